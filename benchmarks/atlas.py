@@ -31,11 +31,11 @@ import numpy as np
 
 import atlas_cases as cases
 import roughcontact as rc
-from roughcontact.fleet import engines
-from roughcontact.joint import formulas
+from roughcontact.batch import runner
+from roughcontact.joint import estimate
 from roughcontact.joint.estimate import LEAST_WAVES
-from roughcontact.request.fleet_options import DASK, LOCAL
-from roughcontact.theory import johnson
+from roughcontact.request.project import DASK, LOCAL
+from roughcontact.theory import height_distribution
 
 FOLDER = Path(__file__).parent / "atlas"
 CEILING, VOLUME = FOLDER / "ceiling.csv", FOLDER / "volume.csv"
@@ -96,12 +96,12 @@ def keep(place: Path, drawn: cases.Map, case: int, row: cases.Row) -> None:
 def measurements(place: Path, name: str) -> str:
     """Solve the cases of a measured map, if it lies in the domain of the formulas."""
     surface, about = cases.measured(place)
-    domain = formulas.stored().domain["ceiling"]
+    domain = estimate.stored().domain["ceiling"]
     skewness, kurtosis = float(about["Ssk"]), float(about["Sku"])
     known = {
         "breadth": about["breadth"], "texture": about["Str"], "skewness": skewness,
-        "tails": kurtosis / johnson.usual_kurtosis(skewness),
-        "middle": kurtosis - johnson.least_kurtosis(skewness),
+        "tails": kurtosis / height_distribution.usual_kurtosis(skewness),
+        "middle": kurtosis - height_distribution.least_kurtosis(skewness),
     }  # fmt: skip
     for group, value in known.items():
         low, high = domain[group]
@@ -160,7 +160,7 @@ def to_do(most: int | None) -> list[Task]:
 
 def compute(most: int | None, kind: str, workers: int | None, scheduler: str | None) -> None:
     """Solve what is missing."""
-    with engines.opened(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
+    with runner.opened(lambda: to_do(most), len, kind, workers, scheduler) as (engine, tasks):
         working = {
             engine.executor.submit(cases.within, engine.threads, *task[1:]): task for task in tasks
         }
@@ -178,7 +178,7 @@ def fit() -> None:
     import atlas_fit as fitting
 
     told: dict[str, Any] = {"formulas": {}, "domain": {}, "held": {}}
-    known: dict[str, formulas.Formula] = {}
+    known: dict[str, estimate.Formula] = {}
     for name, place in (("ceiling", CEILING), ("volume", VOLUME)):
         cases = fitting.read(place)
         told["domain"][name] = fitting.domain_of(cases)
@@ -195,7 +195,7 @@ def fit() -> None:
                 print(f"{quantity + suffix}: {words}", flush=True)
                 known[quantity + suffix] = formula
     told["measured"] = fitting.wider(known, fitting.read(MEASURED))
-    formulas.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    estimate.STORED.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
 def main() -> None:

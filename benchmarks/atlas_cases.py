@@ -20,7 +20,7 @@ import roughcontact as rc
 from roughcontact.material.hardening import Hardening, Linear, Perfect
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import johnson
+from roughcontact.theory import height_distribution
 from roughcontact.theory.persson import persson_fractions
 
 Array = NDArray[np.float64]
@@ -119,7 +119,7 @@ def tailed_maps() -> list[Map]:
 
 def _tailed(drawn: Map, share: float) -> Map:
     """Return a map with a kurtosis of its own, from nearly the least that there is to 10."""
-    least = max(1.9, johnson.least_kurtosis(drawn.Ssk) + 1.5 * johnson.STEP)
+    least = max(1.9, height_distribution.least_kurtosis(drawn.Ssk) + 1.5 * height_distribution.STEP)
     return replace(drawn, Sku=float(least * (10 / least) ** share))
 
 
@@ -186,7 +186,7 @@ def made(drawn: Map) -> Surface:
         hurst=drawn.hurst,
         Ssk=drawn.Ssk,
         Sku=drawn.Sku,
-        seed=drawn.seed,
+        rng=drawn.seed,
     )
     stretched = (pixel, pixel / drawn.Str)
     slope = roughness.rms_gradient(alike.heights, stretched)

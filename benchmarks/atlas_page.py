@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import atlas_fit
-from roughcontact.joint import formulas
+from roughcontact.joint import estimate
 
 PAGE = Path(__file__).parents[1] / "docs" / "estimates.md"
 NAMES = {
@@ -19,7 +19,7 @@ NAMES = {
 
 def held() -> str:
     """Return what the formulas miss on maps that took no part in the fit."""
-    told = json.loads(formulas.STORED.read_text(encoding="utf-8"))["held"]
+    told = json.loads(estimate.STORED.read_text(encoding="utf-8"))["held"]
     lines = [
         "| quantity | cases held out | median | nine in ten | covered | half width |",
         "|---|---|---|---|---|---|",
@@ -45,7 +45,7 @@ def measured(place: Path) -> str:
         "| cases in the interval |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    atlas = formulas.stored()
+    atlas = estimate.stored()
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
         area, gap = (

@@ -24,10 +24,10 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.elastoplastic import ceiling_comparison
 from roughcontact.material.hardening import Hardening, Linear, Perfect, Swift
-from roughcontact.surface import roughness, synthetic
+from roughcontact.surface import random_surfaces, roughness
 from roughcontact.theory import hertz
-from roughcontact.volume import comparison
 
 STORED = Path(__file__).with_suffix(".json")
 PAGE = Path(__file__).parents[1] / "docs" / "assumptions.md"
@@ -116,7 +116,7 @@ def rough(
 ) -> tuple[rc.Surface, rc.Material]:
     """Return a self-affine period with this plasticity index, its shortest wave eight pixels."""
     body, pixel = steel(law), (1e-6, 1e-6)
-    heights = synthetic.self_affine(
+    heights = random_surfaces.self_affine(
         (points, points),
         pixel,
         rms_height=1e-7,
@@ -138,7 +138,7 @@ def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str
     advice = recommended_ceiling(again)
     assert advice is not None
     factor = float(again.ceiling) / both.yield_strength
-    alone = comparison.ModelComparison(
+    alone = ceiling_comparison.ModelComparison(
         (factor,), ((again,),), (both.volume[place],), both.yield_strength
     )
     return {

@@ -28,9 +28,9 @@ import numpy as np
 
 import ceiling_error
 import roughcontact as rc
-from roughcontact.surface import roughness, synthetic
-from roughcontact.theory import hertz, yielding_sphere
-from roughcontact.volume.result import ElastoplasticResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.surface import random_surfaces, roughness
+from roughcontact.theory import hertz, indenters
 
 STORED = Path(__file__).with_suffix(".json")
 PAGE = ceiling_error.PAGE
@@ -151,7 +151,7 @@ def line(nu: float, index: float, points: int = 192) -> Case:
 def rough(nu: float, index: float, points: int = 64, seed: int = 0) -> Case:
     """Return a self-affine period with this plasticity index E* h'/σ_Y."""
     material, pixel = rc.Material(YOUNG, nu, STRENGTH), (1e-6, 1e-6)
-    heights = synthetic.self_affine(
+    heights = random_surfaces.self_affine(
         (points, points), pixel, rms_height=1e-7, rolloff_wavelength=points / 4 * pixel[0],
         cutoff_wavelength=8 * pixel[0], rng=np.random.default_rng(seed),
     )  # fmt: skip
@@ -256,14 +256,14 @@ def fitted(rows: list[dict[str, Any]]) -> list[float]:
     first = 1.295 * np.exp(0.736 * poisson)
     ratio = np.array([row["load_ratio"] for row in spheres])
     way = np.log(np.sqrt(ratio * math.pi**2 * first**3 / (6 * mean)) / (math.pi * first / 2))
-    distance = yielding_sphere.PLATEAU - 2 * first / 3
+    distance = indenters.PLATEAU - 2 * first / 3
     # Contacts of few pixels, at the lower loads of a path, are known less well.
     weight = np.where(ratio < 0.6 * np.array([row["last"] for row in spheres]), 0.5, 1.0)
 
     def missed(constants: Any) -> Any:
         one, two, three = constants
         fall = one * (2 * first / 3) / distance * way + two * way**2 + three * way**3
-        return weight * ((yielding_sphere.PLATEAU - distance * np.exp(-fall)) / mean - 1)
+        return weight * ((indenters.PLATEAU - distance * np.exp(-fall)) / mean - 1)
 
     return [float(value) for value in least_squares(missed, (1.0, 0.0, 0.0)).x]
 

@@ -90,7 +90,7 @@ def rough(points: int = 32, seed: int = 1, shortest: float | None = None) -> rc.
     side = 1e-4
     return rc.generate(
         (points, points), (side / points,) * 2, Sq=4e-7, rolloff_wavelength=side / 3,
-        cutoff_wavelength=shortest, seed=seed,
+        cutoff_wavelength=shortest, rng=seed,
     )  # fmt: skip
 
 
@@ -388,7 +388,7 @@ def sampling_of_small_maps(asked: Asked) -> Found:
         file = saved(asked, rough(points).heights)
         options = "--material", "42CrMo4", "--load", "20 MPa", "--boundary", "periodic"
         status, text = told(asked.folder, "compare", "--sampling", *file, *options)
-        result = rc.sampling_error(
+        result = rc.sampling_study(
             rough(points), material=STEEL, pressure=20e6, boundary="periodic"
         )
         falls = any(error.falls for error in result.errors)
@@ -439,7 +439,7 @@ def mixed_contacts(asked: Asked) -> Found:
     "and lie within 15 % of plasticity in the volume",
 )  # fmt: skip
 def one_answer(asked: Asked) -> Found:
-    material, radius, points = rc.catalogue.material("100Cr6"), 1e-3, 24 if asked.quick else 48
+    material, radius, points = rc.catalog.material("100Cr6"), 1e-3, 24 if asked.quick else 48
     assert material.yield_strength is not None
     modulus = material.young / (1 - material.poisson**2)
     first = (1.6 * math.pi * material.yield_strength) ** 3 * radius**2 / (6 * modulus**2)
@@ -635,7 +635,7 @@ def slip_of_gases(asked: Asked) -> Found:
 )  # fmt: skip
 def filled_gaps(asked: Asked) -> Found:
     side, points = 6.4e-5, 32 if asked.quick else 48
-    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, seed=1)
+    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, rng=1)
     result = rc.solve(
         surface, material=rc.Material(206e9, 0.3, 0.3e9), load=rc.NominalPressure(2e7),
         boundary="periodic",
@@ -690,8 +690,8 @@ def smooth_counter_face(asked: Asked) -> Found:
     must="H13 24 to 29 W/(m K), 160 to 180 MPa, each with its source; 32/(3π²) − 1 of a disc",
 )  # fmt: skip
 def constants(asked: Asked) -> Found:
-    conductivity = rc.catalogue.entry("H13").conductivity
-    strength = rc.catalogue.entry("CuSn12Ni2-C").yield_strength
+    conductivity = rc.catalog.entry("H13").conductivity
+    strength = rc.catalog.entry("CuSn12Ni2-C").yield_strength
     # The mean temperature of a disc under an even flux over that of one at one temperature.
     right = 100 * (32 / (3 * math.pi**2) - 1)
     _, text = told(

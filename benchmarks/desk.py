@@ -31,8 +31,8 @@ import psutil
 
 import roughcontact as rc
 from browsing import PATIENCE, Seat, Served, browser, lacking
-from roughcontact.desk.state import State
-from roughcontact.desk.works import Works
+from roughcontact.desk.projects import ProjectStore
+from roughcontact.desk.session import State
 from roughcontact.request import maps
 from roughcontact.request.run import solved
 from roughcontact.request.tasks import from_text
@@ -226,7 +226,7 @@ async def visited(served: Served, path: Path, pages: int) -> None:
     state = State().bringing(path)
     for name, value in (("material", "100Cr6"), ("boundary", "free"), ("load", "20 MPa")):
         state = state.having(name, value)
-    works = Works(served.folder)
+    works = ProjectStore(served.folder)
     visitors = []
     with knocking(served.port) as knocks:
         for _ in range(pages):

@@ -23,11 +23,11 @@ import numpy as np
 import psutil
 
 from items import items_of_file, normal
-from roughcontact.fleet import cluster, engines, local, plan, project, work
-from roughcontact.fleet.engine import Engine
-from roughcontact.surface.synthetic import reference_map
+from roughcontact.batch import executors, jobs, plan, project, runner
+from roughcontact.batch.executors import Engine
+from roughcontact.surface.random_surfaces import reference_map
 
-SOURCE = str(Path(engines.__file__).parents[2])
+SOURCE = str(Path(runner.__file__).parents[2])
 
 HEAD = """\
 folder = "results"
@@ -57,7 +57,7 @@ def written(folder: Path, sizes: list[int], loads: int) -> Path:
 @contextmanager
 def here(workers: int) -> Iterator[Engine]:
     """Give local processes of one thread each, which have imported what they need."""
-    with local.processes(workers) as engine:
+    with executors.local_processes(workers) as engine:
         # Every one of them: each task takes long enough for the others to be given away.
         calls = [engine.executor.submit(_warm) for _ in range(workers)]
         assert [call.result() for call in calls] == [None] * workers
@@ -90,7 +90,7 @@ def dask(workers: int, watch: list[psutil.Process] | None = None) -> Iterator[En
         ) for _ in range(workers)]  # fmt: skip
         if watch is not None:
             watch.append(psutil.Process(begun[0].pid))
-        with cluster.connected(address, workers) as engine:
+        with executors.connected(address, workers) as engine:
             while engine.slots() < workers:
                 time.sleep(0.1)
             yield engine
@@ -101,7 +101,7 @@ def timed(path: Path, engine: Engine, backwards: bool = False) -> list[float]:
     entries = project.load(path)
     begun = time.perf_counter()
     at: list[float] = []
-    reports = engines.run(
+    reports = runner.run(
         entries[::-1] if backwards else entries, lambda _: at.append(time.perf_counter() - begun),
         engine,
     )  # fmt: skip
@@ -145,13 +145,13 @@ def overhead(folder: Path, contacts: int) -> dict[str, float]:
     entries = project.load(written(folder / "alone", [32], contacts))
     entries[0].summary.parent.mkdir()
     tasks = [
-        work.Task((work.Part(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1)
+        jobs.Task((jobs.Part(k, one, "", tuple(str(p) for _, p in one.request.places)),), 1)
         for k, one in enumerate(entries)
     ]
-    work.done(tasks[0])
+    jobs.run_task(tasks[0])
     begun = time.perf_counter()
     for task in tasks:
-        work.done(task)
+        jobs.run_task(task)
     alone = (time.perf_counter() - begun) / contacts
     found = {"alone": alone}
     for name, opened in (("local", lambda: here(1)), ("Dask", lambda: dask(1))):
@@ -179,7 +179,7 @@ def many(folder: Path, contacts: int) -> dict[str, float]:
             if len(at) % 10 == 0:
                 largest = max(largest, watch[0].memory_info().rss)
 
-        engines.run(entries, told, engine)
+        runner.run(entries, told, engine)
     part = contacts // 10
     return {
         "scheduler [MB]": largest / 1e6,

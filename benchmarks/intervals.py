@@ -21,12 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.contact import certainty
+from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.resolution_study import part_of
-from roughcontact.contact.terms import Terms
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID
+from roughcontact.studies import uncertainty
+from roughcontact.studies.resolution_study import part_of
 from roughcontact.surface import filters
 
 PAGE = Path(__file__).parents[1] / "docs" / "howto" / "study.md"
@@ -109,16 +109,16 @@ def truth(case: Case, points: int = POINTS, finer: int = FINER) -> dict[str, flo
     return found
 
 
-def told(case: Case, points: int = POINTS) -> dict[str, certainty.Interval]:
+def told(case: Case, points: int = POINTS) -> dict[str, uncertainty.Interval]:
     """Return the intervals of the map alone, by name."""
     surface = case.surface(points)
-    terms = Terms(load=case.load, ceiling=case.ceiling, tolerance=TOLERANCE)
+    terms = LoadCase(load=case.load, ceiling=case.ceiling, tolerance=TOLERANCE)
     pair = Pair(surface, MATERIAL, None, RIGID, Boundary(case.boundary))
     result = rc.solve(
         surface, material=MATERIAL, load=case.load, ceiling=case.ceiling, boundary=case.boundary,
         tolerance=TOLERANCE,
     )  # fmt: skip
-    found = certainty.intervals(result, part_of("grids", pair, terms))
+    found = uncertainty.uncertainty_intervals(result, part_of("grids", pair, terms))
     # At the ceiling it is known.
     at = result.max_pressure == case.ceiling
     return {one.name: one for one in found if not (at and one.name == "max_pressure")}

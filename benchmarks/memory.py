@@ -25,14 +25,15 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact import checks, load_history, memory, subsurface
-from roughcontact.contact.history import Stage
+from roughcontact.contact import memory, subsurface_stress, validation
+from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.solve import press
-from roughcontact.contact.terms import Terms
+from roughcontact.elastoplastic import problem as volume_memory
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.studies import load_history
+from roughcontact.studies.load_history import Stage
 from roughcontact.surface.shapes import paraboloid
-from roughcontact.volume import memory as volume_memory
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
 START, END = "<!-- memory -->", "<!-- memory end -->"
@@ -119,7 +120,7 @@ def surface(case: dict[str, Any], points: int) -> rc.Surface:
     return rc.Surface(heights, pixel, holes_masked="holes" in case)
 
 
-def problem(case: dict[str, Any], points: int) -> tuple[Pair, Terms]:
+def problem(case: dict[str, Any], points: int) -> tuple[Pair, LoadCase]:
     """Return what is pressed on what, and how."""
     body = surface(case, points)
     area = body.size[0] * body.size[1]
@@ -135,12 +136,12 @@ def problem(case: dict[str, Any], points: int) -> tuple[Pair, Terms]:
         moments = (0.0, load * case["tilt"] * body.size[1])
     # The precision of stress and volume is that of their own transforms.
     precision = case.get("precision", "double") if "task" not in case else "double"
-    terms = Terms(load, case.get("approach"), moments, ceiling, precision=precision)
+    terms = LoadCase(load, case.get("approach"), moments, ceiling, precision=precision)
     return Pair(body, STEEL, other, rc.RIGID, boundary), terms
 
 
 def task_of(
-    case: dict[str, Any], pair: Pair, terms: Terms
+    case: dict[str, Any], pair: Pair, terms: LoadCase
 ) -> tuple[int, float, Callable[[], float]]:
     """Return the estimate, the contact it is made for, and what measures: it returns the true one.
 
@@ -149,8 +150,8 @@ def task_of(
     task = case.get("task", "solve")
     options: dict[str, Any] = {"material": pair.material, "boundary": pair.boundary}
     if task in ("solve", "sweep", "history"):
-        stated = checks.stated(pair, terms)
-        fraction = memory.scouted(pair, stated.problem, stated.scale)
+        stated = validation.build_problem(pair, terms)
+        fraction = memory.coarse_contact_guess(pair, stated.problem, stated.scale)
         fraction = max(fraction, memory.started(stated.problem, None, task == "sweep"))
         del stated
         held = {"solve": 0, "sweep": 3, "history": load_history.HELD}[task]
@@ -162,14 +163,14 @@ def task_of(
             loads = [load / 2, load]
 
             def sweep() -> float:
-                curve = rc.load_curve(pair.surface, loads=loads, **options)
+                curve = rc.sweep(pair.surface, loads=loads, **options)
                 return curve.steps[-1].contact_area / curve.nominal_area
 
             return estimate, fraction, sweep
 
         def history() -> float:
             path = [Stage(load=load), Stage(load=load / 2), Stage(load=load)]
-            return rc.load_history(pair.surface, path, **options).last.contact_fraction
+            return rc.history(pair.surface, path, **options).last.contact_fraction
 
         return estimate, fraction, history
     result = press(pair, terms)
@@ -178,7 +179,7 @@ def task_of(
             "friction": case.get("friction", 0.0),
             "precision": case.get("precision", "single"),
         }
-        estimate = subsurface.memory_estimate(pair.shape, boundary=pair.boundary, **below)
+        estimate = subsurface_stress.memory_estimate(pair.shape, boundary=pair.boundary, **below)
 
         def stress() -> float:
             rc.subsurface_stress(result, **below)

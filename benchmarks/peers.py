@@ -76,7 +76,7 @@ def heights_of(case: str) -> np.ndarray:
     if case.startswith("hertz"):
         x = (np.arange(points) - (points - 1) / 2) * SIDE / points
         return -(x[:, None] ** 2 + x**2) / (2 * RADIUS)
-    from roughcontact.surface.synthetic import reference_map
+    from roughcontact.surface.random_surfaces import reference_map
 
     return reference_map(points)[0]
 

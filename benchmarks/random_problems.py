@@ -27,9 +27,9 @@ import roughcontact as rc  # noqa: E402
 from extreme_cases import TRAITS, extreme  # noqa: E402
 from random_cases import Case, ordinary  # noqa: E402
 from random_maps import KINDS  # noqa: E402
-from roughcontact.contact.checks import stated  # noqa: E402
+from roughcontact.contact.load_case import LoadCase  # noqa: E402
 from roughcontact.contact.pair import Pair  # noqa: E402
-from roughcontact.contact.terms import Terms  # noqa: E402
+from roughcontact.contact.validation import build_problem  # noqa: E402
 from roughcontact.halfspace.boundary import Boundary  # noqa: E402
 
 # What may come. A ConvergenceError is right where the digits of the arithmetic do not hold the
@@ -142,7 +142,7 @@ def _refuses(case: Case) -> bool:
     }
     try:
         boundary = Boundary(terms.pop("boundary", "free"))
-        stated(Pair(case.surface, boundary=boundary, **bodies), Terms(**terms), start)
+        build_problem(Pair(case.surface, boundary=boundary, **bodies), LoadCase(**terms), start)
     except rc.InputError:
         return True
     return False

@@ -42,7 +42,7 @@ SHOWN = 4
 PAIR_POINTS = 1024
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
-SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=rc.Swift(1280e6, 0.004, 0.095))
+SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Swift(1280e6, 0.004, 0.095))
 
 
 def _rough(points: int) -> rc.Surface:
@@ -57,7 +57,7 @@ def _contact(points: int, **options: Any) -> Callable[[], object]:
 
 def _curve(points: int) -> Callable[[], object]:
     surface = _rough(points)
-    return lambda: rc.load_curve(surface, material=STEEL, loads=np.geomspace(0.01, 3, 8))
+    return lambda: rc.sweep(surface, material=STEEL, loads=np.geomspace(0.01, 3, 8))
 
 
 def _stress(points: int) -> Callable[[], object]:
@@ -72,27 +72,32 @@ def _leak(points: int) -> Callable[[], object]:
 
 def _conductance(points: int) -> Callable[[], object]:
     result = rc.solve(_rough(points), material=STEEL, load=1.0, boundary="periodic")
-    body, counter_body = (rc.catalogue.entry(name).conductor for name in ("42CrMo4", "Cu-ETP"))
+    body, counter_body = (rc.catalog.entry(name).conductor for name in ("42CrMo4", "Cu-ETP"))
     return lambda: rc.conductance([result], body, counter_body)
 
 
 def _ball(points: int) -> Callable[[], object]:
-    from roughcontact.surface import nominal
+    from roughcontact.surface import nominal_bodies
 
     grid = {"shape": (points, points), "pixel": (4e-4 / points, 4e-4 / points)}
-    ball = nominal.sphere(radius=5e-3, **grid)
+    ball = nominal_bodies.sphere(radius=5e-3, **grid)
     return lambda: rc.solve_elastoplastic(ball, material=SWIFT, load=100.0, increments=4)
 
 
 def _rolling(points: int) -> Callable[[], object]:
-    from roughcontact.surface import nominal
+    from roughcontact.surface import nominal_bodies
 
     grid = {"shape": (8, points), "pixel": (1e-6, 1e-6)}
-    roller = nominal.cylinder(radius=2e-3, angle=90.0, **grid)
+    roller = nominal_bodies.cylinder(radius=2e-3, angle=90.0, **grid)
     return lambda: rc.roll(
-        nominal.flat(**grid), counter_surface=roller, material=STEEL, load=0.15, passes=2, steps=16,
+        nominal_bodies.flat(**grid),
+        counter_surface=roller,
+        material=STEEL,
+        load=0.15,
+        passes=2,
+        steps=16,
         boundary="periodic",
-    )  # fmt: skip
+    )
 
 
 TASKS: dict[str, tuple[Callable[..., Callable[[], object]], int, dict[str, Any]]] = {

@@ -66,25 +66,30 @@ def quick(name: str) -> Case:
 def run(case: Case, folder: Path) -> dict[str, Any]:
     """Go the passes of a case."""
     import roughcontact as rc
-    from roughcontact.surface import nominal
+    from roughcontact.surface import nominal_bodies
 
     grid: dict[str, Any] = {"shape": case.shape, "pixel": (EDGE, EDGE)}
     pressure, width = case.peak * YIELD / math.sqrt(3), case.half * EDGE
     radius = width * YOUNG / (1 - POISSON**2) / (2 * pressure)
     if case.shape[0] == case.shape[1]:
         radius *= 4 / math.pi
-        body = nominal.sphere(radius=radius, **grid)
+        body = nominal_bodies.sphere(radius=radius, **grid)
         load = 2 / 3 * math.pi * width**2 * pressure
     else:
-        body = nominal.cylinder(radius=radius, angle=90.0, **grid)
+        body = nominal_bodies.cylinder(radius=radius, angle=90.0, **grid)
         load = math.pi / 2 * width * pressure * case.shape[0] * EDGE
     cpu, began = time.process_time(), time.perf_counter()
     rolled = rc.roll(
-        nominal.flat(**grid), counter_surface=body, material=rc.Material(YOUNG, POISSON, YIELD),
-        load=load, passes=case.passes, steps=case.steps, boundary="periodic",
+        nominal_bodies.flat(**grid),
+        counter_surface=body,
+        material=rc.Material(YOUNG, POISSON, YIELD),
+        load=load,
+        passes=case.passes,
+        steps=case.steps,
+        boundary="periodic",
         layers=np.full(case.layers, 2.5 * width / case.layers),
         folder=folder / "kept" if case.kept else None,
-    )  # fmt: skip
+    )
     result = rolled.result
     return {
         "seconds": time.perf_counter() - began,

@@ -287,8 +287,8 @@ def followed(folder: Path) -> dict[str, Any]:
     found = rc.solve(
         rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
     )
-    warm = rc.solve(rough(), material=STEEL, load=0.25, start=found)
-    from_array = rc.solve(rough(), material=STEEL, load=0.25, start=found.pressure)
+    warm = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found)
+    from_array = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found.pressure)
     words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}
     return {"warm": warm, "warm-array": from_array, "elastic": found.elastic(), **words}
 
@@ -300,23 +300,23 @@ def results(folder: Path) -> dict[str, Any]:
     for suffix in ("nc", "vti", "csv", "json"):
         found.save(folder / f"second.{suffix}")
     found.report(folder / "report.html", command="the command")
-    return {"loaded": rc.load_result(folder / "first.nc")}
+    return {"loaded": rc.read_result(folder / "first.nc")}
 
 
 @case
 def curve(folder: Path) -> dict[str, Any]:
     loads = [0.02, 0.1, 0.5]
     kept_in = folder / "steps"
-    first = rc.load_curve(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
+    first = rc.sweep(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
     try:
-        longer: Any = rc.load_curve(rough(), material=STEEL, loads=loads, folder=kept_in)
+        longer: Any = rc.sweep(rough(), material=STEEL, loads=loads, folder=kept_in)
     except rc.RoughcontactError as error:
         longer = f"{type(error).__name__}: {error}"
-    again = rc.load_curve(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
-    found = rc.load_curve(rough(), material=STEEL, loads=loads, ceiling=None)
+    again = rc.sweep(rough(), material=STEEL, loads=loads[:2], folder=kept_in)
+    found = rc.sweep(rough(), material=STEEL, loads=loads, ceiling=None)
     found.save(folder / "curve.csv")
     found.save(folder / "curve.json")
-    by_approach = rc.load_curve(rough(), material=STEEL, approaches=[1e-7, 2e-7, 3e-7])
+    by_approach = rc.sweep(rough(), material=STEEL, approaches=[1e-7, 2e-7, 3e-7])
     return {"": found, "first": first, "longer": longer, "again": again, "approach": by_approach}
 
 
@@ -324,10 +324,10 @@ def curve(folder: Path) -> dict[str, Any]:
 def history(folder: Path) -> dict[str, Any]:
     dx = rough().pixel[1]
     path = [0.5, 0.1, 0.0, rc.Stage(load=0.5, shift=(0.0, 2 * dx)), rc.Stage(approach=2e-7)]
-    found = rc.load_history(rough(), path, material=STEEL)
+    found = rc.history(rough(), path, material=STEEL)
     found.save(folder / "history.csv")
     found.residual.save(folder / "residual.x3p")
-    return {"": found, "elastic": rc.load_history(rough(), [0.2, 0.0], material=ALUMINA)}
+    return {"": found, "elastic": rc.history(rough(), [0.2, 0.0], material=ALUMINA)}
 
 
 @case
@@ -338,7 +338,7 @@ def stress(folder: Path) -> dict[str, Any]:
     sliding = rc.subsurface_stress(
         contact, [1e-5, 3e-5], friction=0.2, direction=0.5, precision="double"
     )
-    onset = rc.yield_onset(ball(48), material=STEEL, friction=0.1)
+    onset = rc.first_yield_load(ball(48), material=STEEL, friction=0.1)
     sections = [found.von_mises_section("x"), sliding.von_mises_section("y")]
     return {"": found, "sliding": sliding, "onset": onset, "sections": sections}
 
@@ -383,7 +383,7 @@ def leakage(folder: Path) -> dict[str, Any]:
     for suffix in ("csv", "json"):
         found.save(folder / f"leak.{suffix}")
     return {"": found, "ring": rc.leakage(
-        contacts[0], direction="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
+        contacts[0], flow_axis="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
         seal_length=1e-3,
     )}  # fmt: skip
 
@@ -412,9 +412,14 @@ def law(folder: Path) -> dict[str, Any]:
 @case
 def find(folder: Path) -> dict[str, Any]:
     found = rc.find_load(
-        rough((32, 32), 5), material=STEEL, contact=[0.02, 0.05], saturated=0.3, approach=2e-7,
-        mean_gap=3e-7, first_yield=True,
-    )  # fmt: skip
+        rough((32, 32), 5),
+        material=STEEL,
+        contact_fraction=[0.02, 0.05],
+        saturated_fraction=0.3,
+        approach=2e-7,
+        mean_gap=3e-7,
+        first_yield=True,
+    )
     for suffix in ("csv", "json"):
         found.save(folder / f"loads.{suffix}")
     return {"": found, "answers": [answer for answer in found.answers]}
@@ -445,7 +450,7 @@ def estimate(folder: Path) -> dict[str, Any]:
 def generation(folder: Path) -> dict[str, Any]:
     pixel = (2e-6, 2e-6)
     return {
-        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, seed=2),
+        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, rng=2),
         "honed": rc.generate(128, pixel, Sq=4e-7, Sal=1.2e-5, honing=40.0),
         "plateau": rc.generate(48, pixel, Sq=4e-7, Sal=1.2e-5, Ssk=-0.8),
         "turned": rc.generate(48, pixel, Sq=4e-7, rolloff_wavelength=4e-5, turning=(2.4e-5, 8e-4)),
@@ -459,7 +464,7 @@ def profile(folder: Path) -> dict[str, Any]:
     found.save(folder / "line.nc")
     found.report(folder / "line.html")
     line.save(folder / "line.csv")
-    curve = rc.load_curve(line, material=STEEL, loads=[5e3, 2e4])
+    curve = rc.sweep(line, material=STEEL, loads=[5e3, 2e4])
     return {"": found, "line": line, "read": rc.read_surface(folder / "line.csv"), "curve": curve,
             "parameters": line.roughness(), "stress": rc.subsurface_stress(found, [1e-6, 5e-6]),
             "filtered": line.filtered(l=8e-5)}  # fmt: skip
@@ -471,9 +476,9 @@ def comparison(folder: Path) -> dict[str, Any]:
         "one": [rough((32, 32), n) for n in (1, 2)],
         "two": [rough((32, 32), n) for n in (3, 4)],
     }
-    found = rc.compare(maps, material=STEEL, pressure=5e7, steps=2)
+    found = rc.compare(maps, material=STEEL, pressure=5e7, curve_points=2)
     found.save(folder / "comparison.json")
-    return {"": found, "sampling": rc.sampling_error(rough(), material=STEEL, pressure=5e7)}
+    return {"": found, "sampling": rc.sampling_study(rough(), material=STEEL, pressure=5e7)}
 
 
 REFUSED: dict[str, dict[str, Any]] = {  # options of `solve`
@@ -499,7 +504,7 @@ FAILURES: dict[str, Callable[[], Any]] = {
     "crop": lambda: rough().cropped((0, 900), (0, 4)),
     "filter": lambda: rough().filtered(s=1.0),
     "save": lambda: rough().save("map.docx"),
-    "loads": lambda: rc.load_curve(rough(), material=STEEL, loads=[]),
+    "loads": lambda: rc.sweep(rough(), material=STEEL, loads=[]),
     "stage": lambda: rc.Stage(load=1.0, approach=1.0),
     "volume": lambda: rc.solve_elastoplastic(rough(), material=ALUMINA, load=1.0),
     "stress": lambda: rc.subsurface_stress(rc.solve(rough(), material=STEEL, load=0.1), [-1.0]),

@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.resolution_study import coarsened
+from roughcontact.studies.resolution_study import coarsened
 
 SIDE, RMS = 0.5e-3, 0.5e-6
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -27,7 +27,7 @@ def told(pair: rc.contact.pair.Pair, pressure: float, ceiling: float | None) -> 
         boundary="periodic",
     )  # fmt: skip
     (conducts,) = rc.conductance(result, UNIT, UNIT).steps
-    (leaks,) = rc.leakage(result, direction="x").steps
+    (leaks,) = rc.leakage(result, flow_axis="x").steps
     place = leaks.constriction[1]
     return {
         "contact area": result.contact_fraction,

@@ -23,8 +23,8 @@ import numpy as np
 import roughcontact as rc
 import samples
 from plain import Plain, differing, plain_hdf5, plain_mnt
+from roughcontact.batch import plan, project
 from roughcontact.errors import RoughcontactError
-from roughcontact.fleet import plan, project
 from roughcontact.formats.read import SUFFIXES, channels
 from roughcontact.solvers.progress import Progress
 from samples import Sample
@@ -179,7 +179,7 @@ def _ball() -> rc.Surface:
 
 
 def _curve(folder: Path, progress: Any = None) -> rc.LoadCurve:
-    return rc.load_curve(_rough(), material=STEEL, loads=LOADS, folder=folder, progress=progress)
+    return rc.sweep(_rough(), material=STEEL, loads=LOADS, folder=folder, progress=progress)
 
 
 def _pressed(folder: Path, progress: Any = None) -> rc.ElastoplasticResult:
@@ -243,7 +243,7 @@ def load(prepared: Path) -> dict[str, Target]:
         maps = [*samples.made(Path(folder)), *samples.saved(Path(folder))]
     found = {sample.name: _of_sample(sample) for sample in (*maps, *samples.measured())}
     for file in ("contact.nc", "bodies.nc", "volume.nc"):
-        found[file] = _of_result(file, file, prepared, rc.load_result)
+        found[file] = _of_result(file, file, prepared, rc.read_result)
     from roughcontact.contact.archive import load_contact
 
     found["volume.nc, its contact"] = _of_result(

@@ -85,7 +85,7 @@ def arguments(case: Case, *, quick: bool) -> dict[str, Any]:
     """Return what `solve_elastoplastic` is called with."""
     import roughcontact as rc
     from roughcontact.material.hardening import Linear, Swift
-    from roughcontact.surface.synthetic import reference_map
+    from roughcontact.surface.random_surfaces import reference_map
 
     points, layers = (case.tiny, case.few) if quick else (case.points, case.layers)
     increments = 2 if quick else INCREMENTS

@@ -114,8 +114,8 @@ def small_blocks(monkeypatch):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Leave the figures of reports empty, where what a page says of itself is looked at alone."""
-    from roughcontact.plots import sharing
+    from roughcontact.plots import export
 
     # Width and height, as a PNG file has them.
     empty = bytes(16) + (640).to_bytes(4, "big") + (480).to_bytes(4, "big")
-    monkeypatch.setattr(sharing, "pngs", lambda drawings, processes=1: [empty] * len(drawings))
+    monkeypatch.setattr(export, "pngs", lambda drawings, processes=1: [empty] * len(drawings))

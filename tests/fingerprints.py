@@ -18,11 +18,11 @@ if __name__ == "__main__" and hasattr(os, "sched_setaffinity"):
 import numpy as np
 
 import roughcontact as rc
+from roughcontact.elastoplastic import solve as volume_solve
 from roughcontact.halfspace import fft
 from roughcontact.material.hardening import Perfect
-from roughcontact.solvers import tilt
-from roughcontact.surface import spectrum, synthetic
-from roughcontact.volume import solve as volume_solve
+from roughcontact.solvers import rigid_tilt
+from roughcontact.surface import random_surfaces, spectrum
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 
@@ -47,7 +47,7 @@ def bent(surface, curvature_y, curvature_x):
 
 def prepared():
     """Yield (what, arrays) for everything that prepares and judges a surface."""
-    yield "synthetic map", synthetic.reference_map(256)[0]
+    yield "synthetic map", random_surfaces.reference_map(256)[0]
     surface = rough((301, 283), (1e-6, 1.2e-6))
     for form in ("plane", "quadric", "mean", "robust"):
         yield f"leveled: {form}", surface.leveled(form).heights
@@ -86,7 +86,7 @@ def pressed():
     yield "tilted", [tilted.pressure, tilted.tilt]
     rng = np.random.default_rng(1)
     y, x, share = rng.standard_normal((3, 30_000))
-    balance = tilt.excess(np.array([2.0, 1.0]), y, x, 5e-5 + 1e-5 * np.abs(share))
+    balance = rigid_tilt.excess(np.array([2.0, 1.0]), y, x, 5e-5 + 1e-5 * np.abs(share))
     yield "what a map balances", balance
 
 
@@ -95,7 +95,7 @@ def below():
     small = rough((60, 51))
     stress = rc.subsurface_stress(rc.solve(small, material=STEEL, load=0.2))
     yield "stress", [stress.section_x, stress.section_y]
-    yield "first yield", rc.yield_onset(small, material=STEEL).solution.load
+    yield "first yield", rc.first_yield_load(small, material=STEEL).solution.load
     ball, metal = bent(rough((40, 36)), 2e3, 2e3), rc.Material(210e9, 0.3, hardening=Perfect(1e9))
     # So small a volume would be left to one thread.
     volume_solve.LEAST_SHARED = 0

@@ -11,7 +11,7 @@ import psutil
 
 from items import items_of_file, normal
 from roughcontact import memory
-from roughcontact.fleet import work
+from roughcontact.batch import jobs
 
 PROJECT = """\
 folder = "results"
@@ -54,18 +54,18 @@ ROOM = 2**26
 """Bytes of a starved worker beyond what it takes when it begins."""
 
 
-def limited(task: work.Task) -> work.Answer:
+def limited(task: jobs.Task) -> jobs.Answer:
     """Work with little memory, where the estimate of what is needed is wrong."""
     import resource
 
     if task.parts[0].entry.name != "large":
-        return work.done(task)
+        return jobs.run_task(task)
     before = resource.getrlimit(resource.RLIMIT_AS)
     free = memory.free
     try:
-        resource.setrlimit(resource.RLIMIT_AS, (memory.taken() + ROOM, before[1]))
+        resource.setrlimit(resource.RLIMIT_AS, (memory.address_space_bytes() + ROOM, before[1]))
         memory.free = lambda: 2**40  # type: ignore[assignment]
-        return work.done(task)
+        return jobs.run_task(task)
     finally:
         resource.setrlimit(resource.RLIMIT_AS, before)
         memory.free = free

@@ -10,7 +10,7 @@ import numpy as np
 
 import roughcontact as rc
 from roughcontact.material.hardening import Hardening
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal_bodies
 
 STRENGTH, YOUNG, POISSON = 1e9, 210e9, 0.3
 SHEAR = STRENGTH / math.sqrt(3)
@@ -42,7 +42,7 @@ class Line:
         self.points, self.width = points, width
         self.steel = rc.Material(YOUNG, POISSON, None if law else STRENGTH, hardening=law)
         self.flat = rc.Surface(np.zeros(shape), PIXEL)
-        self.roller = nominal.cylinder(radius=radius, angle=90.0, shape=shape, pixel=PIXEL)
+        self.roller = nominal_bodies.cylinder(radius=radius, angle=90.0, shape=shape, pixel=PIXEL)
         self.layers = np.full(16, 3 * width / 16)
 
     def at(self, x: float, friction: float = 0.0, direction: float = 0.0) -> rc.PathPoint:

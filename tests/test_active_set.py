@@ -9,9 +9,8 @@ import pytest
 
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.active_set import step_along_arc
-from roughcontact.solvers.iterate import Iterate, Viewer
-from roughcontact.solvers.patches import Patches
+from roughcontact.solvers.active_set import Iterate, Viewer, step_along_arc
+from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import Problem
 
 SHAPE, TOLERANCE = (12, 16), 1e-8

@@ -13,13 +13,13 @@ import xarray
 
 import damages
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
-from roughcontact.contact.cautions import Kind
+from roughcontact.elastoplastic.archive import load_result
 from roughcontact.errors import FormatError
-from roughcontact.plots.profiles import linear_bins
+from roughcontact.plots.sections import linear_bins
 from roughcontact.surface.provenance import NOTE
-from roughcontact.volume.archive import load_result
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="hard steel 1/3")
@@ -187,7 +187,7 @@ def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
     again = load_result(tmp_path / "out.nc")
     resolved = rc.solve(
         again.surface, material=again.material, counter_material=again.counter_material,
-        ceiling=again.ceiling, load=again.load, start=again,
+        ceiling=again.ceiling, load=again.load, initial_guess=again,
     )  # fmt: skip
     np.testing.assert_allclose(resolved.pressure, masked.pressure, rtol=0, atol=1e-5 * 3e9)
 

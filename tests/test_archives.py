@@ -8,9 +8,9 @@ import pytest
 
 import roughcontact as rc
 from reading import needs_reader, refused, write
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.errors import FormatError
-from roughcontact.formats import archives
+from roughcontact.formats import source
 from roughcontact.formats.read import read_surface
 
 SURFACE = rc.Surface(np.random.default_rng(1).normal(size=(20, 30)) * 1e-7, (1e-6, 1e-6))
@@ -40,9 +40,9 @@ def state_sizes(path: Path, size: int) -> None:
 
 
 def test_a_sound_archive(x3p: Path) -> None:
-    archives.check(x3p)
+    source.check(x3p)
     add(x3p, "flat.bin", bytes(2**24))
-    archives.check(x3p)
+    source.check(x3p)
 
 
 def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
@@ -50,28 +50,28 @@ def test_what_would_unpack_to_more_than_any_map(x3p: Path) -> None:
         add(x3p, f"{number}.bin", bytes(2 * 10**6))
     state_sizes(x3p, 2**32 - 2)
     with pytest.raises(FormatError, match=r"^map.x3p holds 12.0 GiB, more than the 8 GiB"):
-        archives.check(x3p)
+        source.check(x3p)
     # Fewer bytes, of which as many are packed in as few as nothing that was measured is.
     state_sizes(x3p, 10**9)
     with pytest.raises(FormatError, match=r"holds 2.8 GiB or more, packed into 0.0 MiB"):
-        archives.check(x3p)
+        source.check(x3p)
     # Read no further than stated, and not to the end then.
     state_sizes(x3p, 10**6 + 1)
     with pytest.raises(ValueError, match=r"the checksum of '0.bin' in the archive is wrong"):
-        archives.check(x3p)
+        source.check(x3p)
 
 
 def test_a_header_too_long_for_a_tree(x3p: Path) -> None:
     add(x3p, "notes.xml", b"<a>" + b"<b/>" * 2**22)
     with pytest.raises(FormatError, match=r"the text 'notes.xml' of 16 MiB, too long for a head"):
-        archives.check(x3p)
+        source.check(x3p)
 
 
 @pytest.mark.parametrize("packing", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
 def test_packings_that_have_no_bounds(x3p: Path, packing: int) -> None:
     add(x3p, "more.bin", bytes(100), packing)
     with pytest.raises(FormatError, match=r"'more.bin' packed by another method than deflate"):
-        archives.check(x3p)
+        source.check(x3p)
 
 
 @needs_reader
@@ -94,25 +94,25 @@ def streams(path: Path, *parts: bytes) -> Path:
 
 def test_streams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = streams(tmp_path / "map.mnt", bytes(3 * 2**20), b"short", bytes(2**20))
-    archives.check_streams(path)
+    source.check_streams(path)
     # All of them count, to the byte.
-    monkeypatch.setattr(limits, "_SMALL", 2**22 + 5)
-    archives.check_streams(path)
-    monkeypatch.setattr(limits, "_SMALL", 2**22 + 4)
+    monkeypatch.setattr(memory, "_SMALL", 2**22 + 5)
+    source.check_streams(path)
+    monkeypatch.setattr(memory, "_SMALL", 2**22 + 4)
     with pytest.raises(FormatError, match=r"^map.mnt holds 0.0 GiB or more, packed into 0.0 MiB"):
-        archives.check_streams(path)
+        source.check_streams(path)
 
 
 def test_a_stream_without_an_end_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     packed = zlib.compress(bytes(2**24))
-    monkeypatch.setattr(limits, "_SMALL", 2**22)
+    monkeypatch.setattr(memory, "_SMALL", 2**22)
     with pytest.raises(FormatError, match=r"^map.mnt holds"):
-        archives.check_streams(write(tmp_path, "map.mnt", packed[:-100]))
+        source.check_streams(write(tmp_path, "map.mnt", packed[:-100]))
 
 
 def test_heights_that_look_like_streams(tmp_path: Path) -> None:
     noise = np.random.default_rng(0).bytes(2**20)
-    archives.check_streams(write(tmp_path, "map.mnt", noise + b"\x78\x9c" * 1000))
+    source.check_streams(write(tmp_path, "map.mnt", noise + b"\x78\x9c" * 1000))
 
 
 @needs_reader
@@ -120,7 +120,7 @@ def test_heights_that_look_like_streams(tmp_path: Path) -> None:
 def test_formats_that_pack_in_streams(
     tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(limits, "_SMALL", 2**20)
+    monkeypatch.setattr(memory, "_SMALL", 2**20)
     path = streams(tmp_path / f"map{suffix}", bytes(2**24))
     refused(path, f"map{suffix} holds 0.0 GiB or more, packed into")
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import judgment
-from roughcontact.contact.cautions import Kind
+from roughcontact.cautions import Kind
+from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
-from roughcontact.report import assumptions, assumptions_profile, regimes
+from roughcontact.report import assumptions, phrases
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -157,7 +157,7 @@ def test_sideways_displacement_under_a_cylinder() -> None:
     carried = 2 * float(np.sqrt(1 - x**2).mean())
     peak = 1 / (2 * (1 - 0.3**2))  # over E a/R
     moved = (1 - 2 * 0.3) * (1 + 0.3) / 2 * carried * peak * result.pair.rms_slope
-    found = assumptions_profile.statements(result, result.spots())
+    found = assumptions.profile_statements(result, result.spots())
     (text,) = (statement.text for statement in found if statement.topic == "Small slopes")
     told = re.search(r"([\d.]+) % of the width of a spot", text)
     assert told is not None
@@ -227,20 +227,20 @@ def test_first_yield_is_that_of_the_softer_body() -> None:
 def test_every_regime_is_a_sentence_with_its_numbers() -> None:
     below = solved(ball())
     assert below.regime == "below first yield"
-    assert "Nothing yields" in regimes.regime(below)
-    assert "1.61 GPa" in regimes.regime(below)
+    assert "Nothing yields" in phrases.regime(below)
+    assert "1.61 GPa" in phrases.regime(below)
     beneath = solved(ball(1e-3), load=0.8)
     assert beneath.regime == "yielding below the surface"
-    assert "reaches the ceiling" in regimes.regime(beneath)
+    assert "reaches the ceiling" in phrases.regime(beneath)
     without = solved(ball(1e-3), load=0.8, ceiling=None)
-    assert "reaches three yield strengths" in regimes.regime(without)
+    assert "reaches three yield strengths" in phrases.regime(without)
     saturated = solved(rough(), load=1.0)
     share = saturated.saturated_fraction / saturated.contact_fraction
-    assert f"{100 * share:.1f} %" in regimes.regime(saturated)
+    assert f"{100 * share:.1f} %" in phrases.regime(saturated)
     beyond = solved(rough(), load=1.0, ceiling=None)
-    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in regimes.regime(beyond)
+    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in phrases.regime(beyond)
     unknown = solved(ball(), material=rc.Material(210e9, 0.3))
-    assert "No yield strength was given" in regimes.regime(unknown)
+    assert "No yield strength was given" in phrases.regime(unknown)
 
 
 def test_a_hardness_stands_in_for_a_yield_strength() -> None:
@@ -251,10 +251,10 @@ def test_a_hardness_stands_in_for_a_yield_strength() -> None:
     assert "Tabor" not in words(saturated)
     assert "first yield" not in words(saturated)
     below = solved(ball(), material=ceramic)
-    assert "stays below the hardness" in regimes.regime(below)
+    assert "stays below the hardness" in phrases.regime(below)
     beyond = solved(rough(), material=ceramic, load=1.0, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
-    assert "exceeds the hardness of the softer body, 15 GPa" in regimes.regime(beyond)
+    assert "exceeds the hardness of the softer body, 15 GPa" in phrases.regime(beyond)
     twice = solved(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
     assert "as given: 0.5 times the hardness)" in words(twice)
     both = solved(rough(), material=ceramic, counter_material=STEEL, load=1.0)
@@ -275,12 +275,12 @@ def test_spots_that_carry_are_the_load_median() -> None:
         solved(rc.Surface(np.zeros((8, 30)), PIXEL), load=1e-6), pressure=pressure
     )
     spots = result.spots()
-    assert judgment.carrying_pixels(result, spots) == 3
+    assert plausibility.load_bearing_spot_pixels(result, spots) == 3
     assert any("spots of 3 pixels or fewer" in note for note in cautions(result))
     pressure = pressure.copy()
     pressure[4:8] = 1e9
     result = dataclasses.replace(result, pressure=pressure)
-    assert judgment.carrying_pixels(result, result.spots()) == 120
+    assert plausibility.load_bearing_spot_pixels(result, result.spots()) == 120
     assert not any("pixels or fewer" in note for note in cautions(result))
 
 
@@ -367,6 +367,6 @@ def test_hardening_asks_for_more_than_three() -> None:
 def test_spots_of_a_few_pixels_say_nothing_about_the_ceiling() -> None:
     result = solved(rough(), load=0.02)
     spots = result.spots()
-    assert 0 < judgment.carrying_pixels(result, spots) < 10
+    assert 0 < plausibility.load_bearing_spot_pixels(result, spots) < 10
     assert recommended_ceiling(result).load_ratio > 2
     assert caution(result) == ""

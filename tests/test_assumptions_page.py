@@ -14,12 +14,12 @@ import scipy.optimize
 import ceiling_error
 import ceiling_rule
 import roughcontact as rc
-from roughcontact.contact import imprint
-from roughcontact.contact.advice import RecommendedCeiling
+from roughcontact.contact import plausibility
+from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import ceiling_factor
 from roughcontact.material.hardening import Perfect
 from roughcontact.surface import shapes
-from roughcontact.theory import hertz, yielding_sphere
+from roughcontact.theory import hertz, indenters
 
 NU = 0.3
 STEEL = rc.Material(young=210e9, poisson=NU, yield_strength=1e9)
@@ -189,7 +189,7 @@ def test_iron_is_not_isotropic() -> None:
 
 
 def test_friction_brings_first_yield_to_the_surface() -> None:
-    from roughcontact.contact.subsurface import subsurface_stress
+    from roughcontact.contact.subsurface_stress import subsurface_stress
 
     points, side, radius = 128, 1e-4, 1e-3
     pixel = (side / points, side / points)
@@ -225,7 +225,7 @@ def test_the_regimes_have_the_ceilings_of_the_rule() -> None:
     assert ceiling_rule.fitted(ceiling_rule.stored()["rows"]) == pytest.approx(told, rel=0.005)
     way, steepness = math.log(10), 2 * 1.615 / 3 / (3 - 2 * 1.615 / 3)
     fall = told @ [steepness * way, way**2, way**3]
-    assert yielding_sphere.mean_pressure(10 * math.pi * 1.615 / 2) == pytest.approx(
+    assert indenters.mean_pressure(10 * math.pi * 1.615 / 2) == pytest.approx(
         3 - (3 - 2 * 1.615 / 3) * math.exp(-fall), rel=1e-9
     )
     # E*a/(σ_Y R) of a sphere whose mean pressure is the ceiling.
@@ -296,8 +296,8 @@ def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
         first = 1.295 * math.exp(0.736 * row["poisson"])
         if row["kind"] == "sphere":
             factor = ceiling_factor(row["load_ratio"], first)
-            advice = RecommendedCeiling(row["load_ratio"], 0.0, 1.0, first, factor, factor)
-            depth, energy = imprint.over_volume(advice, 3.0)
+            advice = CalibratedCeiling(row["load_ratio"], 0.0, 1.0, first, factor, factor)
+            depth, energy = plausibility.ratio_to_elastoplastic(advice, 3.0)
             assert row["auto"]["depth"] == pytest.approx(depth, abs=0.06)
             assert row["auto"]["energy"] == pytest.approx(energy, abs=0.06)
 

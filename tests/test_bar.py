@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.solvers.bar import Bar
-from roughcontact.solvers.progress import Progress, Step
+from roughcontact.solvers.progress import Bar, Progress, Step
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 
@@ -79,7 +78,7 @@ def test_ctrl_c_returns_the_last_state_where_asked(after):
     assert cut.max_pressure <= cut.ceiling
     assert any("interrupted" in warning for warning in cut.warnings)
     # And a start for going on.
-    again = rc.solve(rough(), material=STEEL, load=0.5, start=cut)
+    again = rc.solve(rough(), material=STEEL, load=0.5, initial_guess=cut)
     np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
 
 

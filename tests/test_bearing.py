@@ -3,7 +3,7 @@ import pytest
 from scipy import integrate, ndimage, stats
 
 from roughcontact.errors import InputError
-from roughcontact.surface import bearing
+from roughcontact.surface import roughness
 
 
 def gaussian_map(
@@ -16,28 +16,28 @@ def gaussian_map(
 
 def test_material_ratio_curve_of_a_sample() -> None:
     heights = np.array([[2.0, np.nan, 5.0], [2.0, 3.0, 3.0]])
-    ratio, height = bearing.material_ratio_curve(heights)
+    ratio, height = roughness.material_ratio_curve(heights)
     assert ratio == pytest.approx([0, 0.1, 0.4, 0.8, 1])
     assert height == pytest.approx([2, 2, 0, -1, -1])
 
 
 def test_grouping_keeps_the_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = np.random.default_rng(8).gamma(3.0, size=(150, 200))
-    whole = {**bearing.core_parameters(*bearing.material_ratio_curve(heights)),
-             **bearing.volume_parameters(*bearing.material_ratio_curve(heights))}  # fmt: skip
-    monkeypatch.setattr(bearing, "_CURVE_POINTS", 2**12)
-    curve = bearing.material_ratio_curve(heights)
+    whole = {**roughness.core_parameters(*roughness.material_ratio_curve(heights)),
+             **roughness.volume_parameters(*roughness.material_ratio_curve(heights))}  # fmt: skip
+    monkeypatch.setattr(roughness, "_CURVE_POINTS", 2**12)
+    curve = roughness.material_ratio_curve(heights)
     assert 2**11 < curve[0].size <= 2**12 + 2
     assert np.all(np.diff(curve[1]) <= 0)
-    grouped = {**bearing.core_parameters(*curve), **bearing.volume_parameters(*curve)}
+    grouped = {**roughness.core_parameters(*curve), **roughness.volume_parameters(*curve)}
     assert grouped == pytest.approx(whole, rel=2e-3)
 
 
 def test_bearing_parameters_of_uniform_heights() -> None:
     n = 40_000
     heights = np.random.default_rng(9).permutation((np.arange(n) + 0.5) / n * 2e-6)
-    curve = bearing.material_ratio_curve(heights.reshape(200, 200))
-    values = {**bearing.core_parameters(*curve), **bearing.volume_parameters(*curve)}
+    curve = roughness.material_ratio_curve(heights.reshape(200, 200))
+    values = {**roughness.core_parameters(*curve), **roughness.volume_parameters(*curve)}
     expected = {"Sk": 2e-6, "Spk": 0.0, "Svk": 0.0, "Smr1": 0.0, "Smr2": 1.0, "Vmp": 1e-8,
                 "Vmc": 63e-8, "Vvc": 77e-8, "Vvv": 4e-8}  # fmt: skip
     # Steps of 1/n at either end.
@@ -47,8 +47,8 @@ def test_bearing_parameters_of_uniform_heights() -> None:
 def test_bearing_parameters_of_gaussian_heights() -> None:
     n = 250_000
     z = stats.norm.ppf((np.arange(n) + 0.5) / n)
-    curve = bearing.material_ratio_curve(z.reshape(500, 500))
-    values = bearing.core_parameters(*curve)
+    curve = roughness.material_ratio_curve(z.reshape(500, 500))
+    values = roughness.core_parameters(*curve)
     # The central region is symmetric, 30 to 70 %; its least-squares slope by quadrature.
     moment = integrate.quad(lambda p: (p - 0.5) * stats.norm.isf(p), 0.3, 0.7)[0]
     Sk = -12 * moment / 0.4**3
@@ -59,7 +59,7 @@ def test_bearing_parameters_of_gaussian_heights() -> None:
     # The least slope is flat about the middle: the region is found to 1e-3 or so.
     assert values == pytest.approx(expected, rel=1e-3)
     c10, c80 = stats.norm.isf(0.1), stats.norm.isf(0.8)
-    volumes = bearing.volume_parameters(*curve)
+    volumes = roughness.volume_parameters(*curve)
     assert volumes["Vmp"] == pytest.approx(stats.norm.pdf(c10) - 0.1 * c10, rel=1e-3)
     assert volumes["Vvv"] == pytest.approx(stats.norm.pdf(c80) + 0.2 * c80, rel=1e-3)
     # Vm(p) - Vv(p) = ∫ c - c(p) over all ratios = -c(p), for a mean of zero.
@@ -70,7 +70,7 @@ def test_bearing_parameters_of_gaussian_heights() -> None:
 def test_bearing_parameters_of_a_plateau_with_pits_and_peaks() -> None:
     # Three straight pieces: slopes 20 to 10 %, 1 to 70 %, 10 to 100 %.
     ratio, height = np.array([0, 0.1, 0.7, 1.0]), np.array([2.0, 0.0, -0.6, -3.6])
-    values = bearing.core_parameters(ratio, height)
+    values = roughness.core_parameters(ratio, height)
     # The line is 0.1 - r: the curve meets 0.1 at r = 0.095 and -0.9 at r = 0.73.
     expected = {"Sk": 1.0, "Spk": 1.9, "Svk": 2.7, "Smr1": 0.095, "Smr2": 0.73}
     assert values == pytest.approx(expected, rel=1e-12)
@@ -79,14 +79,14 @@ def test_bearing_parameters_of_a_plateau_with_pits_and_peaks() -> None:
 def test_bearing_parameters_do_not_see_coarse_digits() -> None:
     heights = gaussian_map((200, 200), (2.0, 2.0))
     heights /= heights.std()
-    fine = bearing.core_parameters(*bearing.material_ratio_curve(heights))
-    coarse = bearing.core_parameters(*bearing.material_ratio_curve(np.round(heights, 1)))
+    fine = roughness.core_parameters(*roughness.material_ratio_curve(heights))
+    coarse = roughness.core_parameters(*roughness.material_ratio_curve(np.round(heights, 1)))
     assert coarse == pytest.approx(fine, rel=0.02)
 
 
 def test_volumes_are_means_over_the_points() -> None:
     heights = np.random.default_rng(13).gamma(2.0, size=(200, 300))
-    volumes = bearing.volume_parameters(*bearing.material_ratio_curve(heights))
+    volumes = roughness.volume_parameters(*roughness.material_ratio_curve(heights))
     c10, c80 = np.quantile(heights, [0.9, 0.2], method="hazen")
     direct = {
         "Vmp": np.maximum(heights - c10, 0).mean(),
@@ -101,4 +101,4 @@ def test_volumes_are_means_over_the_points() -> None:
 @pytest.mark.parametrize(("peak", "core"), [(0.0, 0.8), (0.8, 0.1), (0.1, 1.0)])
 def test_ratios_of_the_volumes_are_in_order(peak: float, core: float) -> None:
     with pytest.raises(InputError, match="0 < peak < core < 1"):
-        bearing.volume_parameters(np.array([0.0, 1.0]), np.array([1.0, 0.0]), peak, core)
+        roughness.volume_parameters(np.array([0.0, 1.0]), np.array([1.0, 0.0]), peak, core)

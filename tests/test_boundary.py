@@ -10,13 +10,14 @@ import xarray
 
 import roughcontact as rc
 from roughcontact.cli import app
-from roughcontact.contact import area, resolution_study, spots
+from roughcontact.contact import spots
 from roughcontact.contact.memory import memory_estimate
 from roughcontact.errors import InputError
-from roughcontact.halfspace import boundary as boundary_room, plastic, stress
+from roughcontact.halfspace import boundary as boundary_room, plastic_halfspace, stress
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers import bounded, patches
+from roughcontact.solvers import bounded, preconditioner
+from roughcontact.studies import resolution_study
 
 STRIPS = [Boundary.PERIODIC_X, Boundary.PERIODIC_Y]
 PIXEL = (0.4, 1.0)
@@ -120,7 +121,7 @@ def test_a_boundary_added_does_what_any_does(soft_bed, tmp_path):
     assert "Barber2003" in works
     assert not works & {"Love1929", "Stanley1997"}
     result.save(tmp_path / "out.nc")
-    again = rc.load_result(tmp_path / "out.nc")
+    again = rc.read_result(tmp_path / "out.nc")
     assert again.boundary is soft_bed
     np.testing.assert_array_equal(again.pressure, result.pressure)
     # The memory of its own kernel.
@@ -215,7 +216,7 @@ def test_parts_and_coarse_grids_of_a_strip_share_the_datum_of_the_map(boundary):
 def test_a_patch_holds_the_whole_period(boundary, shape):
     # A contact of 11 × 4 pixels, and two more on each side where the map ends.
     family = Boundary(boundary).operators((200, 40), PIXEL, MODULUS)
-    parts = patches.Patches(family((200, 40), (1, 1)), family, (1, 1))
+    parts = preconditioner.Patches(family((200, 40), (1, 1)), family, (1, 1))
     rows, columns = np.mgrid[90:101, 20:24]
     index = (40 * rows + columns).ravel()
     patch = parts.around(index)
@@ -245,7 +246,7 @@ def test_what_is_not_available_on_a_strip_says_so(boundary):
     with pytest.raises(InputError, match=advice):
         stress.slices(np.ones((8, 8)), PIXEL, [1.0], 0.3, boundary=boundary)
     with pytest.raises(InputError, match=advice):
-        plastic.HalfSpace(
+        plastic_halfspace.HalfSpace(
             (8, 8), PIXEL, [1.0], shear_modulus=1.0, poisson=0.3, boundary=str(boundary)
         )
 
@@ -298,7 +299,7 @@ def pressed_strip(request, rough):
 def test_a_result_holds_its_boundary_and_files_its_name(pressed_strip, tmp_path):
     assert isinstance(pressed_strip.boundary, Boundary)
     pressed_strip.save(tmp_path / "strip.nc")
-    again = rc.load_result(tmp_path / "strip.nc")
+    again = rc.read_result(tmp_path / "strip.nc")
     assert again.boundary is pressed_strip.boundary
     assert again.pressure.tobytes() == pressed_strip.pressure.tobytes()
     assert again.spots().count == pressed_strip.spots().count
@@ -316,14 +317,14 @@ def test_spots_and_rims_of_a_strip_wrap_along_its_period(rough):
         counts[str(boundary)] = spots.find(pressure, PIXEL, boundary.periodic_axes).count
     assert counts == {"free": 4, "periodic": 2, "periodic-x": 3, "periodic-y": 3}
     touching = pressure > 0
-    edges = {str(b): area.rim_excess(touching, touching, b) for b in Boundary}
+    edges = {str(b): spots.rim_excess(touching, touching, b) for b in Boundary}
     # Edges between contact and none: those at the ends of a map that ends do not count.
     unit = edges["periodic"] / 12
     assert {name: round(value / unit) for name, value in edges.items()} == {
         "free": 12, "periodic": 12, "periodic-x": 12, "periodic-y": 12,
     }  # fmt: skip
     touching[2, -1] = False
-    assert area.rim_excess(touching, touching, Boundary.PERIODIC_X) > area.rim_excess(
+    assert spots.rim_excess(touching, touching, Boundary.PERIODIC_X) > spots.rim_excess(
         touching, touching, Boundary.PERIODIC_Y
     )
 
@@ -362,7 +363,7 @@ def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
 def test_a_load_curve_and_a_study_of_a_strip(pressed_strip, rough):
     load, boundary = pressed_strip.load, pressed_strip.boundary
     options = {"material": STEEL, "boundary": boundary}
-    curve = rc.load_curve(rough, loads=[load / 2, load], **options)
+    curve = rc.sweep(rough, loads=[load / 2, load], **options)
     last = curve.steps[-1]
     assert last.approach == pytest.approx(pressed_strip.approach, rel=1e-5)
     assert last.spots == pressed_strip.spots().count
@@ -410,7 +411,7 @@ def test_what_needs_both_axes_alike_is_refused_before_it_starts(boundary, rough,
         rc.solve(rough, load=1.0, moments=(0.0, 0.0), **options)
     for call in (
         lambda: rc.subsurface_stress(result),
-        lambda: rc.yield_onset(rough, **options),
+        lambda: rc.first_yield_load(rough, **options),
         lambda: rc.solve_elastoplastic(rough, load=1.0, **options),
     ):
         with pytest.raises(InputError, match="is not available for") as caught:
@@ -429,13 +430,13 @@ def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, mo
     }  # fmt: skip
     words = [word for name, value in given.items() for word in (f"--{name}", value)]
     assert app.main(["solve", "map.npy", *words, "--output", "a.nc"]) == app.SOLVED
-    from_words = rc.load_result("a.nc")
+    from_words = rc.read_result("a.nc")
     lines = [f'{name} = "{value}"' for name, value in given.items()]
     (tmp_path / "p.toml").write_text(
         "\n".join(["[[contact]]", 'name = "b"', 'file = "map.npy"', *lines]), encoding="utf-8"
     )
     assert app.main(["run", "p.toml"]) == app.SOLVED
-    from_project = rc.load_result(next(tmp_path.rglob("b.nc")))
+    from_project = rc.read_result(next(tmp_path.rglob("b.nc")))
     assert from_words.boundary is from_project.boundary is boundary
     assert from_words.pressure.tobytes() == from_project.pressure.tobytes()
     assert app.main(["solve", "map.npy", *words[:-1], "periodic-z"]) == app.BAD_INPUT

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.material import catalogue, hardness
+from roughcontact.material import catalog, hardness
 from roughcontact.material.material import Material, contact_modulus
 
-ENTRIES = catalogue.entries()
+ENTRIES = catalog.entries()
 each = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.key)
 
 # Not austenitic, so that the conversion of Rockwell numbers holds.
@@ -24,7 +24,7 @@ BRITTLE = {"WC-6Co", "Al2O3", "Si3N4", "3Y-TZP", "fused silica", "polysilicon"}
 
 
 @each
-def test_every_entry_is_a_material(entry: catalogue.Entry) -> None:
+def test_every_entry_is_a_material(entry: catalog.Entry) -> None:
     body = entry.material
     assert isinstance(body, Material)
     assert body.name == entry.key
@@ -34,7 +34,7 @@ def test_every_entry_is_a_material(entry: catalogue.Entry) -> None:
 
 
 @each
-def test_every_value_has_its_source(entry: catalogue.Entry) -> None:
+def test_every_value_has_its_source(entry: catalog.Entry) -> None:
     quoted_values = (
         entry.young, entry.poisson, entry.yield_strength, entry.hardness, entry.resistivity,
         entry.conductivity, entry.exponent,
@@ -51,7 +51,7 @@ def test_every_value_has_its_source(entry: catalogue.Entry) -> None:
 
 
 @each
-def test_constants_are_plausible(entry: catalogue.Entry) -> None:
+def test_constants_are_plausible(entry: catalog.Entry) -> None:
     body = entry.material
     # From PTFE to cemented carbide; a slip of the unit would leave the range or the line below.
     assert 0.3e9 < body.young < 700e9
@@ -66,7 +66,7 @@ def test_constants_are_plausible(entry: catalogue.Entry) -> None:
 
 
 @each
-def test_hardness_over_yield_strength(entry: catalogue.Entry) -> None:
+def test_hardness_over_yield_strength(entry: catalog.Entry) -> None:
     body = entry.material
     if body.hardness is None or body.yield_strength is None:
         return
@@ -81,7 +81,7 @@ def test_hardness_over_yield_strength(entry: catalogue.Entry) -> None:
 
 
 @each
-def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalogue.Entry) -> None:
+def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalog.Entry) -> None:
     body = entry.material
     if body.hardness is None or body.yield_strength is None:
         return
@@ -92,7 +92,7 @@ def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalogue.En
 
 
 @each
-def test_law_of_hardening_starts_at_the_yield_strength(entry: catalogue.Entry) -> None:
+def test_law_of_hardening_starts_at_the_yield_strength(entry: catalog.Entry) -> None:
     law, strength = entry.material.hardening, entry.yield_strength
     assert (law is None) == (entry.exponent is None)
     if law is None or strength is None or entry.exponent is None:
@@ -105,7 +105,7 @@ def test_law_of_hardening_starts_at_the_yield_strength(entry: catalogue.Entry) -
 
 def test_austenite_without_hardness_has_its_tensile_strength() -> None:
     # The sheet gives 505 MPa. Considère: load over first area is largest where dσ/dε = σ.
-    body = catalogue.material("304")
+    body = catalog.material("304")
     strain = np.linspace(0.0, 0.5, 5001)
     stress = body.law.strength(strain)
     nominal = stress * np.exp(-strain - stress / body.young)
@@ -115,12 +115,12 @@ def test_austenite_without_hardness_has_its_tensile_strength() -> None:
 def test_constants_that_were_outside_what_is_measured() -> None:
     # Hardened and tempered X40CrMoV5-1 conducts 24 to 26 W/(m K); EN 1982 asks at least 180 MPa
     # of centrifugal and continuous castings of CuSn12Ni2-C, 160 MPa of sand castings.
-    assert 24 < catalogue.entry("H13").conductor.conductivity < 26
-    assert 160e6 <= catalogue.material("CuSn12Ni2-C").yield_strength <= 180e6
+    assert 24 < catalog.entry("H13").conductor.conductivity < 26
+    assert 160e6 <= catalog.material("CuSn12Ni2-C").yield_strength <= 180e6
 
 
 @each
-def test_rockwell_numbers_only_of_steels_that_the_table_holds_for(entry: catalogue.Entry) -> None:
+def test_rockwell_numbers_only_of_steels_that_the_table_holds_for(entry: catalog.Entry) -> None:
     if entry.hardness is not None:
         scale = hardness.parse(entry.hardness.text).scale
         assert scale in ("HV", "HBW") or entry.key in STEELS
@@ -129,38 +129,38 @@ def test_rockwell_numbers_only_of_steels_that_the_table_holds_for(entry: catalog
 def test_hardness_of_ceramics_given_as_a_pressure() -> None:
     # The sources give the load over the slanted area in GPa, the ceiling is 1.0785 times that.
     for name, quoted in (("alumina", 15e9),):
-        body = catalogue.material(name)
+        body = catalog.material(name)
         # 0.03 % from HV rounded to 1.
         assert body.hardness * math.sin(math.radians(68)) == pytest.approx(quoted, rel=5e-4)
 
 
 def test_what_the_sources_say_of_themselves() -> None:
     # ISO 6336-2 gives Z_E = √(E*/π) = 189.8 √(N/mm²) for steel on steel.
-    gear = catalogue.material("16MnCr5")
+    gear = catalog.material("16MnCr5")
     assert math.sqrt(contact_modulus(gear, gear) / 1e6 / math.pi) == pytest.approx(189.8, abs=0.05)
     # The cards of 100Cr6 and 42CrMo4 give the hardness in two scales; HRC is rounded to 0.5 there.
     for name, hrc in (("100Cr6", 62), ("42CrMo4", 36)):
-        value, scale, _ = hardness.parse(catalogue.entry(name).hardness.text)
+        value, scale, _ = hardness.parse(catalog.entry(name).hardness.text)
         assert hardness.vickers(value, scale) == pytest.approx(
             hardness.vickers(hrc, "HRC"), rel=0.005
         )
 
 
 def test_steels_of_different_alloys_are_different_rows() -> None:
-    assert catalogue.entry("18CrNiMo7-6") is not catalogue.entry("16MnCr5")
-    assert catalogue.entry("1.6587").key == "18CrNiMo7-6"
+    assert catalog.entry("18CrNiMo7-6") is not catalog.entry("16MnCr5")
+    assert catalog.entry("1.6587").key == "18CrNiMo7-6"
 
 
 def test_high_speed_steel_has_one_heat_treatment() -> None:
     # 3250 MPa are of another temper than the hardness, and three times as much exceeds it.
-    entry = catalogue.entry("M2")
+    entry = catalog.entry("M2")
     assert entry.yield_strength is None
     assert entry.material.ceiling == entry.material.hardness
 
 
 def test_bearing_balls_of_silicon_nitride_have_their_hardness() -> None:
     # Of dense bearing grades 1400 to 1600 HV; 18.5 GPa is a number of small indentations.
-    value, scale, _ = hardness.parse(catalogue.entry("silicon nitride").hardness.text)
+    value, scale, _ = hardness.parse(catalog.entry("silicon nitride").hardness.text)
     assert scale == "HV"
     assert 1400 <= value <= 1600
 
@@ -191,8 +191,8 @@ def test_no_name_stands_for_two_materials() -> None:
     ],
 )
 def test_names_are_found_however_they_are_written(name: str, key: str) -> None:
-    assert catalogue.entry(name).key == key
-    assert catalogue.material(name) == catalogue.entry(name).material
+    assert catalog.entry(name).key == key
+    assert catalog.material(name) == catalog.entry(name).material
 
 
 @given(st.data())
@@ -203,7 +203,7 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
     written = "".join(
         letter.swapcase() if other else letter for letter, other in zip(name, swap, strict=True)
     )
-    assert catalogue.entry(f" {written} ") is entry
+    assert catalog.entry(f" {written} ") is entry
 
 
 @pytest.mark.parametrize(
@@ -220,18 +220,18 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
 )
 def test_unknown_names_get_the_nearest(name: object, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        catalogue.material(name)
+        catalog.material(name)
 
 
 def test_entries_cannot_be_changed() -> None:
     with pytest.raises(FrozenInstanceError):
-        ENTRIES[0].young = catalogue.Value(1.0, "nobody at all")
+        ENTRIES[0].young = catalog.Value(1.0, "nobody at all")
     assert len(ENTRIES) >= 18
 
 
 @each
 def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(
-    entry: catalogue.Entry,
+    entry: catalog.Entry,
 ) -> None:
     conducts = entry.conductor
     if conducts.resistivity is None or conducts.conductivity is None:

@@ -9,15 +9,15 @@ import xarray
 
 import roughcontact as rc
 from reading import measurement
-from roughcontact.contact import judgment
-from roughcontact.contact.cautions import Caution, Kind, Severity, noted, ordered, warned
+from roughcontact.cautions import Caution, Kind, Severity, as_note, as_warning, ordered
+from roughcontact.contact import plausibility
 from roughcontact.contact.result import Regime
-from roughcontact.errors import InputError, Mention, worded
-from roughcontact.material import catalogue
+from roughcontact.errors import ArgumentRef, InputError, render_message
+from roughcontact.material import catalog
 from roughcontact.material.material import contact_modulus
-from roughcontact.report import regimes
+from roughcontact.report import phrases
 from roughcontact.report.page import sentence
-from roughcontact.surface import provenance, shapes, synthetic
+from roughcontact.surface import provenance, random_surfaces, shapes
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 PIXEL = (1e-6, 1e-6)
@@ -70,8 +70,8 @@ def test_a_result_that_did_not_converge_says_so_in_the_words_of_any_edge() -> No
     result = rc.solve(ball(64), material=STEEL, load=1e-2, max_iterations=2, on_failure="return")
     (caution,) = (c for c in result.cautions if c.kind == Kind.NOT_CONVERGED)
     assert "stopped at max_iterations; allow more" in caution.text
-    assert Mention("max_iterations") in caution.parts
-    assert "stopped at --max-iterations" in worded(
+    assert ArgumentRef("max_iterations") in caution.parts
+    assert "stopped at --max-iterations" in render_message(
         caution.parts, lambda mention: f"--{mention.name.replace('_', '-')}"
     )
 
@@ -99,7 +99,7 @@ def test_the_regime_looks_at_both_bodies() -> None:
     between = 0.5 * (first + (weak.first_yield_pressure or 0.0))
     scaled = dataclasses.replace(result, pressure=result.pressure * between / result.max_pressure)
     assert scaled.regime is Regime.YIELDING_BELOW
-    assert "a sphere of the counter-body first yields" in regimes.regime(scaled)
+    assert "a sphere of the counter-body first yields" in phrases.regime(scaled)
     below = dataclasses.replace(result, pressure=scaled.pressure * 0.99 * first / between)
     assert below.regime is Regime.BELOW_FIRST_YIELD
 
@@ -110,7 +110,7 @@ def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
     result = rc.solve(ball(64), material=steel, counter_material=ceramic, load=1e-2, ceiling=None)
     scaled = dataclasses.replace(result, pressure=result.pressure * 1.8e9 / result.max_pressure)
     assert scaled.regime is Regime.YIELDING_BELOW
-    assert "reaches the hardness" in regimes.regime(scaled)
+    assert "reaches the hardness" in phrases.regime(scaled)
     weak = dataclasses.replace(result, pressure=result.pressure * 1.5e9 / result.max_pressure)
     assert weak.regime is Regime.UNKNOWN
 
@@ -123,7 +123,7 @@ def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
     assert {Kind.RESOLUTION, Kind.FILLED} <= set(kinds(result))
     result.save(tmp_path / "result.nc")
     result.report(tmp_path / "result.html")
-    again = rc.load_result(tmp_path / "result.nc")
+    again = rc.read_result(tmp_path / "result.nc")
     assert again.warnings == result.warnings == tuple(result.summary()["warnings"])
     with xarray.open_dataset(tmp_path / "result.nc") as dataset:
         assert dataset.attrs["warnings"] == "\n".join(result.warnings)
@@ -136,12 +136,12 @@ def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
     remark = Caution(Kind.MEASUREMENT, ("the tip was blunt",), Severity.NOTE, {"radius": 1e-8})
     result = dataclasses.replace(rc.solve(ball(), material=STEEL, load=1e-2), remarks=(remark,))
     result.save(tmp_path / "result.nc")
-    again = rc.load_result(tmp_path / "result.nc")
+    again = rc.read_result(tmp_path / "result.nc")
     assert again.cautions == result.cautions == (remark,)
 
 
 def test_the_severest_comes_first_and_each_once() -> None:
-    note, warning = noted(Kind.MEASUREMENT, "a"), warned(Kind.EDGE, "b")
+    note, warning = as_note(Kind.MEASUREMENT, "a"), as_warning(Kind.EDGE, "b")
     assert ordered([note, warning, note]) == (warning, note)
 
 
@@ -230,13 +230,13 @@ def test_spots_of_few_atoms_are_no_continuum() -> None:
 
 
 def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -> None:
-    bearing = catalogue.material("PTFE")
+    bearing = catalog.material("PTFE")
     result = rc.solve(ball(), material=bearing, counter_material=bearing, load=1e-2)
     first = result.cautions[0]
     assert (first.kind, first.severity) == (Kind.MATERIAL, Severity.WARNING)
     assert kinds(result).count(Kind.MATERIAL) == 1
     result.save(tmp_path / "result.nc")
-    again = rc.load_result(tmp_path / "result.nc")
+    again = rc.read_result(tmp_path / "result.nc")
     assert again.material == bearing
     assert again.cautions == result.cautions
     assert Kind.MATERIAL not in kinds(rc.solve(ball(), material=STEEL, load=1e-2))
@@ -245,7 +245,7 @@ def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -
 def test_a_contact_at_the_edge_says_what_it_means_and_what_to_do() -> None:
     result = rc.solve(ball(16), material=STEEL, load=0.5)
     (caution,) = (c for c in result.cautions if c.kind == Kind.EDGE)
-    assert Mention("boundary", "periodic") in caution.parts
+    assert ArgumentRef("boundary", "periodic") in caution.parts
     inner = float(result.pressure[1:-1, 1:-1].sum() / result.pressure.sum())
     assert caution.numbers["edge_load"] == pytest.approx(1 - inner)
 
@@ -277,13 +277,13 @@ def test_a_ceiling_above_the_hardness_is_told() -> None:
         c for c in rc.solve(small, material=mixed, load=1.0).cautions if c.kind == Kind.HARDNESS
     )
     assert caution.numbers["hardness"] == 7e9
-    law = rc.Linear(3.25e9, 1e9)
+    law = rc.hardening.Linear(3.25e9, 1e9)
     assert rc.Material(210e9, 0.3, hardness=7e9, hardening=law).at_odds is None
 
 
 def rough() -> np.ndarray:
     waves = {"rms_height": 1e-7, "rolloff_wavelength": 3e-5, "cutoff_wavelength": 4e-6}
-    return synthetic.self_affine((128, 128), PIXEL, **waves, rng=np.random.default_rng(3))
+    return random_surfaces.self_affine((128, 128), PIXEL, **waves, rng=np.random.default_rng(3))
 
 
 def test_spikes_of_a_measurement_are_told_with_what_takes_them_out() -> None:
@@ -292,7 +292,7 @@ def test_spikes_of_a_measurement_are_told_with_what_takes_them_out() -> None:
     pressed = {"material": STEEL, "load": 0.1, "boundary": "periodic", "ceiling": None}
     spiky = rc.solve(rc.Surface(heights, PIXEL), **pressed)
     (caution,) = (c for c in spiky.cautions if c.kind == Kind.SPIKES)
-    assert Mention("outliers", 6.0) in caution.parts
+    assert ArgumentRef("outliers", 6.0) in caution.parts
     assert caution.numbers["kurtosis"] > 20
     assert caution.numbers["peak"] > 10
     cleaned = rc.Surface(heights, PIXEL).without_outliers(6.0).filled()
@@ -308,7 +308,7 @@ def test_pits_and_single_bumps_are_no_spikes() -> None:
     bump = np.zeros((128, 128))
     bump[60:64, 60:64] = 1e-6
     for heights in (rough(), pitted, bump):
-        assert judgment.spikes(rc.Surface(heights, PIXEL)) is None
+        assert plausibility.spikes(rc.Surface(heights, PIXEL)) is None
 
 
 @pytest.mark.parametrize(
@@ -321,9 +321,9 @@ def test_pits_and_single_bumps_are_no_spikes() -> None:
 )  # fmt: skip
 def test_measured_maps_are_spiky_only_until_their_outliers_are_out(name: str, spiky: bool) -> None:
     surface = rc.read_surface(measurement(name)).leveled()
-    assert (judgment.spikes(surface) is not None) == spiky
+    assert (plausibility.spikes(surface) is not None) == spiky
     if spiky:
-        assert judgment.spikes(surface.without_outliers(6.0).leveled()) is None
+        assert plausibility.spikes(surface.without_outliers(6.0).leveled()) is None
 
 
 def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None:
@@ -335,7 +335,7 @@ def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None
     spiked = waves.copy()
     spiked[32, 16] += 9e-6
     result = rc.solve(rc.Surface(spiked, PIXEL), material=STEEL, load=0.05, boundary="periodic")
-    assert judgment.spikes(result.surface) is None
+    assert plausibility.spikes(result.surface) is None
     (caution,) = (c for c in result.cautions if c.kind == Kind.SPIKES)
     lead = np.sort(spiked.ravel())[-1] - np.sort(spiked.ravel())[-2]
     assert caution.numbers["lead"] == pytest.approx(lead)
@@ -348,7 +348,7 @@ def test_a_spike_that_touches_first_is_told_though_the_surface_is_wavy() -> None
 @pytest.mark.parametrize("load", [1e-5, 1e-3, 0.1, 3.0])
 def test_the_summits_of_a_rough_surface_are_no_spikes(load: float) -> None:
     for seed in range(3):
-        rough = synthetic.self_affine(
+        rough = random_surfaces.self_affine(
             (64, 64), PIXEL, rms_height=0.3e-6, rolloff_wavelength=32e-6, cutoff_wavelength=4e-6,
             rng=np.random.default_rng(seed),
         )  # fmt: skip

@@ -15,13 +15,13 @@ from roughcontact.contact.ceiling import (
     combined_ceiling,
     recommended_ceiling,
 )
-from roughcontact.contact.load_history import load_history
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
-from roughcontact.report import results, script
-from roughcontact.report.quantities import PROBLEM
+from roughcontact.report import kinds, python_script
+from roughcontact.report.fields import PROBLEM
+from roughcontact.studies.load_history import history as load_history
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -271,7 +271,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
     assert result.recommended.factor == pytest.approx(result.ceiling / body.yield_strength)
     # Once more from there, or from anywhere: the same.
     again = rc.solve(
-        result.surface, material=body, load=result.load, ceiling="recommended", start=result
+        result.surface, material=body, load=result.load, ceiling="recommended", initial_guess=result
     )
     assert again.ceiling == pytest.approx(result.ceiling, rel=4e-3)
     np.testing.assert_allclose(again.pressure, result.pressure, atol=5e-3 * result.ceiling)
@@ -285,7 +285,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
 def test_on_rough_maps_it_settles_or_says_by_how_much_not(
     seed: int, load: float, strength: float, poisson: float
 ) -> None:
-    heights, pixel = rc.reference_map(32, rng_seed=seed)
+    heights, pixel = rc.reference_map(32, rng=seed)
     body = rc.Material(210e9, poisson, 10**strength)
     surface = rc.Surface(heights, pixel)
     terms = {"material": body, "load": 10**load, "boundary": "periodic"}
@@ -390,7 +390,7 @@ def test_a_history_has_the_ceiling_of_its_largest_load() -> None:
 def test_a_sweep_has_a_ceiling_for_each_load(tmp_path: Path) -> None:
     ball, load = sphere(40).surface, sphere(40).load
     more = {"material": STEEL, "ceiling": "recommended"}
-    curve = rc.load_curve(ball, loads=[load / 60, load / 8, load], folder=tmp_path, **more)
+    curve = rc.sweep(ball, loads=[load / 60, load / 8, load], folder=tmp_path, **more)
     assert curve.ceiling == "recommended"
     ceilings = curve.column("ceiling")
     assert ceilings[0] == 3e9 > ceilings[2] > ceilings[1]
@@ -400,7 +400,7 @@ def test_a_sweep_has_a_ceiling_for_each_load(tmp_path: Path) -> None:
     assert curve.steps[2].contact_area == pytest.approx(alone.contact_area, rel=0.01)
     np.testing.assert_allclose(curve.persson[1][1:] * ceilings[1:], curve.column("load")[1:],
                                rtol=0.2)  # fmt: skip
-    again = rc.load_curve(ball, loads=[load / 60, load / 8, load], folder=tmp_path, **more)
+    again = rc.sweep(ball, loads=[load / 60, load / 8, load], folder=tmp_path, **more)
     np.testing.assert_array_equal(again.column("ceiling"), ceilings)
 
 
@@ -419,16 +419,16 @@ def test_a_study_keeps_the_ceiling_of_the_map() -> None:
 def test_it_is_stored_and_told(tmp_path: Path) -> None:
     result = advised(40)
     result.save(tmp_path / "ball.nc")
-    assert rc.load_result(tmp_path / "ball.nc").recommended == result.recommended
-    told = {row.name: row.text for row in results.rows(result, PROBLEM)}
+    assert rc.read_result(tmp_path / "ball.nc").recommended == result.recommended
+    told = {row.name: row.text for row in kinds.rows(result, PROBLEM)}
     assert re.fullmatch(
         r"2\.2\d+ GPa, recommended: 2\.2\d yield strengths at 4\d times first yield",
         told["pressure ceiling"],
     )
-    (row,) = (row for row in results.rows(result) if row.key == "recommended")
+    (row,) = (row for row in kinds.rows(result) if row.key == "recommended")
     assert "(-2" in row.text
     assert row.name == "with three yield strengths"
-    lines = script.repeating(result)
+    lines = python_script.repeating(result)
     assert 'ceiling="recommended"' in lines
 
 

@@ -10,13 +10,19 @@ import pytest
 import ceiling_error
 import intervals as benchmark
 import roughcontact as rc
-from roughcontact.contact import certainty, judgment
-from roughcontact.contact.advice import RecommendedCeiling
+from roughcontact.contact import plausibility
+from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import area_change
-from roughcontact.contact.certainty import Cause, Doubt, Interval
 from roughcontact.contact.result import Regime
-from roughcontact.contact.study import limits
-from roughcontact.report import sureness
+from roughcontact.report.uncertainty import uncertainty_rows
+from roughcontact.studies.resolution_study import limits
+from roughcontact.studies.uncertainty import (
+    _ONE_SPHERE,
+    Cause,
+    ErrorSource,
+    Interval,
+    uncertainty_intervals,
+)
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -27,7 +33,7 @@ BALL = rc.Surface(-(X**2 + Y**2) / (2 * 1e-3), (3e-6, 3e-6))
 
 
 def interval(result, name="contact_fraction", study=None):
-    (found,) = (one for one in certainty.intervals(result, study) if one.name == name)
+    (found,) = (one for one in uncertainty_intervals(result, study) if one.name == name)
     return found
 
 
@@ -50,16 +56,16 @@ def test_plasticity_of_the_volume_lies_in_what_is_said(kind):
         law, found = ceiling_error.LAWS[row["law"]], row["recommended"]
         strength = float(law.strength(np.array(0.0)))
         flow = float(law.strength(np.array(0.15 * found["slope"])))
-        advice = RecommendedCeiling(
+        advice = CalibratedCeiling(
             found["load_ratio"], found["slope"], flow, 1.615 * flow, found["factor"] * strength,
             found["factor"],
         )  # fmt: skip
         modulus = ceiling_error.YOUNG / (1 - ceiling_error.POISSON**2)
         change = area_change(advice, 3 * strength, modulus)
-        error = judgment.SHOWN_ROUGH if kind == "maps" else judgment.SHOWN_SPHERE
+        error = plausibility.SHOWN_ROUGH if kind == "maps" else plausibility.SHOWN_SPHERE
         if row["law"] != "perfect":
-            error = judgment.SHOWN_HARDENING
-        error += certainty._ONE_SPHERE
+            error = plausibility.SHOWN_HARDENING
+        error += _ONE_SPHERE
         within += abs(with_plasticity(row) - change) <= error * (1 + change)
     assert within >= 0.95 * len(STORED[kind])
 
@@ -98,7 +104,7 @@ def test_what_is_not_known_is_said():
 
 def test_rows_name_number_ends_and_causes():
     result = rc.solve(BALL, material=STEEL, load=12)
-    rows = {name: (ends, why) for name, ends, why in sureness.rows(result)}
+    rows = {name: (ends, why) for name, ends, why in uncertainty_rows(result)}
     ends, why = rows["real contact"]
     assert " to " in ends
     assert "rim of the spots -" in why
@@ -151,7 +157,7 @@ def test_the_pressure_at_an_edge_has_no_limit():
     assert not rc.resolution_study(ball, material=STEEL, load=2.0, ceiling=3e9).at_edge
     periodic = rc.solve(ball, material=STEEL, load=2.0, ceiling=None, boundary="periodic")
     assert Cause.EDGE not in causes(interval(periodic, "max_pressure"))
-    rows = {name: (ends, why) for name, ends, why in sureness.rows(result, study)}
+    rows = {name: (ends, why) for name, ends, why in uncertainty_rows(result, study)}
     assert rows["largest pressure"][0].endswith("not bounded")
 
 
@@ -227,13 +233,13 @@ def test_a_body_that_hardens_has_its_calibrated_area_in_the_interval():
 
 def test_a_number_that_nothing_bounds_is_not_given_as_sure():
     result = rc.solve(BALL, material=STEEL, load=12)
-    ends = {name: told for name, told, _ in sureness.rows(result)}
+    ends = {name: told for name, told, _ in uncertainty_rows(result)}
     assert ends["approach"].endswith("m, not bounded")
     assert ends["real contact"].endswith(" or beyond")
 
 
 def test_large_changes_do_not_add_up_to_no_contact_at_all():
     # Of a map of noise: the rim takes a third, twice the pixel to the pixel nine tenths.
-    told = Interval("contact_fraction", 0.256, (Doubt(Cause.RIM, -0.33, 0.0),
-                                                Doubt(Cause.GRID, -0.93, 0.0)))  # fmt: skip
+    told = Interval("contact_fraction", 0.256, (ErrorSource(Cause.RIM, -0.33, 0.0),
+                                                ErrorSource(Cause.GRID, -0.93, 0.0)))  # fmt: skip
     assert told.low == pytest.approx(0.256 * 0.67 * 0.07)

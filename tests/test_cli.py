@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import load_result, memory
+from roughcontact import memory, read_result
 from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
-from roughcontact.material import catalogue, hardening
+from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
+from roughcontact.material import catalog, hardening
 from roughcontact.plots import maps
 from roughcontact.report import page
 from roughcontact.request import outputs, run
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
-from roughcontact.volume import archive as volume_archive, loop, solve as elastoplastic
 
 MEASUREMENTS = Path(__file__).parents[1] / ".." / "shared" / "measurements"
 PACKAGE = Path(roughcontact.__file__).parents[1]
@@ -346,7 +346,7 @@ def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Cap
     assert files(tmp_path) - before == {"out.nc", *names}
     out = capsys.readouterr().out
     assert all(name in out for name in ("out.nc", *names))
-    result = load_result(output)
+    result = read_result(output)
     assert result.converged
     assert result.load == 0.1
     for name in names:
@@ -376,7 +376,7 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
     assert all(f"\n{name} " in out for name in names)
     assert "generated, not measured" in out
     assert width(out) <= 80
-    elastic, limited = (load_result(folder / name) for name in ("elastic.nc", "ceiling.nc"))
+    elastic, limited = (read_result(folder / name) for name in ("elastic.nc", "ceiling.nc"))
     assert elastic.ceiling is None
     assert limited.ceiling == 3e9
     assert elastic.load == limited.load == 1.0
@@ -661,7 +661,7 @@ def test_an_old_output_survives_a_refused_run(rough: Path, tmp_path: Path, capsy
     refused(capsys, solve(rough, *YIELDING, "--output", str(output), load="61 N"), "60 N")
     assert output.read_text() == "an older result"
     assert solve(rough, *YIELDING, "--output", str(output)) == app.SOLVED
-    assert load_result(output).converged
+    assert read_result(output).converged
 
 
 def test_a_full_disk_is_one_sentence_after_the_numbers(
@@ -1060,7 +1060,7 @@ def test_materials_come_from_the_catalogue(rough: Path, capsys: Capture) -> None
     options = ("--material", "AISI 52100", "--counter-material", "alumina", "--young", "205 GPa")
     assert solve(rough, *options, "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    steel = catalogue.material("100Cr6")
+    steel = catalog.material("100Cr6")
     assert told["material"]["young"] == 205e9
     assert told["material"]["yield_strength"] == steel.yield_strength
     assert told["counter_material"]["hardness"] > 1e10
@@ -1079,12 +1079,12 @@ def test_materials_lists_the_catalogue_with_sources(capsys: Capture) -> None:
     assert app.main(["materials"]) == app.SOLVED
     out = capsys.readouterr().out
     assert width(out) <= 80
-    assert all(entry.key in out for entry in catalogue.entries())
+    assert all(entry.key in out for entry in catalog.entries())
     assert app.main(["materials", "bearing steel"]) == app.SOLVED
     assert "source" in capsys.readouterr().out
     assert app.main(["materials", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    assert len(told["materials"]) == len(catalogue.entries())
+    assert len(told["materials"]) == len(catalog.entries())
     refused(capsys, app.main(["materials", "unobtainium"]), "'unobtainium' is not in")
 
 
@@ -1421,7 +1421,7 @@ def test_a_volume_run_is_kept_and_goes_on(
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(loop, "_CUTS", 0)
+    monkeypatch.setattr(increments, "_CUTS", 0)
     original = elastoplastic.solve_elastoplastic
     monkeypatch.setattr(
         elastoplastic, "solve_elastoplastic", lambda *a, **k: original(*a, max_iterations=1, **k)

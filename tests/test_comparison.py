@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.elastoplastic import ceiling_comparison
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
-from roughcontact.volume import comparison
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
@@ -37,7 +37,7 @@ def compared() -> rc.ModelComparison:
 
 
 def test_below_first_yield_both_are_elastic(compared: rc.ModelComparison) -> None:
-    for name in comparison.QUANTITIES:
+    for name in ceiling_comparison.QUANTITIES:
         assert compared.excess(name)[:, 0] == pytest.approx(0, abs=1e-4)
         # No ceiling is felt: none is better than another.
         assert math.isnan(compared.best_factor(name)[0])

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.contact.cautions import Kind
-from roughcontact.joint import filling, spread
-from roughcontact.report import conducted
+from roughcontact.joint import conductance as filling
+from roughcontact.joint.conductance import CASES, CORRELATED, SPOTTED
+from roughcontact.report.conductance import sentences
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -34,7 +35,7 @@ def test_resistances_are_resistivities_over_the_length() -> None:
 
 def test_the_length_is_that_of_the_load_curve() -> None:
     loads = [0.3, 1.0]
-    curve = rc.load_curve(ROUGH, material=STEEL, loads=loads, boundary="periodic")
+    curve = rc.sweep(ROUGH, material=STEEL, loads=loads, boundary="periodic")
     contacts = [rc.solve(ROUGH, material=STEEL, load=w, boundary="periodic") for w in loads]
     found = rc.conductance(reversed(contacts), COPPER, COPPER)
     assert found.column("load").tolist() == loads
@@ -50,7 +51,7 @@ def test_a_film_adds_its_resistance() -> None:
     added = film.thermal_resistance - bare.thermal_resistance
     assert added == pytest.approx(1e-6 / RESULT.contact_area)
     # What is told of a disc is no bound if it is below 32/(3π²) to 1.
-    text = " ".join(conducted.sentences(film))
+    text = " ".join(sentences(film))
     bound = float(re.search(r"disc by at most ([\d.]+) % of the constriction", text)[1])
     assert bound == pytest.approx(100 * (32 / (3 * math.pi**2) - 1), abs=0.05)
 
@@ -193,8 +194,8 @@ def test_a_length_that_hangs_on_the_grid_is_warned_of() -> None:
 def test_the_scatter_of_the_estimates_is_that_of_the_stored_cases() -> None:
     path = Path(__file__).parents[1] / "benchmarks" / "constriction.json"
     cases = json.loads(path.read_text("utf-8"))["cases"]
-    assert len(cases) == spread.CASES
-    for name, told in (("correlation", spread.CORRELATED), ("greenwood", spread.SPOTTED)):
+    assert len(cases) == CASES
+    for name, told in (("correlation", CORRELATED), ("greenwood", SPOTTED)):
         found = np.quantile([case[name] for case in cases], (0.025, 0.975))
         assert found == pytest.approx(told, abs=0.006)
 
@@ -255,7 +256,7 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert len((tmp_path / "joint.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    steel = rc.catalogue.material("42CrMo4")
+    steel = rc.catalog.material("42CrMo4")
     contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
     found = rc.conductance(contacts, "42CrMo4", COPPER, film=1e-13)
     assert told["load"] == [0.3, 1.0]

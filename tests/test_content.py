@@ -15,7 +15,7 @@ import pytest
 import roughcontact as rc
 from bounded_reader import Reader
 from reading import HEIGHTS, needs_reader, refused
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel
@@ -55,8 +55,8 @@ def test_damaged_packings_are_refused(tmp_path: Path, monkeypatch: pytest.Monkey
     for content in (whole[:-10], whole[:30], whole[:40] + b"\0\0\0" + whole[43:], whole[:2]):
         path.write_bytes(content)
         refused(path, "map.txt.gz cannot be unpacked", unit="um", size="1 mm x 1 mm")
-    monkeypatch.setattr(limits, "_SMALL", 4000)
-    monkeypatch.setattr(limits, "_PACKED", 2)
+    monkeypatch.setattr(memory, "_SMALL", 4000)
+    monkeypatch.setattr(memory, "_PACKED", 2)
     path.write_bytes(whole)
     refused(path, "as no measurement is", unit="um", size="1 mm x 1 mm")
 

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.surface import curvature, nominal, provenance
+from roughcontact.contact import nominal_hertz
+from roughcontact.surface import nominal_bodies, provenance
 
 GRID: dict[str, Any] = {"shape": (41, 31), "pixel": (1e-6, 2e-6)}
 
 BODIES = {
-    "flat": nominal.flat(**GRID),
-    "sphere": nominal.sphere(radius=0.01, **GRID),
-    "ellipsoid": nominal.ellipsoid(radii=(0.01, 0.004), angle=25, **GRID),
-    "cylinder": nominal.cylinder(radius=0.01, **GRID),
-    "askew": nominal.cylinder(radius=0.01, angle=35, **GRID),
+    "flat": nominal_bodies.flat(**GRID),
+    "sphere": nominal_bodies.sphere(radius=0.01, **GRID),
+    "ellipsoid": nominal_bodies.ellipsoid(radii=(0.01, 0.004), angle=25, **GRID),
+    "cylinder": nominal_bodies.cylinder(radius=0.01, **GRID),
+    "askew": nominal_bodies.cylinder(radius=0.01, angle=35, **GRID),
 }
 
 
@@ -44,8 +45,8 @@ def measured(surface: rc.Surface) -> np.ndarray:
         lambda s: s.leveled("plane"),
         lambda s: s.cropped((3, 40), (1, 30)),
         lambda s: s.resampled(shape=(50, 40), method="spline"),
-        lambda s: s.aligned(nominal.flat(shape=(15, 9), pixel=(1e-6, 2e-6)), angle=20),
-        lambda s: s.aligned(nominal.flat(shape=(15, 9), pixel=(1e-6, 2e-6)), mirrored=True),
+        lambda s: s.aligned(nominal_bodies.flat(shape=(15, 9), pixel=(1e-6, 2e-6)), angle=20),
+        lambda s: s.aligned(nominal_bodies.flat(shape=(15, 9), pixel=(1e-6, 2e-6)), mirrored=True),
         lambda s: s.with_form(s),
         lambda s: rc.Surface(np.zeros(s.shape), s.pixel).with_form(s).masked(),
     ],
@@ -53,21 +54,21 @@ def measured(surface: rc.Surface) -> np.ndarray:
 def test_the_curvature_told_is_that_of_the_heights(name: str, prepared: Any) -> None:
     surface = prepared(BODIES[name])
     # Spheres deviate from their paraboloid by 1e-5 at this size; splines by a little more.
-    found = curvature.of(surface.provenance)
+    found = nominal_hertz.of(surface.provenance)
     np.testing.assert_allclose(found, measured(surface), rtol=1e-4, atol=3e-3)
 
 
 def test_what_has_no_curvature_or_none_that_is_known() -> None:
-    for body in (nominal.cone(slope=0.1, **GRID), nominal.punch(radius=1e-5, **GRID)):
-        assert curvature.of(body.provenance) is None
+    for body in (nominal_bodies.cone(slope=0.1, **GRID), nominal_bodies.punch(radius=1e-5, **GRID)):
+        assert nominal_hertz.of(body.provenance) is None
     ball = BODIES["sphere"]
-    assert curvature.of(ball.without_form("sphere").provenance) is None
-    assert curvature.of(ball.filtered(l=20e-6).provenance) is None
-    flat = curvature.of(ball.leveled("quadric").provenance)
+    assert nominal_hertz.of(ball.without_form("sphere").provenance) is None
+    assert nominal_hertz.of(ball.filtered(l=20e-6).provenance) is None
+    flat = nominal_hertz.of(ball.leveled("quadric").provenance)
     assert flat is not None
     assert not flat.any()
     rough = rc.Surface(np.zeros(GRID["shape"]), GRID["pixel"])
-    plain = curvature.of(rough.without_form("polynomial", 2).filtered(l=20e-6).provenance)
+    plain = nominal_hertz.of(rough.without_form("polynomial", 2).filtered(l=20e-6).provenance)
     assert plain is not None
     assert not plain.any()
 
@@ -75,19 +76,19 @@ def test_what_has_no_curvature_or_none_that_is_known() -> None:
 def test_the_curvature_survives_a_file() -> None:
     made = BODIES["flat"].with_form(BODIES["ellipsoid"]).provenance
     again = provenance.from_text(provenance.to_text(made))
-    np.testing.assert_array_equal(curvature.of(again), curvature.of(made))
+    np.testing.assert_array_equal(nominal_hertz.of(again), nominal_hertz.of(made))
 
 
 @pytest.mark.parametrize("angle", [0, 30, 90, 135])
 def test_the_principal_radii_and_their_direction(angle: float) -> None:
     # R_y and R_x before the turn: the larger one lies along y then.
-    body = nominal.ellipsoid(radii=(0.01, 0.004), angle=angle, **GRID)
-    found = curvature.of(body.provenance)
+    body = nominal_bodies.ellipsoid(radii=(0.01, 0.004), angle=angle, **GRID)
+    found = nominal_hertz.of(body.provenance)
     assert found is not None
-    radii, direction = curvature.principal(found)
+    radii, direction = nominal_hertz.principal(found)
     assert radii == pytest.approx((0.01, 0.004))
     assert direction == pytest.approx((90 + angle) % 180)
-    line = curvature.of(nominal.cylinder(radius=0.01, angle=angle, **GRID).provenance)
+    line = nominal_hertz.of(nominal_bodies.cylinder(radius=0.01, angle=angle, **GRID).provenance)
     assert line is not None
-    (along, across), axis = curvature.principal(line)
+    (along, across), axis = nominal_hertz.principal(line)
     assert (along, across, axis) == (math.inf, pytest.approx(0.01), pytest.approx(angle % 180))

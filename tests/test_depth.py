@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.elastoplastic.result import most_strained
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
-from roughcontact.volume import depth
 
 # Summit of the ball of conftest.py.
 ROW, COLUMN = 13, 17
@@ -14,7 +14,7 @@ ROW, COLUMN = 13, 17
 
 def test_profile_below_the_summit(pressed) -> None:
     assert pressed.bodies[0].margin > 0
-    assert depth.most_strained(pressed)[1:] == (ROW, COLUMN)
+    assert most_strained(pressed)[1:] == (ROW, COLUMN)
     found = pressed.profile()
     assert found.point == (ROW, COLUMN)
     assert found.place == pytest.approx((13.5 * 0.6e-6, 17.5 * 0.5e-6))
@@ -123,7 +123,7 @@ def test_where_nothing_yields_the_largest_stress_is_shown() -> None:
     surface = rc.Surface(-(y**2 + x**2) * (0.5e-6) ** 2 / 2e-4, (0.5e-6, 0.5e-6))
     steel = rc.Material(210e9, 0.3, 20e9)
     result = rc.solve_elastoplastic(surface, material=steel, increments=1, loads=[0.05])
-    layer, row, column = depth.most_strained(result)
+    layer, row, column = most_strained(result)
     assert not result.plastic_volume
     assert (row, column) == (6, 10)
     held = result.bodies[0]

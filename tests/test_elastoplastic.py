@@ -7,28 +7,27 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.contact.archive import load_contact
-from roughcontact.contact.cautions import Kind
 from roughcontact.contact.pair import Pair
+from roughcontact.elastoplastic import increments, problem as contact_solver, solve, validation
+from roughcontact.elastoplastic.archive import load_elastoplastic
+from roughcontact.elastoplastic.problem import Problem, memory_estimate
+from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.errors import (
+    ArgumentRef,
     CapacityError,
     ConvergenceError,
     FormatError,
     InputError,
     InsufficientMemoryError,
-    Mention,
 )
 from roughcontact.halfspace import convolution, tensors
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.shares import Alone
+from roughcontact.halfspace.volume_partition import SingleProcess
 from roughcontact.material.hardening import Linear, Perfect, Swift, Tabulated
 from roughcontact.solvers import anderson
-from roughcontact.surface import synthetic
-from roughcontact.volume import checks, contact_solver, loop, solve
-from roughcontact.volume.archive import load_elastoplastic
-from roughcontact.volume.memory import memory_estimate
-from roughcontact.volume.problem import Problem
-from roughcontact.volume.solve import solve_elastoplastic
+from roughcontact.surface import random_surfaces
 
 YOUNG, POISSON = 210e9, 0.3
 RADIUS = 105e-6
@@ -329,7 +328,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
     points, frame, pixel = 32, 14, (0.6e-6, 0.6e-6)
-    heights = synthetic.self_affine(
+    heights = random_surfaces.self_affine(
         (points, points), pixel, rms_height=1.0, rolloff_wavelength=points * pixel[0] / 2,
         cutoff_wavelength=6 * pixel[0], rng=np.random.default_rng(4),
     )  # fmt: skip
@@ -366,7 +365,7 @@ def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     one = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.7], start=loaded)
     other = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.7], start=back)
     np.testing.assert_array_equal(one.contact.pressure, other.contact.pressure)
-    whole = rc.load_result(path)
+    whole = rc.read_result(path)
     assert isinstance(whole, rc.ElastoplasticResult)
     assert whole.summary() == loaded.summary()
     np.testing.assert_array_equal(load_contact(path).pressure, loaded.contact.pressure)
@@ -398,7 +397,7 @@ def test_progress_and_cut_increments() -> None:
     assert {(at.number, at.count) for at in steps} == {(1, 2), (2, 2)}
     (caution,) = [c for c in result.cautions if c.kind == Kind.NOT_CONVERGED]
     assert "halved 5 times" in caution.text
-    assert Mention("max_iterations") in caution.parts
+    assert ArgumentRef("max_iterations") in caution.parts
 
 
 @pytest.mark.long
@@ -578,8 +577,8 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
             ball(), material=PERFECT, counter_material=table, load=3.6 * 800e6 * area
         )
     problem = Problem(Pair(ball(), SWIFT), 1e-4, 9, "single")
-    contact = contact_solver.untouched(problem, Alone(workspace := Workspace()), workspace)
-    checks.check_capacity(problem, contact, 10 * 1656e6 * area)
+    contact = contact_solver.untouched(problem, SingleProcess(workspace := Workspace()), workspace)
+    validation.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
 def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
@@ -606,7 +605,7 @@ def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:
 
 def test_a_contact_without_certificate_settles_nothing(monkeypatch) -> None:
     monkeypatch.setattr(contact_solver, "_CONTACT_CONVOLUTIONS", 2)
-    monkeypatch.setattr(loop, "_CUTS", 0)
+    monkeypatch.setattr(increments, "_CUTS", 0)
     with pytest.raises(ConvergenceError, match="the contact did not settle"):
         solve_elastoplastic(
             ball(),

@@ -53,11 +53,11 @@ steel = rc.Material(210e9, 0.3, 1e9)
 result = rc.solve(surface, load=1.0, material=steel)
 for name in ("out.nc", "out.vti", "out.csv", "out.json"):
     result.save(name)
-assert rc.load_result("out.nc").load == result.load
+assert rc.read_result("out.nc").load == result.load
 results.report(result, "out.html", page.Edition(processes=2))
 surface.save("map.npz")
 assert rc.read_surface("map.npz").shape == (32, 32)
-curve = rc.load_curve(surface, loads=[0.1, 1.0], material=steel, folder="sweep")
+curve = rc.sweep(surface, loads=[0.1, 1.0], material=steel, folder="sweep")
 curve.save("curve.csv")
 print("done")
 """
@@ -97,9 +97,9 @@ def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
                 assert ast.unparse(node.args[0]) == "'spawn'", room
-            # Only where the system has it, which `plots.sharing` asks first.
+            # Only where the system has it, which `plots.export` asks first.
             if isinstance(node, ast.Attribute) and node.attr == "fork":
-                assert (room, ast.unparse(node)) == ("plots.sharing", "os.fork")
+                assert (room, ast.unparse(node)) == ("plots.export", "os.fork")
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])

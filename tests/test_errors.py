@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.errors import ConvergenceError, Mention, Sentence, parts_of
-from roughcontact.surface.synthetic import reference_map
+from roughcontact.errors import ArgumentRef, ConvergenceError, Sentence, message_parts
+from roughcontact.surface.random_surfaces import reference_map
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 
@@ -32,7 +32,7 @@ def test_an_unconverged_result_survives_another_process() -> None:
 
 def test_every_error_survives_another_process() -> None:
     for kind in (rc.InputError, rc.FormatError, rc.CapacityError, rc.InsufficientMemoryError):
-        error = kind("is too much: try ", Mention("crop"), argument="load", value=2.0)
+        error = kind("is too much: try ", ArgumentRef("crop"), argument="load", value=2.0)
         again = pickle.loads(pickle.dumps(error))
         assert type(again) is kind
         assert str(again) == str(error) == "load is too much: try crop"
@@ -87,11 +87,11 @@ def test_arguments_of_another_kind_are_named(name: str, value: object) -> None:
 
 
 def test_a_sentence_is_a_text_that_knows_its_mentions() -> None:
-    said = Sentence("raise ", Mention("max_iterations"), ", or stop")
+    said = Sentence("raise ", ArgumentRef("max_iterations"), ", or stop")
     assert said == "raise max_iterations, or stop"
-    assert parts_of(said)[1] == Mention("max_iterations")
+    assert message_parts(said)[1] == ArgumentRef("max_iterations")
     again = pickle.loads(pickle.dumps(said))
     assert (again, again.parts) == (said, said.parts)
-    assert parts_of("plain") == ("plain",)
+    assert message_parts("plain") == ("plain",)
     error = ConvergenceError(said, None)
     assert error.worded(lambda mention: f"--{mention.name}") == "raise --max_iterations, or stop"

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.contact.cautions import Kind
-from roughcontact.joint import formulas
-from roughcontact.joint.estimate import Estimate
-from roughcontact.report import estimated
-from roughcontact.report.quantities import rows_of
+from roughcontact.joint.estimate import LEVEL, Estimate, stored
+from roughcontact.report.estimate import BESIDE
+from roughcontact.report.fields import rows_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
@@ -41,11 +40,11 @@ def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
         cases = atlas_fit.read(place)
         held = cases.taken(cases.held)
         for quantity in held.found:
-            judged = atlas_fit.judged(formulas.stored().formula(quantity, True), held)
+            judged = atlas_fit.judged(stored().formula(quantity, True), held)
             assert judged["cases"] > 90
             assert judged["median"] <= goals.get(quantity, 0.10)
             # The cases of a map go together, so that the share of so few maps scatters.
-            assert judged["covered"] >= formulas.LEVEL - 0.05
+            assert judged["covered"] >= LEVEL - 0.05
 
 
 def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
@@ -59,7 +58,7 @@ def test_the_plastic_volume_is_that_of_the_volume_model_in_metres() -> None:
     for place in range(held.maps.size):
         row = {name: float(values[place]) for name, values in held.table.items()}
         stress = atlas_cases.MODULUS * row["gradient"]
-        law = rc.Linear(stress / row["index"], row["hardening"] * atlas_cases.YOUNG)
+        law = rc.hardening.Linear(stress / row["index"], row["hardening"] * atlas_cases.YOUNG)
         try:
             found = rc.estimate(
                 pressure=row["pressure"] * stress,
@@ -97,7 +96,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
 
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
-        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
+        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, rng=77
     )
     for pressure, ceiling in (("2 GPa", None), ("400 MPa", "auto")):
         result = rc.solve(
@@ -152,12 +151,12 @@ def test_without_the_correlation_length_the_gap_is_less_sure() -> None:
 def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     perfect = of_steel(200e6)
     assert perfect.plastic_volume is not None
-    hard = rc.Material(young=210e9, poisson=0.3, hardening=rc.Linear(1e9, 4e9))
+    hard = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear(1e9, 4e9))
     hardening = of_steel(200e6, material=hard)
     assert hardening.plastic_volume is not None
     assert hardening.plastic_volume.value == pytest.approx(perfect.plastic_volume.value, rel=0.3)
     assert of_steel("2 GPa", material=replace(STEEL, yield_strength=None)).plastic_volume is None
-    swift = rc.Material(young=210e9, poisson=0.3, hardening=rc.Swift(1240e6, 30, 0.085))
+    swift = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Swift(1240e6, 30, 0.085))
     found = of_steel(200e6, material=swift)
     assert found.plastic_volume is None
     (caution,) = found.cautions
@@ -219,12 +218,12 @@ def test_a_profile_and_a_flat_map_are_refused() -> None:
 def test_a_result_is_told_beside_its_estimate() -> None:
     surface = rc.Surface(*rc.reference_map(128, 3))
     periodic = rc.solve(surface, material=STEEL, load="500 MPa", boundary="periodic")
-    told = {row.key: row.text for row in rows_of(estimated.BESIDE, periodic)}
+    told = {row.key: row.text for row in rows_of(BESIDE, periodic)}
     assert "without rim excess this one is" in told["estimated_contact"]
     assert "of Sq" in told["estimated_gap"]
     free = rc.solve(surface, material=STEEL, load="500 MPa")
     assert free.estimate is None
-    assert rows_of(estimated.BESIDE, free) == []
+    assert rows_of(BESIDE, free) == []
     faint = rc.solve(surface, material=STEEL, load="10 kPa", boundary="periodic")
     assert faint.estimate is None
 
@@ -245,11 +244,11 @@ def test_intervals_hold_saturated_area_at_every_plasticity() -> None:
     cases = atlas_fit.read(atlas.CEILING)
     held = cases.taken(cases.held)
     for quantity in held.found:
-        _, low, high = formulas.stored().formula(quantity, True).ranged(held.groups)
+        _, low, high = stored().formula(quantity, True).ranged(held.groups)
         inside = (held.found[quantity] >= low) & (held.found[quantity] <= high)
         for least, most in ((0.3, 1), (1, 2), (2, 4), (4, 10), (10, 100)):
             chosen = (held.groups.ratio > least) & (held.groups.ratio <= most)
-            assert inside[chosen].mean() >= formulas.LEVEL - 0.01, (quantity, least)
+            assert inside[chosen].mean() >= LEVEL - 0.01, (quantity, least)
 
 
 def test_intervals_hold_any_kurtosis() -> None:
@@ -260,15 +259,15 @@ def test_intervals_hold_any_kurtosis() -> None:
     held = cases.taken(cases.held & (np.abs(np.log(cases.groups.tails)) > 0.1))
     assert held.maps.size > 120
     for quantity, found in held.found.items():
-        _, low, high = formulas.stored().formula(quantity, True).ranged(held.groups)
-        assert np.mean((found >= low) & (found <= high)) >= formulas.LEVEL - 0.03
+        _, low, high = stored().formula(quantity, True).ranged(held.groups)
+        assert np.mean((found >= low) & (found <= high)) >= LEVEL - 0.03
 
 
 def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
     import atlas
     import atlas_fit
 
-    cases, known = atlas_fit.read(atlas.MEASURED), formulas.stored().formulas
+    cases, known = atlas_fit.read(atlas.MEASURED), stored().formulas
     inside = []
     for name in np.unique(cases.maps):
         one = cases.taken(cases.maps == name)
@@ -276,7 +275,7 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
         for quantity, found in one.found.items():
             _, low, high = known[quantity].ranged(one.groups, wider)
             inside.append((found >= low) & (found <= high))
-    assert np.mean(inside) >= formulas.LEVEL
+    assert np.mean(inside) >= LEVEL
 
 
 def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:

@@ -8,8 +8,8 @@ from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
 import written
+from roughcontact.elastoplastic.archive import load_elastoplastic
 from roughcontact.formats import export, metrology, netcdf, tables, vtk
-from roughcontact.volume.archive import load_elastoplastic
 from written import (
     EXACT,
     HAS_READER,
@@ -177,10 +177,12 @@ def test_one_table_knows_every_format() -> None:
         (export.Kind.VOLUME, VOLUME_SUFFIXES),
     ):
         assert sorted(export.suffixes(kind)) == sorted(known)
-        assert all(f"{suffix} " in export.told(kind) for suffix in known)
-    assert export.told(export.Kind.SURFACE).startswith(".nc heights and provenance")
-    assert ".csv pressure, " in export.told(export.Kind.CONTACT, export.Kind.VOLUME)
-    assert ".vtr strain and stress" in export.told(export.Kind.CONTACT, export.Kind.VOLUME)
+        assert all(f"{suffix} " in export.format_list_text(kind) for suffix in known)
+    assert export.format_list_text(export.Kind.SURFACE).startswith(".nc heights and provenance")
+    assert ".csv pressure, " in export.format_list_text(export.Kind.CONTACT, export.Kind.VOLUME)
+    assert ".vtr strain and stress" in export.format_list_text(
+        export.Kind.CONTACT, export.Kind.VOLUME
+    )
 
 
 def test_the_suffixes_are_told_where_none_fits(

@@ -13,7 +13,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import files
-from roughcontact.files import clear, replacing, write
+from roughcontact.files import atomic_write, clear, write
 
 SOURCE = str(Path(rc.__file__).parents[1])
 
@@ -29,7 +29,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> 
     path.write_text("old")
 
     def fail() -> None:
-        with replacing(path) as stream:
+        with atomic_write(path) as stream:
             stream.write(b"half")
             raise OSError("full")
 
@@ -43,7 +43,7 @@ def test_two_threads_may_write_one_file(tmp_path: Path) -> None:
     path, both = tmp_path / "out.txt", Barrier(2)
 
     def save(letter: bytes) -> None:
-        with replacing(path) as stream:
+        with atomic_write(path) as stream:
             stream.write(letter * 1000)
             both.wait(timeout=30)
 
@@ -56,7 +56,7 @@ def test_two_threads_may_write_one_file(tmp_path: Path) -> None:
 
 def test_a_failure_names_the_file_wanted(tmp_path: Path) -> None:
     def fail() -> None:
-        with replacing(tmp_path / "out.txt"):
+        with atomic_write(tmp_path / "out.txt"):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with pytest.raises(OSError, match="No space left") as caught:

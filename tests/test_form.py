@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.surface import leveling
-from roughcontact.surface.form import _Fit, remove_form
+from roughcontact.surface.form import _Fit, level, remove_form
 
 
 def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
@@ -59,7 +58,7 @@ def test_the_radius_of_a_rough_ball_within_a_thousandth(radius: float) -> None:
     # A paraboloid would leave its fourth-order error.
     steep = cap(shape, pixel, radius / 10, (5.1e-4, 5.1e-4), holes=0.2)
     assert np.nanmax(np.abs(remove_form(steep, pixel, "sphere")[0])) < 1e-16
-    assert np.nanmax(np.abs(leveling.level(steep, "quadric"))) > 1e-6
+    assert np.nanmax(np.abs(level(steep, "quadric"))) > 1e-6
 
 
 @given(st.floats(-1.5, 1.57), st.floats(0.7, 100), st.sampled_from([-1, 1]), st.floats(-0.3, 0.3))

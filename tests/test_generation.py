@@ -13,10 +13,17 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cli import app
-from roughcontact.report import generated, script
-from roughcontact.surface import generation, marks, provenance, spectrum, waves
-from roughcontact.surface.waves import Spectrum
-from roughcontact.theory import johnson
+from roughcontact.report import python_script
+from roughcontact.report.generation import unmet
+from roughcontact.surface import (
+    generation,
+    generation as marks,
+    provenance,
+    random_surfaces,
+    spectrum,
+)
+from roughcontact.surface.random_surfaces import Spectrum
+from roughcontact.theory import height_distribution
 
 Capture = pytest.CaptureFixture[str]
 
@@ -65,7 +72,7 @@ def test_all_at_once_on_a_large_map() -> None:
     )  # fmt: skip
     assert missed(surface) == {}
     assert len(generation.compared(surface)) == 7
-    assert generated.unmet(surface) == []
+    assert unmet(surface) == []
 
 
 def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
@@ -195,10 +202,10 @@ def test_what_no_map_can_have_is_refused(asked: dict[str, Any], told: str) -> No
 
 def test_what_is_missed_is_said_with_its_reason() -> None:
     grooves = made((96, 96), Str=0.05)
-    (told,) = generated.unmet(grooves)
+    (told,) = unmet(grooves)
     assert told.startswith("Str is not determined, only at most 0.1")
     few = made((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
-    assert any("with room for only about" in reason for reason in generated.unmet(few))
+    assert any("with room for only about" in reason for reason in unmet(few))
 
 
 def test_its_provenance_says_how_to_make_it_again() -> None:
@@ -210,7 +217,7 @@ def test_its_provenance_says_how_to_make_it_again() -> None:
     assert told.startswith("generated: Sq 500 nm, Sal 5 µm, Str 0.5, Ssk -0.5, Hurst exponent 0.8")
     assert "numpy.random.default_rng(7)" in told
     names: dict[str, Any] = {}
-    exec(script.preparing(surface), names)
+    exec(python_script.preparing(surface), names)
     assert names["surface"].heights.tobytes() == surface.heights.tobytes()
     with pytest.raises(rc.InputError, match="as it was generated"):
         generation.compared(surface.leveled())
@@ -256,7 +263,7 @@ def test_a_gradient_is_that_of_the_first_differences() -> None:
     )
     expected = math.sqrt(np.mean(slope_y**2 + slope_x**2)) / heights.std()
     assert found.gradient() == pytest.approx(expected, rel=1e-9)
-    again = waves.with_gradient(found, "cutoff", 1e-7 * 0.9 * found.gradient(), 1e-7)
+    again = random_surfaces.with_gradient(found, "cutoff", 1e-7 * 0.9 * found.gradient(), 1e-7)
     assert again.gradient() == pytest.approx(0.9 * found.gradient(), rel=5e-3)
 
 
@@ -308,4 +315,4 @@ def test_usual_kurtosis_is_that_of_a_gamma_distribution() -> None:
     for skewness in (0.3, 1.0, 2.0):
         shape = 4 / skewness**2
         kurtosis = 3 + float(stats.gamma(shape).stats("k"))
-        assert johnson.usual_kurtosis(skewness) == pytest.approx(kurtosis)
+        assert height_distribution.usual_kurtosis(skewness) == pytest.approx(kurtosis)

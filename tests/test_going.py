@@ -15,7 +15,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.errors import FormatError, InputError
 from roughcontact.solvers.progress import Progress
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal_bodies
 from test_steps import StopError, bits
 
 ROOT = Path(__file__).parents[1]
@@ -26,10 +26,10 @@ HERTZ, WIDTH = 4.1e9 / math.sqrt(3), 3e-6
 RADIUS = WIDTH * 210e9 / 0.91 / (2 * HERTZ)
 LOAD = math.pi / 2 * WIDTH * HERTZ * 8e-6
 ARGUMENTS = dict(
-    counter_surface=nominal.cylinder(radius=RADIUS, angle=90.0, **GRID), material=STEEL,
+    counter_surface=nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **GRID), material=STEEL,
     boundary="periodic", layers=[0.8e-6] * 8, tolerance=1e-3,
 )  # fmt: skip
-FLAT = nominal.flat(**GRID)
+FLAT = nominal_bodies.flat(**GRID)
 PATH = [rc.PathPoint(load, (0.0, x * 1e-6)) for load, x in ((LOAD, 0), (LOAD, 2), (0.5 * LOAD, 4),
                                                            (LOAD, 6), (LOAD, 7.5))]  # fmt: skip
 
@@ -58,7 +58,7 @@ def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> No
     assert bits(solved(PATH, folder=tmp_path, progress=told.append)) == bits(whole)
     assert (told[0].number, told[0].kept) == (stop - 1, True)
     assert {file.name for file in tmp_path.iterdir()} == {"step-0005.nc", "volume.json"}
-    assert bits(rc.load_elastoplastic(tmp_path / "step-0005.nc")) == bits(whole)
+    assert bits(rc.read_result(tmp_path / "step-0005.nc")) == bits(whole)
     # Nothing is solved again.
     solved(PATH, folder=tmp_path, progress=stopping_at(1))
 
@@ -98,7 +98,7 @@ test_going.rolled(sys.argv[1])
 """
 
 
-def rolled(folder: str | Path | None = None) -> rc.Rolling:
+def rolled(folder: str | Path | None = None) -> rc.RollingResult:
     return rc.roll(FLAT, load=LOAD, passes=2, steps=8, folder=folder, **ARGUMENTS)
 
 

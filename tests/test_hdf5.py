@@ -9,10 +9,11 @@ import pytest
 
 import roughcontact as rc
 from reading import needs_reader, refused
-from roughcontact import hdf5, memory
+from roughcontact import memory
 from roughcontact.errors import FormatError, InsufficientMemoryError
-from roughcontact.formats import hdf5_arrays, netcdf
+from roughcontact.formats import matrices, netcdf
 from roughcontact.formats.read import read_surface
+from roughcontact.netcdf import check
 
 HEIGHTS = np.arange(30.0 * 40).reshape(30, 40) * 1e-9
 
@@ -40,7 +41,7 @@ def other(tmp_path: Path) -> Path:
 
 
 def test_arrays_are_told_and_not_read(other: Path) -> None:
-    assert hdf5.check(other) == {
+    assert check(other) == {
         "height": ((30, 40), 9600, "f"), "x": ((40,), 320, "f"), "y": ((30,), 240, "f"),
     }  # fmt: skip
     np.testing.assert_array_equal(read_surface(other).heights, HEIGHTS)
@@ -55,7 +56,7 @@ def test_raw_data_outside(other: Path, tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.chdir(tmp_path)
     refused(path, "map.nc keeps 'height' in another file (raw data outside)")
     with pytest.raises(FormatError, match=r"^map.nc keeps 'height' in another file"):
-        rc.load_result(path)
+        rc.read_result(path)
 
 
 def test_virtual_datasets(other: Path, tmp_path: Path) -> None:
@@ -89,8 +90,8 @@ def test_links_within_the_file(tmp_path: Path) -> None:
         file["group/again"] = file["height"]
         file["group/soft"] = h5py.SoftLink("/height")
         file["type"] = np.dtype("f8")
-    assert {"height", "x", "y", "group/again"} >= set(hdf5.check(path)) >= {"x", "y"}
-    assert set(hdf5.check(path)) & {"height", "group/again"}
+    assert {"height", "x", "y", "group/again"} >= set(check(path)) >= {"x", "y"}
+    assert set(check(path)) & {"height", "group/again"}
 
 
 def test_arrays_of_which_little_is_stored(tmp_path: Path) -> None:
@@ -127,7 +128,7 @@ def test_what_exceeds_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(InsufficientMemoryError, match=r"the 30 × 40 points of map.nc needs"):
         read_surface(path)
     with pytest.raises(InsufficientMemoryError, match=r"reading map.nc needs"):
-        rc.load_result(path)
+        rc.read_result(path)
 
 
 @needs_reader
@@ -152,7 +153,7 @@ def test_other_values_than_the_axes_tell(tmp_path: Path) -> None:
             large.dims[number].attach_scale(file[name])
     refused(path, "height has (6000, 6000) points, its axes (30, 40)")
     with pytest.raises(FormatError, match=r"height has \(6000, 6000\) points"):
-        rc.load_result(path)
+        rc.read_result(path)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +219,7 @@ def test_a_block_that_states_more_bytes_than_the_file_has(tmp_path: Path) -> Non
     assert content.count(stated) == 1
     path.write_bytes(content.replace(stated, other))
     with pytest.raises(FormatError, match=r"states 2147483647 bytes for a block of '/?z'"):
-        hdf5.check(path)
+        check(path)
 
 
 @pytest.mark.parametrize("chunks", [None, (100, 100)])
@@ -232,13 +233,13 @@ def test_a_map_of_which_nothing_is_stored_is_refused_unread(
         height = file.create_variable("height", ("y", "x"), "f8", chunks=chunks)
         height.attrs["units"] = "m"
         file.attrs.update({"pixel_y": 1e-6, "pixel_x": 1e-6})
-    for reader in (netcdf, hdf5_arrays):
+    for reader in (netcdf, matrices):
         with pytest.raises(FormatError, match=r"'height' in bomb.nc holds 6.7 GiB or more"):
             reader.channels(path, "")
     # A field over the depth may be zero nearly everywhere.
     with h5py.File(tmp_path / "field.h5", "w") as file:
         file.create_dataset("strain", (1000, 1000, 200), "f8", chunks=(100, 100, 100))
-    assert hdf5.check(tmp_path / "field.h5")["strain"].size == 1_600_000_000
+    assert check(tmp_path / "field.h5")["strain"].size == 1_600_000_000
 
 
 def test_heights_over_other_axes_are_refused_unread(tmp_path: Path) -> None:

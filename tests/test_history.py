@@ -10,10 +10,16 @@ from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
 from roughcontact.contact import solve
-from roughcontact.contact.history import HistoryStep, LoadHistory, Stage, passes
-from roughcontact.contact.load_history import TOLERANCE, load_history
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import tables
+from roughcontact.report import contact_fields
+from roughcontact.studies.load_history import (
+    TOLERANCE,
+    HistoryStep,
+    LoadHistory,
+    Stage,
+    history,
+    repeat_stages,
+)
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 HARD = rc.Material(210e9, 0.3, 3e9, "hard steel")
@@ -37,7 +43,7 @@ def no_solve(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_load_that_comes_again_finds_the_same_points_at_the_ceiling() -> None:
     # They are there to within rounding only: three quarters of them were counted on a real map.
-    first, _, again = load_history(rough(), [1.0, 0.1, 1.0], material=STEEL).steps
+    first, _, again = history(rough(), [1.0, 0.1, 1.0], material=STEEL).steps
     assert first.saturated_area > 0
     assert again.indentation_volume < 1e-6 * first.indentation_volume
     assert again.saturated_area == first.saturated_area
@@ -51,7 +57,7 @@ def test_a_load_that_comes_again_finds_the_same_points_at_the_ceiling() -> None:
 def test_first_loading_is_solve(control: str, boundary: str) -> None:
     options = {"material": STEEL, "boundary": boundary, "tolerance": 1e-9}
     value = {"load": 1.0} if control == "load" else {"approach": 2e-7}
-    found = load_history(rough(), [Stage(**value)], **options)
+    found = history(rough(), [Stage(**value)], **options)
     alone = rc.solve(rough(), **value, **options)
     assert alone.saturated.any()
     step = found.steps[0]
@@ -66,8 +72,8 @@ def test_first_loading_is_solve(control: str, boundary: str) -> None:
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_reloading_finds_the_same_pressure_and_no_new_saturation(boundary: str) -> None:
     options = {"material": STEEL, "boundary": boundary}
-    first = load_history(rough(), [1.0], **options)
-    again = load_history(rough(), [1.0, 0.4, 0.0, 0.7, 1.0], **options)
+    first = history(rough(), [1.0], **options)
+    again = history(rough(), [1.0, 0.4, 0.0, 0.7, 1.0], **options)
     # An error of ε ‖p‖ in the projected pressure is at most a few times that in the pressure.
     off = np.linalg.norm(again.last.pressure - first.last.pressure)
     assert off <= 10 * TOLERANCE * np.linalg.norm(first.last.pressure)
@@ -90,7 +96,7 @@ def test_reloading_finds_the_same_pressure_and_no_new_saturation(boundary: str) 
 
 def test_touch_after_unloading_is_where_the_deformed_bodies_touch() -> None:
     surface = rough()
-    found = load_history(surface, [1.0, 0.0], material=STEEL)
+    found = history(surface, [1.0, 0.0], material=STEEL)
     touch = surface.heights.max() - found.residual.heights.max()
     assert found.steps[1].approach == pytest.approx(touch, rel=1e-12)
     gap = found.last.gap
@@ -99,10 +105,10 @@ def test_touch_after_unloading_is_where_the_deformed_bodies_touch() -> None:
     assert found.last.stiffness() == 0
     # Just above it there is load, just below there is none.
     near = [Stage(load=1.0), Stage(approach=touch * 0.99), Stage(approach=touch * 1.01)]
-    loads = load_history(surface, near, material=STEEL).column("load")
+    loads = history(surface, near, material=STEEL).column("load")
     assert loads[1] == 0
     assert loads[2] > 0
-    below = load_history(surface, [*near[:2]], material=STEEL)
+    below = history(surface, [*near[:2]], material=STEEL)
     assert below.steps[1].approach == pytest.approx(touch * 0.99, rel=1e-12)
     assert below.last.gap.min() == pytest.approx(0.01 * touch, rel=1e-9)
 
@@ -110,7 +116,7 @@ def test_touch_after_unloading_is_where_the_deformed_bodies_touch() -> None:
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
 def test_elastic_paths_close(boundary: str) -> None:
     loads = [0.2, 0.6, 1.0, 0.6, 0.0, 0.2, 1.0, 1e-3, 0.6]
-    found = load_history(rough(), loads, material=STEEL, ceiling=None, boundary=boundary)
+    found = history(rough(), loads, material=STEEL, ceiling=None, boundary=boundary)
     approach = found.column("approach")
     for load in set(loads):
         same = approach[np.array(loads) == load]
@@ -126,7 +132,7 @@ def test_a_ceiling_far_above_leaves_every_bit(ceiling: float | None, on_counter:
     heights[0, 0] = -0.0
     bodies = rc.Surface(heights, rough().pixel), rough(seed=5)
     materials = (HARD, STEEL) if on_counter else (STEEL, HARD)
-    found = load_history(
+    found = history(
         bodies[0], [1.0, 0.0, Stage(load=2.0, shift=(0.0, 2 * rough().pixel[1]))],
         counter_surface=bodies[1], material=materials[0], counter_material=materials[1],
         ceiling=ceiling,
@@ -141,8 +147,8 @@ def test_conditions_hold_on_the_indented_surface(independent) -> None:
     dy, dx = surface.pixel
     stages = [1.0, 0.2, Stage(load=1.7, shift=(2 * dy, -dx))]
     options = {"counter_surface": counter, "material": STEEL, "boundary": "periodic"}
-    before = load_history(surface, stages[:2], **options)
-    after = load_history(surface, stages, **options)
+    before = history(surface, stages[:2], **options)
+    after = history(surface, stages, **options)
     pressure = after.last.pressure
     displacement, unit = independent.periodic_displacement(
         pressure, surface.pixel, after.last.contact_modulus
@@ -165,7 +171,7 @@ def test_conditions_hold_on_the_indented_surface(independent) -> None:
 def test_a_ceiling_per_pixel_indents_only_where_it_is_reached() -> None:
     ceiling = np.full((48, 48), math.inf)
     ceiling[:, :24] = 2e9
-    found = load_history(rough(), [1.0, 0.0, 1.0], material=STEEL, ceiling=ceiling)
+    found = history(rough(), [1.0, 0.0, 1.0], material=STEEL, ceiling=ceiling)
     assert found.indentation[:, :24].any()
     assert not found.indentation[:, 24:].any()
     assert found.summary()["ceiling"] == "per pixel"
@@ -197,7 +203,7 @@ def test_no_path_gives_energy_or_volume_back(
     surface, counter = rough(32, seed).cropped(*part), rough(32, seed + 1).cropped(*part)
     dy, dx = surface.pixel
     stages = [Stage(load=load, shift=(y * dy, x * dx)) for load, y, x in path]
-    found = load_history(
+    found = history(
         surface, stages, counter_surface=counter, material=STEEL, ceiling=fraction * 3e9,
         boundary=boundary,
     )  # fmt: skip
@@ -222,8 +228,8 @@ def test_imprints_far_apart_are_copies() -> None:
     # A hard ball on a soft flat without end: the second imprint knows nothing of the first.
     surface = ball()
     pixel = surface.pixel[1]
-    one = load_history(surface, [1.0], material=rc.RIGID, counter_material=STEEL)
-    two = load_history(
+    one = history(surface, [1.0], material=rc.RIGID, counter_material=STEEL)
+    two = history(
         surface, [1.0, 0.0, Stage(load=1.0, shift=(0.0, 40 * pixel)), 0.0],
         material=rc.RIGID, counter_material=STEEL,
     )  # fmt: skip
@@ -245,10 +251,10 @@ def test_an_overlapping_pass_hits_the_indented_surface() -> None:
     surface = ball()
     pixel = surface.pixel[1]
     options = {"material": rc.RIGID, "counter_material": STEEL}
-    one = load_history(surface, [1.0], **options)
+    one = history(surface, [1.0], **options)
     width = math.sqrt(np.count_nonzero(one.indentation) / math.pi)
     half = round(width / 2) * pixel
-    two = load_history(surface, [1.0, 0.0, Stage(load=1.0, shift=(0.0, half))], **options)
+    two = history(surface, [1.0, 0.0, Stage(load=1.0, shift=(0.0, half))], **options)
     first, _, second = two.column("indentation_volume")
     # It finds part of its imprint made, is carried by more area, and makes the rest.
     assert 0.2 * first < second < 0.95 * first
@@ -257,7 +263,7 @@ def test_an_overlapping_pass_hits_the_indented_surface() -> None:
     assert (made >= one.indentation * (1 - 1e-8)).all()
     # Back at the first position, and forth again: a rolled track shakes down.
     stages = [Stage(load=1.0, shift=(0.0, half * (n % 2))) for n in range(12)]
-    track = load_history(surface, stages, **options)
+    track = history(surface, stages, **options)
     volume = track.column("indentation_volume")
     assert volume[2] > 0
     assert volume[-1] < 0.05 * volume[2]
@@ -272,10 +278,10 @@ def test_swapped_bodies_are_the_same_contact(boundary: str) -> None:
     here = [Stage(load=0.8, shift=(y * dy, x * dx)) for y, x in shifts]
     there = [Stage(load=0.8, shift=(-y * dy, -x * dx)) for y, x in shifts]
     options = {"boundary": boundary}
-    one = load_history(
+    one = history(
         first, here, counter_surface=second, material=STEEL, counter_material=HARD, **options
     )
-    two = load_history(
+    two = history(
         second, there, counter_surface=first, material=HARD, counter_material=STEEL, **options
     )
     assert (one.indented_body, two.indented_body) == ("surface", "counter_surface")
@@ -291,9 +297,9 @@ def test_what_is_off_the_map_never_touches_and_comes_back() -> None:
     dy, _ = surface.pixel
     away = Stage(load=0.5, shift=(20 * dy, 0.0))
     options = {"counter_surface": counter, "material": HARD, "counter_material": STEEL}
-    first = load_history(surface, [0.5], **options)
-    moved = load_history(surface, [0.5, away], **options)
-    found = load_history(surface, [0.5, away, 0.5], **options)
+    first = history(surface, [0.5], **options)
+    moved = history(surface, [0.5, away], **options)
+    found = history(surface, [0.5, away, 0.5], **options)
     assert np.isnan(moved.last.gap[:20]).all()
     assert np.isfinite(moved.last.gap[20:]).all()
     assert not moved.last.pressure[:20].any()
@@ -313,13 +319,13 @@ def test_a_strip_rolls_along_its_period_and_ends_across(boundary: str) -> None:
     def shifted(axis: int, pixels: int) -> LoadHistory:
         shift = [0.0, 0.0]
         shift[axis] = pixels * surface.pixel[axis]
-        return load_history(surface, [Stage(load=1.0, shift=(shift[0], shift[1]))], **options)
+        return history(surface, [Stage(load=1.0, shift=(shift[0], shift[1]))], **options)
 
     # Five pixels along: the counter-body is rolled; across: five rows face nothing.
     moved, back = shifted(along, 5), shifted(along, 5 - 48)
     np.testing.assert_array_equal(moved.last.pressure, back.last.pressure)
     rolled = rc.Surface(np.roll(counter.heights, 5, along), counter.pixel)
-    alone = load_history(surface, [1.0], **{**options, "counter_surface": rolled})
+    alone = history(surface, [1.0], **{**options, "counter_surface": rolled})
     np.testing.assert_array_equal(moved.last.pressure, alone.last.pressure)
     lost = np.isnan(shifted(1 - along, 5).last.gap).all(axis=along)
     assert lost.tolist() == 5 * [True] + 43 * [False]
@@ -331,7 +337,7 @@ def test_a_strip_indents_a_flat_that_goes_on_across(boundary: str) -> None:
     surface = ball()
     across = 0 if boundary == "periodic-x" else 1
     shift = [9 * edge for edge in surface.pixel]
-    found = load_history(
+    found = history(
         surface, [1.0, Stage(load=1.0, shift=(shift[0], shift[1]))], material=rc.RIGID,
         counter_material=STEEL, boundary=boundary,
     )  # fmt: skip
@@ -349,7 +355,7 @@ def test_shifts_are_measured_from_one_first_touch() -> None:
     heights[4, 4] = 1e-7
     surface = rc.Surface(heights, (1e-6, 2e-6))
     stages = [1e-6, Stage(load=0.0, shift=(0.0, 4e-6)), Stage(approach=0.5e-7, shift=(1e-6, 0.0))]
-    found = load_history(
+    found = history(
         surface, stages, counter_surface=surface, material=STEEL, ceiling=None, boundary="periodic"
     )
     assert found.steps[1].approach == pytest.approx(1e-7, rel=1e-12)
@@ -358,47 +364,47 @@ def test_shifts_are_measured_from_one_first_touch() -> None:
 
 
 def test_passes() -> None:
-    stages = passes([1.0, 2.0, 0.0], 3, (1e-6, -2e-6))
+    stages = repeat_stages([1.0, 2.0, 0.0], 3, (1e-6, -2e-6))
     assert [stage.load for stage in stages] == [1.0, 2.0, 0.0] * 3
     assert [stage.shift for stage in stages[::3]] == [(0, 0), (1e-6, -2e-6), (2e-6, -4e-6)]
     for count in (0, 1.5):
         with pytest.raises(rc.InputError, match="count"):
-            passes([1.0], count)
+            repeat_stages([1.0], count)
 
 
 def test_repeated_passes_shake_down() -> None:
     surface = rough(32)
-    first = load_history(surface, passes([0.5, 1.0, 0.0], 1), material=STEEL)
+    first = history(surface, repeat_stages([0.5, 1.0, 0.0], 1), material=STEEL)
     assert not first.shaken_down
-    second = load_history(surface, passes([0.5, 1.0, 0.0], 2), material=STEEL)
+    second = history(surface, repeat_stages([0.5, 1.0, 0.0], 2), material=STEEL)
     assert second.shaken_down
     # A lower load afterwards shows nothing about the higher one.
-    lower = load_history(surface, [1.0, 0.0, 0.9], material=STEEL)
+    lower = history(surface, [1.0, 0.0, 0.9], material=STEEL)
     assert not lower.shaken_down
-    higher = load_history(surface, [1.0, 0.0, 1.0, 1.1], material=STEEL)
+    higher = history(surface, [1.0, 0.0, 1.0, 1.1], material=STEEL)
     assert not higher.shaken_down
     by_depth = [Stage(approach=value) for value in (2e-7, 0.0, 2e-7)]
-    assert load_history(surface, by_depth, material=STEEL).shaken_down
-    assert not load_history(surface, by_depth[:1], material=STEEL).shaken_down
+    assert history(surface, by_depth, material=STEEL).shaken_down
+    assert not history(surface, by_depth[:1], material=STEEL).shaken_down
 
 
 # --- the table -------------------------------------------------------------------------------
 
 
 def test_passes_end_with_one_that_indents_nothing() -> None:
-    ended = load_history(rough(), [0.5, 1.0, 0.0], passes=1000, material=STEEL)
+    ended = history(rough(), [0.5, 1.0, 0.0], passes=1000, material=STEEL)
     assert (ended.passes, ended.requested_passes) == (2, 1000)
     assert ended.shaken_down
     # Those that were followed are the same, to the bit.
-    followed = load_history(rough(), passes([0.5, 1.0, 0.0], 2), material=STEEL)
+    followed = history(rough(), repeat_stages([0.5, 1.0, 0.0], 2), material=STEEL)
     assert [same(step) for step in ended.steps] == [same(step) for step in followed.steps]
     assert ended.indentation.tobytes() == followed.indentation.tobytes()
     assert ended.path == followed.path
     # Elsewhere the surface has not been pressed yet.
     pixel = rough().pixel[1]
-    moved = load_history(rough(), [1.0], passes=4, shift=(0.0, pixel), material=STEEL)
+    moved = history(rough(), [1.0], passes=4, shift=(0.0, pixel), material=STEEL)
     assert (moved.passes, len(moved.steps), moved.path[3].shift) == (4, 4, (0.0, 3 * pixel))
-    elastic = load_history(rough(), [1.0, 0.0], passes=3, material=STEEL, ceiling=None)
+    elastic = history(rough(), [1.0, 0.0], passes=3, material=STEEL, ceiling=None)
     assert elastic.passes == 1
 
 
@@ -415,7 +421,7 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
         "material": HARD, "counter_material": STEEL, "counter_surface": counter, "passes": 3,
         "shift": (0.0, pixel),
     }  # fmt: skip
-    whole = load_history(rough(), [0.5, 1.0], **options)
+    whole = history(rough(), [0.5, 1.0], **options)
     assert whole.indented_body == "counter_surface"
 
     def stop(at: rc.Progress) -> None:
@@ -423,12 +429,12 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        load_history(rough(), [0.5, 1.0], **options, folder=tmp_path, progress=stop)
+        history(rough(), [0.5, 1.0], **options, folder=tmp_path, progress=stop)
     assert len(list(tmp_path.glob("step-*.npz"))) == 3
     kept: list[int] = []
     for _ in range(2):
         # The second time all of it stands there.
-        again = load_history(
+        again = history(
             rough(), [0.5, 1.0], **options, folder=tmp_path,
             progress=lambda at: kept.append(at.number) if at.kept else None,
         )  # fmt: skip
@@ -439,19 +445,19 @@ def test_an_interrupted_history_goes_on_with_the_same_numbers(
             assert one.gap.tobytes() == other.gap.tobytes()
     assert kept == [1, 2, 3, 1, 2, 3, 4, 5, 6]
     with pytest.raises(rc.InputError, match="holds another history: path differs"):
-        load_history(rough(), [0.5, 0.9], **options, folder=tmp_path)
+        history(rough(), [0.5, 0.9], **options, folder=tmp_path)
 
 
 def test_more_passes_at_one_position_go_on_in_the_same_folder(tmp_path: Path) -> None:
-    once = load_history(rough(), [1.0, 0.0], material=STEEL, folder=tmp_path)
-    more = load_history(rough(), [1.0, 0.0], passes=9, material=STEEL, folder=tmp_path)
+    once = history(rough(), [1.0, 0.0], material=STEEL, folder=tmp_path)
+    more = history(rough(), [1.0, 0.0], passes=9, material=STEEL, folder=tmp_path)
     assert more.steps[:2] == once.steps
     assert more.passes == 2
 
 
 @pytest.fixture(scope="module")
 def found() -> LoadHistory:
-    return load_history(rough(32), passes([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),
+    return history(rough(32), repeat_stages([0.5, 1.0, 0.0], 2, (2 * 100e-6 / 32, 0.0)),
                         counter_surface=rough(32, 9), material=STEEL)  # fmt: skip
 
 
@@ -459,7 +465,7 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     found.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
-    columns = [column for column in tables.HISTORY_COLUMNS if column.stored]
+    columns = [column for column in contact_fields.HISTORY_COLUMNS if column.stored]
     assert head == [f"{column.key} [{column.unit}]" for column in columns]
     names = [field.name for field in dataclasses.fields(HistoryStep)]
     assert [column.key for column in columns] == names
@@ -493,9 +499,7 @@ def test_residual_surface_is_a_surface_like_any_other(found: LoadHistory) -> Non
 
 def test_progress_names_the_step() -> None:
     seen: list[int] = []
-    load_history(
-        rough(32), [0.5, 0.0, 1.0], material=STEEL, progress=lambda at: seen.append(at.number)
-    )
+    history(rough(32), [0.5, 0.0, 1.0], material=STEEL, progress=lambda at: seen.append(at.number))
     assert sorted(set(seen)) == [1, 3]
 
 
@@ -528,7 +532,7 @@ def test_a_path_that_cannot_be_walked_is_refused_before_it_begins(
     if path and path[-1] == Stage(load=1.0, shift=(1e-4, 0.0)):
         surface = rc.Surface(surface.heights, (1e-4 / 48, 1e-4 / 48))
     with pytest.raises(error, match=message):
-        load_history(surface, path, material=STEEL, ceiling=3e9 / 2)
+        history(surface, path, material=STEEL, ceiling=3e9 / 2)
 
 
 @pytest.mark.parametrize(
@@ -555,12 +559,12 @@ def test_capacity_is_judged_where_the_bodies_overlap(monkeypatch: pytest.MonkeyP
     surface = rough(32)
     far = Stage(load=20.0, shift=(20 * surface.pixel[0], 0.0))
     with pytest.raises(rc.CapacityError, match="stage 2 of 3"):
-        load_history(surface, [20.0, far, 20.0], counter_surface=surface, material=STEEL)
+        history(surface, [20.0, far, 20.0], counter_surface=surface, material=STEEL)
     holed = surface.heights.copy()
     holed[16:] = np.nan
     upper = rc.Surface(holed, surface.pixel).masked()
     with pytest.raises(rc.CapacityError, match="no point left"):
-        load_history(
+        history(
             upper, [1.0, Stage(load=0.0, shift=(16 * surface.pixel[0], 0.0))],
             counter_surface=surface, material=STEEL,
         )  # fmt: skip
@@ -577,10 +581,10 @@ def test_other_arguments_are_refused_as_by_solve(monkeypatch: pytest.MonkeyPatch
         ({"material": "steel"}, "material"),
     ):
         with pytest.raises(rc.InputError, match=message):
-            load_history(surface, [0.0], **{"material": STEEL, **arguments})
+            history(surface, [0.0], **{"material": STEEL, **arguments})
     moving = [Stage(load=1.0, shift=(surface.pixel[0], 0.0))]
     with pytest.raises(rc.InputError, match="ceiling per pixel"):
-        load_history(
+        history(
             surface, moving, material=rc.RIGID, counter_material=STEEL,
             ceiling=np.full((32, 32), 3e9),
         )  # fmt: skip
@@ -588,5 +592,5 @@ def test_other_arguments_are_refused_as_by_solve(monkeypatch: pytest.MonkeyPatch
 
 def test_a_step_that_does_not_converge_is_named() -> None:
     with pytest.raises(rc.ConvergenceError, match="stage 2 of 3: not converged") as caught:
-        load_history(rough(32), [0.0, 1.0, 2.0], material=STEEL, max_iterations=2)
+        history(rough(32), [0.0, 1.0, 2.0], material=STEEL, max_iterations=2)
     assert caught.value.result.load == 1.0

@@ -12,9 +12,9 @@ import pytest
 import xarray as xr
 
 from roughcontact import netcdf
+from roughcontact.batch.executors import LocalExecutor, LostWorkerError
 from roughcontact.cli.terminal import stoppable
-from roughcontact.fleet.local import LocalExecutor, LostWorkerError
-from roughcontact.interrupts import heard
+from roughcontact.processes import redeliver_interrupts
 
 
 class Dropping:
@@ -40,7 +40,7 @@ def test_an_interrupt_that_python_drops_comes_again(kind: type[BaseException]) -
 
     before = signal.signal(signal.SIGTERM, ended)
     try:
-        with pytest.raises(kind), heard():
+        with pytest.raises(kind), redeliver_interrupts():
             drop(kind)
     finally:
         signal.signal(signal.SIGTERM, before)
@@ -54,7 +54,7 @@ def test_what_is_half_made_at_an_interrupt_is_not_told_of(
         pytest.skip(f"no {number} on this system")
     told: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
-    with heard(), stoppable():
+    with redeliver_interrupts(), stoppable():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(getattr(signal, number))
         Dropping(AttributeError)
@@ -88,6 +88,6 @@ def test_a_process_that_is_told_to_end_in_the_midst_of_a_file_says_nothing(
 def test_other_errors_in_destructors_are_told_as_ever(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "unraisablehook", lambda given: told.append(given.exc_type))
-    with heard():
+    with redeliver_interrupts():
         Dropping(ValueError)
     assert told == [ValueError]

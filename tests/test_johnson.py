@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from roughcontact.errors import InputError
-from roughcontact.theory import johnson
+from roughcontact.theory import height_distribution
 
 Z = np.linspace(-9, 9, 20001)
 DENSITY = np.exp(-(Z**2) / 2) / np.exp(-(Z**2) / 2).sum()
@@ -18,11 +18,11 @@ DENSITY = np.exp(-(Z**2) / 2) / np.exp(-(Z**2) / 2).sum()
 @given(skewness=st.floats(-3, 3), excess=st.floats(0.35, 12))
 def test_the_translation_has_the_moments_and_rises(skewness: float, excess: float) -> None:
     kurtosis = skewness**2 + 1 + excess
-    found = johnson.fitted(skewness, kurtosis)
+    found = height_distribution.fitted(skewness, kurtosis)
     heights = found.heights(Z)
     assert np.all(np.diff(heights) >= 0)
     # Beyond nine standard deviations lies less than the tolerance of these tails.
-    assert johnson.moments(heights, DENSITY) == pytest.approx(
+    assert height_distribution.moments(heights, DENSITY) == pytest.approx(
         (skewness, kurtosis), rel=4e-3, abs=4e-3
     )
 
@@ -40,7 +40,7 @@ def test_quantiles_are_those_of_the_known_distribution(
     skewness: float, kurtosis: float, distribution: stats.rv_frozen | None
 ) -> None:
     z = np.linspace(-3, 3, 7)
-    found = johnson.fitted(skewness, kurtosis)
+    found = height_distribution.fitted(skewness, kurtosis)
     if distribution is None:
         # Of SciPy's own family, with the shapes found here.
         kinds = {"bounded": stats.johnsonsb, "unbounded": stats.johnsonsu}
@@ -56,13 +56,13 @@ def test_quantiles_are_those_of_the_known_distribution(
 
 def test_pairs_that_nothing_has_are_refused() -> None:
     with pytest.raises(InputError, match=r"^Sku must exceed Ssk² \+ 1 = 5, as that of any"):
-        johnson.require(2.0, 4.9)
+        height_distribution.require(2.0, 4.9)
     with pytest.raises(InputError, match=r"^Sku must be at least 5.3 with Ssk = 2, got 5.1: below"):
-        johnson.require(2.0, 5.1)
+        height_distribution.require(2.0, 5.1)
     with pytest.raises(InputError, match="sum of two groove patterns"):
-        johnson.require(1.0, 2.5, families=2)
+        height_distribution.require(1.0, 2.5, families=2)
     with pytest.raises(InputError, match="single points"):
-        johnson.require(0.0, 70.0)
+        height_distribution.require(0.0, 70.0)
     with pytest.raises(InputError, match=r"^Ssk must be finite"):
-        johnson.require(float("nan"), 3.0)
-    johnson.require(1.0, 3.2, families=2)
+        height_distribution.require(float("nan"), 3.0)
+    height_distribution.require(1.0, 3.2, families=2)

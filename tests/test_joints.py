@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.batch import project
 from roughcontact.cli import app
 from roughcontact.contact.result import ContactResult
 from roughcontact.files import to_json
-from roughcontact.fleet import project
-from roughcontact.request import joints, run as running
+from roughcontact.request import contacts as joints, run as running
 from roughcontact.request.request import Request
 from roughcontact.request.tasks import SHARED_TASKS as JOINTS, from_text
 
@@ -105,7 +105,7 @@ def request(folder: Path, **more: str) -> Request:
 
 
 def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]) -> None:
-    with joints.once() as solve:
+    with joints.cached_solver() as solve:
         asked = {"material": STEEL, "boundary": "periodic"}
         first = solve(ROUGH, load=0.3, **asked)
         again = solve(ROUGH, load=0.3, **asked)
@@ -122,14 +122,14 @@ def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]
 
 def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[float]) -> None:
     requests = [request(tmp_path), request(tmp_path, film="1e-12 ohm m^2")]
-    with running.together() as carry_out:
+    with running.shared_runner() as carry_out:
         both = [carry_out(one, lambda _: None) for one in requests]
     assert solves == [0.3, 0.1]
     assert both[0].found.largest.surface is both[1].found.largest.surface
     for one, outcome in zip(requests, both, strict=True):
         assert running.run(one, lambda _: None).record() == outcome.record()
     # Another preparation is another map.
-    with running.together() as carry_out:
+    with running.shared_runner() as carry_out:
         for one in (request(tmp_path), request(tmp_path, level="plane")):
             carry_out(one, lambda _: None)
     assert solves == [0.3, 0.1] * 3
@@ -189,7 +189,7 @@ def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
     assert len({entry.contact for entry in entries}) == 1
     requests = [entry.request for entry in entries]
     (tmp_path / "out").mkdir()
-    with running.together() as carry_out:
+    with running.shared_runner() as carry_out:
         together = [to_json(carry_out(one, lambda _: None).record()) for one in requests]
     assert len(solves) == len(set(solves)) == 3
     for one, record in zip(requests, together, strict=True):

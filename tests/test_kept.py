@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from roughcontact.halfspace import convolution, kept, kernels
+from roughcontact.halfspace import convolution, kernels
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.kept import Kept
+from roughcontact.halfspace.convolution import ArrayCache
 
 PIXEL, MODULUS = (0.7e-6, 1e-6), 1e11
 
 
 def test_the_last_used_are_kept_within_the_memory():
-    store, made = Kept(3 * 80), []
+    store, made = ArrayCache(3 * 80), []
 
     def get(key):
         def make():
@@ -34,7 +34,7 @@ def test_the_last_used_are_kept_within_the_memory():
 
 
 def test_what_is_too_large_is_not_kept():
-    store = Kept(79)
+    store = ArrayCache(79)
     first = store.get("a", lambda: np.ones(10))
     assert store.get("a", lambda: np.ones(10)) is not first
     assert store.nbytes == 0
@@ -42,7 +42,7 @@ def test_what_is_too_large_is_not_kept():
 
 @pytest.mark.parametrize("boundary", ["free", "periodic-x", "periodic-y"])
 def test_a_second_operator_makes_no_kernel(boundary, monkeypatch):
-    monkeypatch.setattr(convolution, "SPECTRA", Kept(kept.MOST))
+    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(convolution.MOST))
     calls, rng = [], np.random.default_rng(0)
     for name in ("love", "strip"):
         real = getattr(kernels, name)

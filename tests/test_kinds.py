@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Caution, Kind as CautionKind, as_caution
 from roughcontact.cli import console
-from roughcontact.contact.cautions import Caution, Kind as CautionKind, careful
 from roughcontact.references import cited
-from roughcontact.report import kinds, results
+from roughcontact.report import kinds
+from roughcontact.report.fields import PROBLEM, Column, Quantity
+from roughcontact.report.figure_data import Illustration
 from roughcontact.report.kind import Kind
-from roughcontact.report.quantities import PROBLEM, Column, Quantity
-from roughcontact.report.scenes import Illustration
 from roughcontact.request import solve
 from roughcontact.result import Result
 
@@ -44,7 +44,7 @@ class Squeaking(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        return (careful(CautionKind.EDGE, "it squeaks at the edge of the map", share=0.5),)
+        return (as_caution(CautionKind.EDGE, "it squeaks at the edge of the map", share=0.5),)
 
 
 def pitches(found: Squeaking, colour: str = "k") -> Figure:
@@ -119,7 +119,7 @@ def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
 def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
     assert dir(squeaking.plot) == ["pitches"]
     assert squeaking.plot.pitches(colour="r").axes
-    assert list(results.drawings(squeaking)) == ["pitches"]
+    assert list(kinds.drawings(squeaking)) == ["pitches"]
     cites = dict(squeaking.references().uses)
     assert "squeaks" in cites
     assert "solver" in cites
@@ -130,7 +130,7 @@ def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) ->
 
 
 def test_a_kind_without_a_report_says_so(tmp_path: Path) -> None:
-    curve = rc.load_curve(
+    curve = rc.sweep(
         rc.Surface(*rc.reference_map(32)), material=rc.Material(210e9, 0.3), loads=[0.1, 0.2]
     )
     with pytest.raises(rc.InputError, match="no report on a LoadCurve alone"):

@@ -21,7 +21,7 @@ NEVER = ("xarray", "SurfaceTopography", "NuMPI", "pandas", "h5netcdf", "scipy.ff
 DRAWS = ("matplotlib", "PIL", "jinja2")
 TELLS = ("rich",)
 SOLVES = ("scipy", "roughcontact.solvers.bounded", "roughcontact.contact.solve",
-          "roughcontact.volume.result")  # fmt: skip
+          "roughcontact.elastoplastic.result")  # fmt: skip
 
 
 def loaded(*words: str) -> set[str]:

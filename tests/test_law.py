@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.contact.cautions import Kind
-from roughcontact.joint import law_judgment
-from roughcontact.joint.interface import LOADING, UNLOADING
+from roughcontact.joint import law_curve
+from roughcontact.joint.interface_law import LOADING, UNLOADING
 from roughcontact.joint.law_curve import Curve, thinned
 
 SOFT = rc.Material(210e9, 0.3, 1e9)
@@ -139,12 +139,12 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
         "open_points": np.array([995.0, 900, 500, 20]),
         "contact_fraction": np.array([0.005, 0.1, 0.5, 0.98]),
     }  # fmt: skip
-    found = law_judgment.resolved(p, means, 10.0)
+    found = law_curve.resolved(p, means, 10.0)
     assert (found.low, found.high) == (3.0, 3.0)
     assert (found.low_by, found.high_by) == ("points", "contact")
-    found = law_judgment.resolved(p, {**means, "contact_points": np.full(4, 1e3)}, 2.5)
+    found = law_curve.resolved(p, {**means, "contact_points": np.full(4, 1e3)}, 2.5)
     assert (found.low, found.high, found.low_by, found.high_by) == (2.0, 2.0, "spots", "slope")
-    found = law_judgment.resolved(p, means, 1.5)
+    found = law_curve.resolved(p, means, 1.5)
     assert math.isnan(found.low)
     kinds = {str(caution.kind) for caution in LAW.cautions}
     assert "few maps" in kinds
@@ -358,7 +358,7 @@ def test_the_command_tells_draws_and_writes(
     assert (tmp_path / "law.png").stat().st_size > 1000
     assert app.main([*command(tmp_path), "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    steel = rc.catalogue.material("42CrMo4")
+    steel = rc.catalog.material("42CrMo4")
     pressures = told["branches"]["loading"]["pressure"]
     contacts = (
         rc.solve(surface, material=steel, load=rc.NominalPressure(p), boundary="periodic")

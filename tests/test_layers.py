@@ -27,7 +27,7 @@ def test_no_circles_inside_a_wing() -> None:
         done |= ready
 
 
-LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 600, 70, 40
+LONGEST_MODULE, LONGEST_FUNCTION, LONGEST_CODE = 1000, 70, 40
 
 # Functions that are longer, by room and name, each with the reason why taking them apart would
 # hide what they do.
@@ -101,10 +101,14 @@ def test_only_one_room_asks_for_free_memory() -> None:
 
 # What is filled in as the work goes on.
 GROWING = {
-    "contact.checks": {"Stated"}, "contact.find": {"_Finder"},
-    "contact.resolution_study": {"_Study"}, "joint.law": {"_Samples"}, "ranks": {"Exchange"},
-    "report.page": {"Chapter", "Picture"}, "volume.solve": {"_Run"},
-}  # fmt: skip
+    "contact.validation": {"ContactProblem"},
+    "studies.load_search": {"_Finder"},
+    "studies.resolution_study": {"_Study"},
+    "joint.interface_law": {"_Samples"},
+    "ranks": {"Exchange"},
+    "report.page": {"Chapter", "Picture"},
+    "elastoplastic.solve": {"_Run"},
+}
 
 
 def test_data_cannot_be_changed_behind_someone_s_back() -> None:
@@ -148,7 +152,7 @@ SHARED = {
 
 # The program owns its process, a library does not.
 # What works apart has a process of its own as well.
-OWNS = {"cli.app": {"basicConfig"}, "desk.apart": {"setrlimit"}}
+OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}}
 
 
 def test_nothing_is_changed_that_other_threads_share() -> None:

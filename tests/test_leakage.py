@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.contact.cautions import Kind
-from roughcontact.joint.filling import slip_factor
+from roughcontact.joint.conductance import slip_factor
 from roughcontact.joint.flow import flow
-from roughcontact.joint.leakage import opened
+from roughcontact.joint.leakage import flow_gap
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))
@@ -28,7 +28,7 @@ def near(expected: Any, rel: float = 1e-6) -> Any:
 def test_numbers_are_those_of_the_flow_through_the_gap() -> None:
     found = rc.leakage(RESULT, **WATER)
     (step,) = found.steps
-    gap = opened(RESULT)
+    gap = flow_gap(RESULT)
     assert (gap[RESULT.contact] == 0).all()
     for axis in (0, 1):
         k = flow(gap, ROUGH.pixel, axis, (0, 1)).permeability
@@ -46,13 +46,13 @@ def test_numbers_are_those_of_the_flow_through_the_gap() -> None:
 
 
 def test_the_rate_goes_with_the_face_and_the_fluid() -> None:
-    of_map = rc.leakage(RESULT, direction="x", **WATER)
-    ring = rc.leakage(RESULT, direction="x", **WATER, seal_width="20 mm", seal_length="2 mm")
+    of_map = rc.leakage(RESULT, flow_axis="x", **WATER)
+    ring = rc.leakage(RESULT, flow_axis="x", **WATER, seal_width="20 mm", seal_length="2 mm")
     assert ring.rate(1)[0] == near(10 * of_map.rate(1)[0])
-    oil = rc.leakage(RESULT, direction="x", viscosity=0.1, pressure_difference=2e5)
+    oil = rc.leakage(RESULT, flow_axis="x", viscosity=0.1, pressure_difference=2e5)
     assert oil.rate(1)[0] == near(0.02 * of_map.rate(1)[0])
     assert math.isnan(ring.rate(0)[0])
-    assert math.isnan(rc.leakage(RESULT, direction="x").rate(1)[0])
+    assert math.isnan(rc.leakage(RESULT, flow_axis="x").rate(1)[0])
 
 
 def test_loads_close_the_gap_and_a_ceiling_closes_it_more() -> None:
@@ -94,7 +94,7 @@ def test_a_gas_between_plates_slips_by_the_closed_form() -> None:
 @pytest.mark.parametrize("pressure", [30e6, 300e6])
 def test_a_gas_in_a_rough_gap_slips_as_if_it_were_solved_with_it(pressure: float) -> None:
     result = rc.solve(ROUGH, material=STEEL, load=rc.NominalPressure(pressure), boundary="periodic")
-    gap = opened(result)
+    gap = flow_gap(result)
     for axis in (0, 1):
         bare = flow(gap, ROUGH.pixel, axis, (0, 1))
         for path in (0.07e-6, 0.4e-6):
@@ -110,7 +110,7 @@ def test_a_gas_is_told_by_how_much_it_slips() -> None:
     speed = math.sqrt(math.pi * 8.314462618 * 293.15 / 2)
     for name, mass, p in (("air", 28.96e-3, 151325.0), ("helium", 4.003e-3, 5e4)):
         path = 19.6e-6 / p * speed / math.sqrt(mass)
-        gap = opened(RESULT)
+        gap = flow_gap(RESULT)
         factors = [slip_factor(gap, one.density, path) for one in found.flows]
         assert caution.numbers[name] == near(max(factors))
     assert caution.numbers["knudsen"] == near((caution.numbers["air"] - 1) / 6)
@@ -133,7 +133,7 @@ def test_where_no_way_leads_through_is_an_answer() -> None:
     (caution,) = (caution for caution in found.cautions if caution.kind == Kind.WAYS)
     assert "no way leads through the gap along y" in caution.text
     assert found.summary()["narrowest_y"] is None
-    assert "no way" not in str(rc.leakage(closed, direction="x").warnings)
+    assert "no way" not in str(rc.leakage(closed, flow_axis="x").warnings)
 
 
 def test_without_contact_the_gap_is_open() -> None:
@@ -153,9 +153,9 @@ def test_near_the_threshold_one_constriction_decides() -> None:
 def test_a_coarser_grid_tells_what_it_hangs_on() -> None:
     coarse = rc.Surface(ROUGH.heights[::2, ::2], tuple(2 * edge for edge in ROUGH.pixel))
     other = rc.solve(coarse, material=STEEL, load=1.0, boundary="periodic")
-    found = rc.leakage(RESULT, direction="y").beside(other)
+    found = rc.leakage(RESULT, flow_axis="y").beside(other)
     assert found.coarser is not None
-    k, coarser = (one.permeability(0)[0] for one in (found, rc.leakage(other, direction="y")))
+    k, coarser = (one.permeability(0)[0] for one in (found, rc.leakage(other, flow_axis="y")))
     assert found.coarser.permeability[0] == near(coarser / k - 1)
     assert math.isnan(found.coarser.permeability[1])
 
@@ -224,7 +224,7 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert len((tmp_path / "leak.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    steel = rc.catalogue.material("42CrMo4")
+    steel = rc.catalog.material("42CrMo4")
     contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
     found = rc.leakage(contacts, **WATER, seal_width=20e-3, seal_length=2e-3)
     assert told["load"] == [0.3, 1.0]

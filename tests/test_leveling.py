@@ -4,7 +4,8 @@ from hypothesis import given, strategies as st
 from scipy.optimize import minimize_scalar
 
 from roughcontact.errors import InputError
-from roughcontact.surface import blocks, leveling
+from roughcontact.surface import grid
+from roughcontact.surface.form import level
 
 
 def rough(seed: int, shape: tuple[int, int], holes: float = 0.0) -> np.ndarray:
@@ -28,9 +29,7 @@ def test_level_removes_any_added_plane(
     y, x = np.mgrid[:13, :17]
     tilted = heights + offset + slope_y * y + slope_x * x
     # Rounding of heights of up to 400.
-    np.testing.assert_allclose(
-        leveling.level(tilted, form), leveling.level(heights, form), atol=1e-11
-    )
+    np.testing.assert_allclose(level(tilted, form), level(heights, form), atol=1e-11)
 
 
 @pytest.mark.parametrize("form", ["mean", "plane", "quadric"])
@@ -42,7 +41,7 @@ def test_level_agrees_with_least_squares(form: str) -> None:
     there = np.isfinite(heights)
     matrix = np.stack([column[there] for column in columns[form]], axis=1)
     fitted = matrix @ np.linalg.lstsq(matrix, heights[there], rcond=None)[0]
-    levelled = leveling.level(heights, form)
+    levelled = level(heights, form)
     np.testing.assert_allclose(levelled[there], heights[there] - fitted, atol=1e-13)
     assert np.isnan(levelled[~there]).all()
     assert abs(np.nanmean(levelled)) < 1e-15
@@ -53,8 +52,8 @@ def test_level_is_well_conditioned_in_a_corner_of_a_large_map() -> None:
     y, x = np.mgrid[:20, :20]
     bump = 1e-9 * rough(4, (20, 20))
     heights[-20:, -20:] = 1e-3 + 1e-6 * (x + 2 * y) + 1e-8 * x * y + bump
-    expected = leveling.level(bump, "quadric")
-    levelled = leveling.level(heights, "quadric")[-20:, -20:]
+    expected = level(bump, "quadric")
+    levelled = level(heights, "quadric")[-20:, -20:]
     # Heights of 1e-3 carry rounding of 2e-19.
     np.testing.assert_allclose(levelled, expected, atol=1e-17)
 
@@ -63,38 +62,38 @@ def test_level_of_heights_far_from_zero_has_zero_mean() -> None:
     y, x = np.mgrid[:30, :50]
     heights = 1e9 + 1e7 * x + 3e6 * y + rough(9, (30, 50), holes=0.1)
     # One fit leaves its rounding, of order 1e-7, as the mean.
-    assert abs(np.nanmean(leveling.level(heights, "plane"))) < 1e-12
+    assert abs(np.nanmean(level(heights, "plane"))) < 1e-12
 
 
 def test_level_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = rough(5, (37, 23), holes=0.1)
-    whole = leveling.level(heights, "quadric")
-    monkeypatch.setattr(blocks, "VALUES", 23 * 4)
-    np.testing.assert_allclose(leveling.level(heights, "quadric"), whole, atol=1e-14)
+    whole = level(heights, "quadric")
+    monkeypatch.setattr(grid, "VALUES", 23 * 4)
+    np.testing.assert_allclose(level(heights, "quadric"), whole, atol=1e-14)
 
 
 def test_level_leaves_its_argument_alone() -> None:
     heights = rough(6, (5, 5))
     before = heights.copy()
-    leveling.level(heights)
+    level(heights)
     np.testing.assert_array_equal(heights, before)
 
 
 def test_level_refuses_unknown_forms_and_too_few_points() -> None:
     with pytest.raises(InputError, match="mean, plane, quadric, robust, three-point, got 'cubic'"):
-        leveling.level(np.zeros((4, 4)), "cubic")
+        level(np.zeros((4, 4)), "cubic")
     on_a_line = np.full((9, 9), np.nan)
     np.fill_diagonal(on_a_line, 1.0)
     with pytest.raises(InputError, match="9 valid points"):
-        leveling.level(on_a_line, "plane")
+        level(on_a_line, "plane")
     in_a_column = np.full((9, 9), np.nan)
     in_a_column[:, 3] = 1.0
     with pytest.raises(InputError, match="9 valid points"):
-        leveling.level(in_a_column, "plane")
+        level(in_a_column, "plane")
     with pytest.raises(InputError, match="fit a quadric"):
-        leveling.level(np.zeros((2, 6)), "quadric")
+        level(np.zeros((2, 6)), "quadric")
     with pytest.raises(InputError, match="0 valid points"):
-        leveling.level(np.full((3, 3), np.nan), "mean")
+        level(np.full((3, 3), np.nan), "mean")
 
 
 def test_three_points_end_at_zero() -> None:
@@ -102,10 +101,10 @@ def test_three_points_end_at_zero() -> None:
     points = [(0, 1), (8, 3), (2, 12)]
     for index, point in enumerate(points):
         heights[point] = index + 0.5
-    levelled = leveling.level(heights, "three-point", points)
+    levelled = level(heights, "three-point", points)
     assert max(abs(levelled[point]) for point in points) < 1e-14
     y, x = np.mgrid[:9, :14]
-    tilted = leveling.level(heights + 3 + 0.2 * y - 0.7 * x, "three-point", points)
+    tilted = level(heights + 3 + 0.2 * y - 0.7 * x, "three-point", points)
     np.testing.assert_allclose(tilted, levelled, atol=1e-13)
 
 
@@ -124,9 +123,9 @@ def test_three_points_that_make_no_plane(points, words: str) -> None:
     heights = np.ones((5, 6))
     heights[3, 3] = np.nan
     with pytest.raises(InputError, match=words):
-        leveling.level(heights, "three-point", points)
+        level(heights, "three-point", points)
     with pytest.raises(InputError, match="only with it"):
-        leveling.level(heights, "plane", [(0, 0), (1, 2), (3, 2)])
+        level(heights, "plane", [(0, 0), (1, 2), (3, 2)])
 
 
 def test_a_robust_plane_does_not_follow_pits() -> None:
@@ -136,12 +135,12 @@ def test_a_robust_plane_does_not_follow_pits() -> None:
     pits = rng.random(y.shape) < 0.3 * x / 40  # 30 %, most of them on the right
     heights = 5 + 0.02 * x - 0.03 * y + noise - np.where(pits, 3.0, 0.0)
     heights[rng.random(y.shape) < 0.1] = np.nan
-    plane = heights - leveling.level(heights, "robust")
+    plane = heights - level(heights, "robust")
     there = np.isfinite(plane)
     # 3000 points of noise 0.01 leave a plane uncertain by 0.0004 at its corners; least squares
     # is off by 1.
     assert np.abs(plane - (5 + 0.02 * x - 0.03 * y))[there].max() < 2e-3
-    assert np.abs(leveling.level(heights))[there & ~pits].max() > 0.5
+    assert np.abs(level(heights))[there & ~pits].max() > 0.5
 
 
 def test_a_robust_plane_of_a_plane_with_spikes_is_that_plane() -> None:
@@ -149,13 +148,13 @@ def test_a_robust_plane_of_a_plane_with_spikes_is_that_plane() -> None:
     plane = 1.0 + 0.25 * x - 0.5 * y
     spikes = np.zeros(plane.shape)
     spikes[3:6, 4:6] = 100
-    np.testing.assert_allclose(leveling.level(plane + spikes, "robust"), spikes, atol=1e-9)
-    np.testing.assert_allclose(leveling.level(plane, "robust"), 0, atol=1e-14)
+    np.testing.assert_allclose(level(plane + spikes, "robust"), spikes, atol=1e-9)
+    np.testing.assert_allclose(level(plane, "robust"), 0, atol=1e-14)
 
 
 def test_a_robust_plane_of_normal_heights_is_near_least_squares() -> None:
     heights = rough(13, (50, 40))
-    difference = leveling.level(heights, "robust") - leveling.level(heights, "plane")
+    difference = level(heights, "robust") - level(heights, "plane")
     # Uncertainty of either plane 0.02 in the middle, 0.05 at a corner.
     assert 0 < np.abs(difference).max() < 0.05
 
@@ -166,7 +165,7 @@ def test_a_robust_plane_is_tukey_s(seed: int) -> None:
     y, x = np.mgrid[:40, :50]
     heights = 0.3 * x - 0.2 * y + rng.normal(size=y.shape)
     heights -= np.where(rng.random(y.shape) < 0.01 * x, rng.exponential(3, y.shape), 0)
-    found = leveling.level(heights, "robust")
+    found = level(heights, "robust")
 
     def pull(scale: float) -> float:
         # Of the biweight on the plane, per point, over that of one point a scale away.

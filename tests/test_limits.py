@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import limits, memory
-from roughcontact.contact.history import passes
-from roughcontact.contact.load_curve import spaced
+from roughcontact import memory
 from roughcontact.errors import (
     FormatError,
     InputError,
@@ -18,6 +16,8 @@ from roughcontact.errors import (
 )
 from roughcontact.request.load_history import PASSES
 from roughcontact.request.tasks import COMMANDS, from_text
+from roughcontact.studies.load_curve import spaced
+from roughcontact.studies.load_history import repeat_stages
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -34,32 +34,32 @@ def leave(monkeypatch: pytest.MonkeyPatch, size: int) -> None:
 
 def test_points_of_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
     leave(monkeypatch, 2**60)
-    limits.require_points("map.sur", (2**15, 2**15), 40)
+    memory.require_points("map.sur", (2**15, 2**15), 40)
     with pytest.raises(FormatError, match=r"^map.sur announces 32768 × 32769 points, more than"):
-        limits.require_points("map.sur", (2**15, 2**15 + 1), 40)
+        memory.require_points("map.sur", (2**15, 2**15 + 1), 40)
     leave(monkeypatch, 40 * 2**20 - 1)
     with pytest.raises(
         InsufficientMemoryError,
         match=r"^reading the 1024 × 1024 points of map.sur needs about 0.0 GiB, and 0.0 GiB are",
     ):
-        limits.require_points("map.sur", (1024, 1024), 40)
+        memory.require_points("map.sur", (1024, 1024), 40)
     leave(monkeypatch, 40 * 2**20)
-    limits.require_points("map.sur", (1024, 1024), 40)
+    memory.require_points("map.sur", (1024, 1024), 40)
 
 
 def test_bytes_of_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
     leave(monkeypatch, 2**60)
-    limits.require_size("map.x3p", limits.BYTES)
+    memory.require_size("map.x3p", memory.BYTES)
     with pytest.raises(FormatError, match=r"^map.x3p holds 8.0 GiB, more than the 8 GiB"):
-        limits.require_size("map.x3p", limits.BYTES + 1)
+        memory.require_size("map.x3p", memory.BYTES + 1)
     # A flat map packs a thousand times smaller, and is small.
-    limits.require_size("map.x3p", 2**30, packed=2**20)
-    limits.require_size("map.x3p", 2**32, packed=2**26)
+    memory.require_size("map.x3p", 2**30, packed=2**20)
+    memory.require_size("map.x3p", 2**32, packed=2**26)
     with pytest.raises(FormatError, match=r"holds 4.0 GiB or more, packed into 32.0 MiB as no"):
-        limits.require_size("map.x3p", 2**32, packed=2**25)
+        memory.require_size("map.x3p", 2**32, packed=2**25)
     leave(monkeypatch, 2**20 - 1)
     with pytest.raises(InsufficientMemoryError, match=r"^reading map.x3p needs"):
-        limits.require_size("map.x3p", 2**20)
+        memory.require_size("map.x3p", 2**20)
 
 
 # What is asked for in numbers
@@ -78,7 +78,7 @@ def test_a_count_says_name_value_and_bounds(value: object) -> None:
     ("argument", "ask"),
     [
         ("number", lambda: spaced(1.0, 2.0, 10**9)),
-        ("count", lambda: passes([1.0, 0.0], 5001)),
+        ("count", lambda: repeat_stages([1.0, 0.0], 5001)),
         ("max_iterations", lambda: rc.solve(MAP, material=STEEL, load=1e-3, max_iterations=10**9)),
         (
             "increments",

@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.batch import project
 from roughcontact.cli import app
-from roughcontact.contact import loads
+from roughcontact.contact import load_case
 from roughcontact.contact.pair import Pair
-from roughcontact.fleet import project
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal_bodies
 from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3)
 MODULUS = 210e9 / 0.91
 GRID: dict[str, Any] = {"shape": (64, 48), "pixel": (1e-6, 0.5e-6)}
 # Its length along x is 24 µm, along y 64 µm.
-ROLLER = nominal.cylinder(radius=0.01, **GRID)
+ROLLER = nominal_bodies.cylinder(radius=0.01, **GRID)
 ROUGH = rc.Surface(1e-9 * np.random.default_rng(1).standard_normal(GRID["shape"]), GRID["pixel"])
 
 Capture = pytest.CaptureFixture[str]
@@ -45,25 +45,25 @@ def pair(surface: rc.Surface, counter: rc.Surface | None = None) -> Pair:
     ],
 )
 def test_a_text_is_a_load_by_its_unit(text: str, value: object) -> None:
-    assert loads.given(text) == value
-    assert loads.required(text, "load") == value
+    assert load_case.parse_load(text) == value
+    assert load_case.required(text, "load") == value
 
 
 def test_a_quantity_of_pint_is_a_load_by_its_unit() -> None:
     import pint
 
     unit = pint.UnitRegistry()
-    assert loads.given(20 * unit.MPa) == rc.NominalPressure(20e6)
-    assert loads.given(600 * unit.N / unit.mm) == rc.LineLoad(6e5)
-    assert loads.given(5 * unit.kN) == 5e3
+    assert load_case.parse_load(20 * unit.MPa) == rc.NominalPressure(20e6)
+    assert load_case.parse_load(600 * unit.N / unit.mm) == rc.LineLoad(6e5)
+    assert load_case.parse_load(5 * unit.kN) == 5e3
     with pytest.raises(rc.InputError, match="force"):
-        loads.given(5 * unit.s)
+        load_case.parse_load(5 * unit.s)
 
 
 @pytest.mark.parametrize("text", ["5", "5 m", "hertz 5 N", "hertz", "-20 MPa", "0 N/mm", "0 N"])
 def test_what_is_no_load_is_refused(text: str) -> None:
     with pytest.raises(rc.InputError) as refused:
-        loads.required(text, "load")
+        load_case.required(text, "load")
     assert refused.value.argument == "load"
 
 
@@ -76,23 +76,23 @@ def test_a_form_needs_a_positive_number_of_its_dimension(form: Any) -> None:
 
 def test_the_force_of_each_form() -> None:
     area = 64e-6 * 24e-6
-    assert loads.force(rc.NominalPressure("20 MPa"), pair(ROUGH)) == 20e6 * 64e-6 * 24e-6
-    assert loads.force(rc.LineLoad("600 N/mm"), pair(ROLLER)) == pytest.approx(6e5 * 24e-6)
-    upright = nominal.cylinder(radius=0.01, angle=90, **GRID)
-    assert loads.force(rc.LineLoad("600 N/mm"), pair(upright)) == pytest.approx(6e5 * 64e-6)
+    assert load_case.force(rc.NominalPressure("20 MPa"), pair(ROUGH)) == 20e6 * 64e-6 * 24e-6
+    assert load_case.force(rc.LineLoad("600 N/mm"), pair(ROLLER)) == pytest.approx(6e5 * 24e-6)
+    upright = nominal_bodies.cylinder(radius=0.01, angle=90, **GRID)
+    assert load_case.force(rc.LineLoad("600 N/mm"), pair(upright)) == pytest.approx(6e5 * 64e-6)
     line = hertz.line_load(1e9, 0.01, MODULUS) * 64e-6
-    assert loads.force(rc.HertzPressure("1 GPa"), pair(ROUGH, upright)) == pytest.approx(line)
-    ball = nominal.sphere(radius=0.01, **GRID)
+    assert load_case.force(rc.HertzPressure("1 GPa"), pair(ROUGH, upright)) == pytest.approx(line)
+    ball = nominal_bodies.sphere(radius=0.01, **GRID)
     expected = hertz.load_at_pressure(1e9, 0.01, MODULUS)
-    assert loads.force(rc.HertzPressure("1 GPa"), pair(ball)) == pytest.approx(expected)
+    assert load_case.force(rc.HertzPressure("1 GPa"), pair(ball)) == pytest.approx(expected)
     # Two parallel cylinders are one of their relative radius, crossed ones an ellipse.
     parallel = hertz.line_load(1e9, 0.005, MODULUS) * 24e-6
-    assert loads.force(rc.HertzPressure(1e9), pair(ROLLER, ROLLER)) == pytest.approx(parallel)
-    crossed = loads.force(rc.HertzPressure(1e9), pair(ROLLER, upright))
+    assert load_case.force(rc.HertzPressure(1e9), pair(ROLLER, ROLLER)) == pytest.approx(parallel)
+    crossed = load_case.force(rc.HertzPressure(1e9), pair(ROLLER, upright))
     assert crossed == pytest.approx(expected, rel=1e-9)
-    barrel = nominal.ellipsoid(radii=(0.004, 0.03), angle=20, **GRID)
+    barrel = nominal_bodies.ellipsoid(radii=(0.004, 0.03), angle=20, **GRID)
     ellipse = hertz.elliptic_load(1e9, (0.03, 0.004), MODULUS)
-    assert loads.force(rc.HertzPressure(1e9), pair(barrel)) == pytest.approx(ellipse)
+    assert load_case.force(rc.HertzPressure(1e9), pair(barrel)) == pytest.approx(ellipse)
     assert area > 0
 
 
@@ -101,11 +101,19 @@ def test_the_force_of_each_form() -> None:
     [
         (rc.LineLoad(1.0), ROUGH, "none that curves"),
         (rc.HertzPressure(1.0), ROUGH, "none that curves"),
-        (rc.LineLoad(1.0), nominal.sphere(radius=0.01, **GRID), "touch in a circle"),
-        (rc.LineLoad(1.0), nominal.ellipsoid(radii=(1e-2, 2e-2), **GRID), "touch in an ellipse"),
-        (rc.HertzPressure(1.0), nominal.cone(slope=0.01, **GRID), "none that curves"),
-        (rc.LineLoad(1.0), nominal.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
-        (rc.HertzPressure(1.0), nominal.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
+        (rc.LineLoad(1.0), nominal_bodies.sphere(radius=0.01, **GRID), "touch in a circle"),
+        (
+            rc.LineLoad(1.0),
+            nominal_bodies.ellipsoid(radii=(1e-2, 2e-2), **GRID),
+            "touch in an ellipse",
+        ),
+        (rc.HertzPressure(1.0), nominal_bodies.cone(slope=0.01, **GRID), "none that curves"),
+        (rc.LineLoad(1.0), nominal_bodies.cylinder(radius=0.01, angle=30, **GRID), "at 30 degrees"),
+        (
+            rc.HertzPressure(1.0),
+            nominal_bodies.cylinder(radius=0.01, angle=30, **GRID),
+            "at 30 degrees",
+        ),
     ],
 )
 def test_a_form_that_does_not_fit_the_bodies_is_refused(
@@ -121,13 +129,13 @@ def test_a_form_that_does_not_fit_the_bodies_is_refused(
 def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> None:
     result = rc.solve(ROLLER, material=STEEL, load=load, boundary="periodic-x")
     assert result.given is not None
-    assert result.given.form == loads.given(load)
-    assert result.load == result.given.force == loads.force(result.given.form, result.pair)
+    assert result.given.form == load_case.parse_load(load)
+    assert result.load == result.given.force == load_case.force(result.given.form, result.pair)
     told = result.summary()["given_load"]
     assert told["load"] == result.load
     assert told["value"] == result.given.form.value
     result.save(tmp_path / "out.nc")
-    assert rc.load_result(tmp_path / "out.nc").given == result.given
+    assert rc.read_result(tmp_path / "out.nc").given == result.given
     plain = rc.solve(ROLLER, material=STEEL, load=result.load, boundary="periodic-x")
     assert plain.given is None
     assert plain.summary()["given_load"] is None
@@ -136,14 +144,14 @@ def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> N
 
 def test_curves_and_histories_take_every_form() -> None:
     options: dict[str, Any] = {"material": rc.Material(210e9, 0.3, 1e9), "boundary": "periodic-x"}
-    curve = rc.load_curve(ROLLER, loads=["5 MPa", rc.NominalPressure("20 MPa")], **options)
+    curve = rc.sweep(ROLLER, loads=["5 MPa", rc.NominalPressure("20 MPa")], **options)
     area = ROLLER.size[0] * ROLLER.size[1]
     assert [step.load for step in curve.steps] == pytest.approx([5e6 * area, 20e6 * area])
     assert [one.form.value for one in curve.given] == [5e6, 20e6]
     assert [one["form"] for one in curve.summary()["given_loads"]] == 2 * ["nominal pressure"]
     with pytest.raises(rc.InputError, match="ascend"):
-        rc.load_curve(ROLLER, loads=["5 MPa", "1 nN"], **options)
-    history = rc.load_history(ROLLER, ["hertz 300 MPa", 0.0, rc.Stage("2 N/mm")], **options)
+        rc.sweep(ROLLER, loads=["5 MPa", "1 nN"], **options)
+    history = rc.history(ROLLER, ["hertz 300 MPa", 0.0, rc.Stage("2 N/mm")], **options)
     force = hertz.line_load(300e6, 0.01, MODULUS) * 24e-6
     assert [step.load for step in history.steps] == pytest.approx([force, 0.0, 2e3 * 24e-6])
     assert [type(one.form) for one in history.given] == [rc.HertzPressure, rc.LineLoad]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from roughcontact import locks
+from roughcontact import files
 
 HOLDER = """
 import sys
@@ -23,7 +23,7 @@ with locks.held(sys.argv[1]):
 
 def is_free(path: Path) -> bool:
     try:
-        with locks.held(path):
+        with files.file_lock(path):
             return True
     except BlockingIOError:
         return False
@@ -31,7 +31,7 @@ def is_free(path: Path) -> bool:
 
 def test_a_lock_is_held_once_and_leaves_nothing(tmp_path: Path) -> None:
     path = tmp_path / "run.lock"
-    with locks.held(path):
+    with files.file_lock(path):
         assert not is_free(path)
         seen: list[bool] = []
         thread = threading.Thread(target=lambda: seen.append(is_free(path)))
@@ -41,7 +41,7 @@ def test_a_lock_is_held_once_and_leaves_nothing(tmp_path: Path) -> None:
         # Whoever was refused takes nothing away.
         assert path.exists()
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(KeyError), locks.held(path):
+    with pytest.raises(KeyError), files.file_lock(path):
         raise KeyError
     assert list(tmp_path.iterdir()) == []
 
@@ -71,7 +71,7 @@ def test_only_one_of_many_holds_it(tmp_path: Path) -> None:
     def work() -> None:
         for _ in range(50):
             try:
-                with locks.held(path):
+                with files.file_lock(path):
                     inside[0] += 1
                     most[0] = max(most[0], inside[0])
                     inside[0] -= 1
@@ -88,5 +88,5 @@ def test_only_one_of_many_holds_it(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError), locks.held(tmp_path / "absent" / "run.lock"):
+    with pytest.raises(FileNotFoundError), files.file_lock(tmp_path / "absent" / "run.lock"):
         pass

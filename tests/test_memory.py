@@ -17,8 +17,8 @@ from roughcontact.contact.pair import Pair
 from roughcontact.contact.stiffness import stiffness
 from roughcontact.halfspace import convolution, fft
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.kept import MOST, Kept
-from roughcontact.surface import nominal, synthetic
+from roughcontact.halfspace.convolution import MOST, ArrayCache
+from roughcontact.surface import nominal_bodies, random_surfaces
 
 GIB = 2**30
 STEEL = rc.Material(young=210e9, poisson=0.3)
@@ -321,7 +321,7 @@ def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None
     leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.5))
     rc.solve(surface, material=STEEL, load=0.1)
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on"):
-        rc.solve(surface, material=STEEL, load=0.1, start=np.ones(surface.shape))
+        rc.solve(surface, material=STEEL, load=0.1, initial_guess=np.ones(surface.shape))
 
 
 @pytest.mark.parametrize(("ceiling", "fits"), [(None, True), (3e9, False)])
@@ -333,16 +333,16 @@ def test_a_start_that_cannot_carry_the_load_takes_all_of_the_map(
     leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.6, maps=3))
     rc.solve(surface, load=0.2, **given)
     if fits:
-        rc.solve(surface, load=0.2, start=start, **given)
-        rc.load_curve(surface, loads=[0.1, 0.2], **given)
+        rc.solve(surface, load=0.2, initial_guess=start, **given)
+        rc.sweep(surface, loads=[0.1, 0.2], **given)
         return
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
-        rc.solve(surface, load=0.2, start=start, **given)
+        rc.solve(surface, load=0.2, initial_guess=start, **given)
     # Said before the first step.
     monkeypatch.setattr(solve.bounded, "solve", lambda *_, **__: pytest.fail("solved"))
-    monkeypatch.setattr(contact_memory, "scouted", lambda *_: 0.01)
+    monkeypatch.setattr(contact_memory, "coarse_contact_guess", lambda *_: 0.01)
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
-        rc.load_curve(surface, loads=[0.1, 0.2], **given)
+        rc.sweep(surface, loads=[0.1, 0.2], **given)
 
 
 @pytest.mark.parametrize("ceiling", [None, 3e9])
@@ -353,13 +353,13 @@ def test_a_coarse_grid_foresees_no_smaller_contact(
     monkeypatch.setattr(contact_memory, "_SCOUTED", 32**2)
     for load in (0.03, 1.0, 10.0):
         pair, foreseen = Pair(surface, STEEL), []
-        scout = contact_memory.scouted
+        scout = contact_memory.coarse_contact_guess
 
         def kept(*problem, scout=scout, foreseen=foreseen):
             foreseen.append(scout(*problem))
             return foreseen[-1]
 
-        monkeypatch.setattr(contact_memory, "scouted", kept)
+        monkeypatch.setattr(contact_memory, "coarse_contact_guess", kept)
         leave(monkeypatch, memory_estimate(pair.shape) - 1)
         result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling)
         assert 0.9 * result.contact_fraction <= foreseen[0] <= 4 * result.contact_fraction
@@ -381,7 +381,7 @@ def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
     given = {"material": STEEL, "load": 0.1, "ceiling": None}
     leave(monkeypatch, memory_estimate((64, 64), contact_fraction=0.3))
     monkeypatch.setattr(
-        "roughcontact.contact.resolution_study.filters.resample",
+        "roughcontact.studies.resolution_study.filters.resample",
         lambda *_, **__: pytest.fail("made"),
     )
     study = rc.resolution_study(surface, **given)
@@ -401,8 +401,8 @@ PIXEL = (1e-8, 1e-8)
     [
         lambda: rc.Surface(np.broadcast_to(0.0, LARGE), PIXEL),
         lambda: rc.Surface(np.broadcast_to(np.int16(0), LARGE), PIXEL),
-        lambda: nominal.sphere(radius=0.01, shape=LARGE, pixel=PIXEL),
-        lambda: nominal.flat(shape=LARGE, pixel=PIXEL),
+        lambda: nominal_bodies.sphere(radius=0.01, shape=LARGE, pixel=PIXEL),
+        lambda: nominal_bodies.flat(shape=LARGE, pixel=PIXEL),
         lambda: rc.reference_map(LARGE[0]),
         lambda: rough(32).resampled(LARGE),
         lambda: rough(32).resampled(LARGE, method="spline"),
@@ -474,7 +474,7 @@ def test_the_example_is_refused_before_it_is_made(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(synthetic, "reference_map", lambda *_: pytest.fail("made"))
+    monkeypatch.setattr(random_surfaces, "reference_map", lambda *_: pytest.fail("made"))
     leave(monkeypatch, GIB)
     assert "8000 × 8000 points needs" in refused(capsys, "demo", "--points", "8000")
     assert not list(tmp_path.iterdir())
@@ -604,7 +604,7 @@ def test_arrays_take_no_more_than_the_estimate(
     steel, n = rc.Material(210e9, 0.3, 1e9), 1024
     options = {"boundary": boundary, "precision": precision}
     surface = rc.Surface(*rc.reference_map(n))
-    monkeypatch.setattr(convolution, "SPECTRA", Kept(MOST))
+    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(MOST))
     with fft.at_most(1):
         tracemalloc.start()
         try:
@@ -617,7 +617,7 @@ def test_arrays_take_no_more_than_the_estimate(
 
 
 def test_a_map_needs_eight_bytes_a_point(monkeypatch):
-    from roughcontact.surface import memory as of_maps
+    from roughcontact.surface import grid as of_maps
 
     asked = []
     monkeypatch.setattr(memory, "require", lambda needed, *what, advice: asked.append(needed))

@@ -12,7 +12,7 @@ import pytest
 
 import roughcontact as rc
 from reading import measurement
-from roughcontact.formats import binary, metrology
+from roughcontact.formats import metrology, source
 from written import (
     HAS_READER,
     MEASUREMENTS,
@@ -120,7 +120,7 @@ def test_a_date_without_a_clock_is_none() -> None:
 
 
 def test_x3p_of_several_blocks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(binary, "BLOCK", 1000)
+    monkeypatch.setattr(source, "BLOCK", 1000)
     rough().save(tmp_path / "map.x3p")
     with zipfile.ZipFile(tmp_path / "map.x3p") as archive:
         data = archive.read("bindata/data.bin")
@@ -142,7 +142,7 @@ def test_x3p_beyond_2_gb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_sur_by_its_bytes(
     block: int, holes: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(binary, "BLOCK", block)
+    monkeypatch.setattr(source, "BLOCK", block)
     surface = rough(holes)
     path = tmp_path / "map.sur"
     surface.save(path)

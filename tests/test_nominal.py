@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.surface import nominal, shapes
+from roughcontact.surface import nominal_bodies, shapes
 from roughcontact.surface.surface import Surface
 
 SHAPE, PIXEL = (31, 44), (2e-6, 3e-6)
@@ -18,40 +18,40 @@ GRID = {"shape": SHAPE, "pixel": PIXEL}
 @pytest.mark.parametrize(
     ("body", "heights", "source"),
     [
-        (nominal.flat(**GRID), np.zeros(SHAPE), "nominal flat"),
+        (nominal_bodies.flat(**GRID), np.zeros(SHAPE), "nominal flat"),
         (
-            nominal.sphere(radius=1e-3, **GRID),
+            nominal_bodies.sphere(radius=1e-3, **GRID),
             shapes.sphere(SHAPE, PIXEL, 1e-3),
             "nominal sphere of radius 1 mm",
         ),
         (
-            nominal.ellipsoid(radii=(1e-3, 5e-4), angle=30, **GRID),
+            nominal_bodies.ellipsoid(radii=(1e-3, 5e-4), angle=30, **GRID),
             shapes.ellipsoid(SHAPE, PIXEL, (1e-3, 5e-4), 30),
             "nominal ellipsoid of the radii of curvature 1 mm along y and 500 µm along x, turned "
             "by 30 degrees counter-clockwise",
         ),
         (
-            nominal.cylinder(radius=1e-3, angle=90, **GRID),
+            nominal_bodies.cylinder(radius=1e-3, angle=90, **GRID),
             shapes.cylinder(SHAPE, PIXEL, 1e-3, 90),
             "nominal cylinder of radius 1 mm, axis at 90 degrees counter-clockwise from x",
         ),
         (
-            nominal.punch(radius=2.5e-5, edge_radius=1e-6, **GRID),
+            nominal_bodies.punch(radius=2.5e-5, edge_radius=1e-6, **GRID),
             shapes.punch(SHAPE, PIXEL, 2.5e-5, 1e-6),
             "nominal round punch of radius 25 µm with an edge radius of 1 µm",
         ),
         (
-            nominal.rectangular_punch(sides=(2e-5, 4e-5), **GRID),
+            nominal_bodies.rectangular_punch(sides=(2e-5, 4e-5), **GRID),
             shapes.rectangular_punch(SHAPE, PIXEL, (2e-5, 4e-5)),
             "nominal rectangular punch of 20 µm along y by 40 µm along x",
         ),
         (
-            nominal.cone(slope=0.01, **GRID),
+            nominal_bodies.cone(slope=0.01, **GRID),
             shapes.cone(SHAPE, PIXEL, 0.01),
             "nominal cone of slope 0.01",
         ),
         (
-            nominal.wedge(slope=0.01, angle=45, **GRID),
+            nominal_bodies.wedge(slope=0.01, angle=45, **GRID),
             shapes.wedge(SHAPE, PIXEL, 0.01, 45),
             "nominal wedge of slope 0.01, ridge at 45 degrees counter-clockwise from x",
         ),
@@ -70,13 +70,13 @@ def test_a_body_is_a_surface_that_says_what_it_is(body, heights, source) -> None
 
 def test_a_body_may_stand_aside() -> None:
     for make, sizes in (
-        (nominal.sphere, {"radius": 1e-3}),
-        (nominal.cylinder, {"radius": 1e-3}),
-        (nominal.punch, {"radius": 1e-5}),
-        (nominal.rectangular_punch, {"sides": (1e-5, 1e-5)}),
-        (nominal.ellipsoid, {"radii": (1e-3, 1e-3)}),
-        (nominal.cone, {"slope": 0.1}),
-        (nominal.wedge, {"slope": 0.1}),
+        (nominal_bodies.sphere, {"radius": 1e-3}),
+        (nominal_bodies.cylinder, {"radius": 1e-3}),
+        (nominal_bodies.punch, {"radius": 1e-5}),
+        (nominal_bodies.rectangular_punch, {"sides": (1e-5, 1e-5)}),
+        (nominal_bodies.ellipsoid, {"radii": (1e-3, 1e-3)}),
+        (nominal_bodies.cone, {"slope": 0.1}),
+        (nominal_bodies.wedge, {"slope": 0.1}),
     ):
         body = make(**sizes, **GRID, center=(7, 12))
         assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
@@ -89,40 +89,43 @@ def test_a_body_may_stand_aside() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("flat", nominal.flat(**GRID)),
-        ("sphere 10 mm", nominal.sphere(radius=0.01, **GRID)),
-        ("  Sphere 10mm ", nominal.sphere(radius=0.01, **GRID)),
-        ("sphere 1e-2 m", nominal.sphere(radius=0.01, **GRID)),
+        ("flat", nominal_bodies.flat(**GRID)),
+        ("sphere 10 mm", nominal_bodies.sphere(radius=0.01, **GRID)),
+        ("  Sphere 10mm ", nominal_bodies.sphere(radius=0.01, **GRID)),
+        ("sphere 1e-2 m", nominal_bodies.sphere(radius=0.01, **GRID)),
         (
             "ellipsoid 10 mm 4 mm 30 deg",
-            nominal.ellipsoid(radii=(0.01, 0.004), angle=30, **GRID),
+            nominal_bodies.ellipsoid(radii=(0.01, 0.004), angle=30, **GRID),
         ),
-        ("ellipsoid 10 mm 4 mm", nominal.ellipsoid(radii=(0.01, 0.004), **GRID)),
-        ("cylinder 5 mm", nominal.cylinder(radius=0.005, **GRID)),
-        ("cylinder 5 mm 90 deg", nominal.cylinder(radius=0.005, angle=90, **GRID)),
-        ("cylinder 5 mm -12.5°", nominal.cylinder(radius=0.005, angle=-12.5, **GRID)),
-        ("punch 20 um", nominal.punch(radius=2e-5, **GRID)),
-        ("punch 20 \u03bcm edge 2 \u00b5m", nominal.punch(radius=2e-5, edge_radius=2e-6, **GRID)),
-        ("punch 20 um 10 um", nominal.rectangular_punch(sides=(2e-5, 1e-5), **GRID)),
+        ("ellipsoid 10 mm 4 mm", nominal_bodies.ellipsoid(radii=(0.01, 0.004), **GRID)),
+        ("cylinder 5 mm", nominal_bodies.cylinder(radius=0.005, **GRID)),
+        ("cylinder 5 mm 90 deg", nominal_bodies.cylinder(radius=0.005, angle=90, **GRID)),
+        ("cylinder 5 mm -12.5°", nominal_bodies.cylinder(radius=0.005, angle=-12.5, **GRID)),
+        ("punch 20 um", nominal_bodies.punch(radius=2e-5, **GRID)),
+        (
+            "punch 20 \u03bcm edge 2 \u00b5m",
+            nominal_bodies.punch(radius=2e-5, edge_radius=2e-6, **GRID),
+        ),
+        ("punch 20 um 10 um", nominal_bodies.rectangular_punch(sides=(2e-5, 1e-5), **GRID)),
         (
             "punch 20 um 10 um edge 500 nm",
-            nominal.rectangular_punch(sides=(2e-5, 1e-5), edge_radius=5e-7, **GRID),
+            nominal_bodies.rectangular_punch(sides=(2e-5, 1e-5), edge_radius=5e-7, **GRID),
         ),
-        ("cone 0.01", nominal.cone(slope=0.01, **GRID)),
-        ("cone 1e-2", nominal.cone(slope=0.01, **GRID)),
-        ("wedge 0.01 90 deg", nominal.wedge(slope=0.01, angle=90, **GRID)),
-        ("wedge .01", nominal.wedge(slope=0.01, **GRID)),
+        ("cone 0.01", nominal_bodies.cone(slope=0.01, **GRID)),
+        ("cone 1e-2", nominal_bodies.cone(slope=0.01, **GRID)),
+        ("wedge 0.01 90 deg", nominal_bodies.wedge(slope=0.01, angle=90, **GRID)),
+        ("wedge .01", nominal_bodies.wedge(slope=0.01, **GRID)),
     ],
 )
 def test_texts_that_are_bodies(text: str, expected: Surface) -> None:
-    body = nominal.parse(text)(**GRID)
+    body = nominal_bodies.parse(text)(**GRID)
     np.testing.assert_array_equal(body.heights, expected.heights)
     assert body.provenance == expected.provenance
 
 
 def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
-    for form in nominal.FORMS:
-        body = nominal.parse(form)(**GRID, center=(7, 12))
+    for form in nominal_bodies.FORMS:
+        body = nominal_bodies.parse(form)(**GRID, center=(7, 12))
         assert body.heights[7, 12] == 0 == np.nanmax(body.heights)
 
 
@@ -137,7 +140,7 @@ def test_every_form_shown_is_taken_and_may_stand_aside() -> None:
 )  # fmt: skip
 def test_texts_that_are_none(text) -> None:
     with pytest.raises(InputError) as caught:
-        nominal.parse(text, "--body")
+        nominal_bodies.parse(text, "--body")
     message = str(caught.value)
     assert message.startswith("--body must read like one of 'flat', 'sphere 10 mm', ")
     assert message.endswith(f"got {text!r}")
@@ -162,13 +165,13 @@ def test_texts_that_are_none(text) -> None:
 )
 def test_sizes_that_are_none(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        nominal.parse(text, "--body")
+        nominal_bodies.parse(text, "--body")
 
 
 @given(st.text(alphabet="flatspherconewdgpuy 0123456789.-+emk°", max_size=30))
 def test_no_text_makes_another_error(text: str) -> None:
     try:
-        body = nominal.parse(text)
+        body = nominal_bodies.parse(text)
     except InputError:
         return
     assert callable(body)
@@ -176,6 +179,6 @@ def test_no_text_makes_another_error(text: str) -> None:
 
 def test_only_points_beyond_a_body_are_masked() -> None:
     grid = {"shape": (8, 8), "pixel": (1e-6, 1e-6)}
-    assert not nominal.flat(**grid).holes_masked
-    assert not nominal.sphere(radius=1e-3, **grid).holes_masked
-    assert nominal.punch(radius=2e-6, **grid).holes_masked
+    assert not nominal_bodies.flat(**grid).holes_masked
+    assert not nominal_bodies.sphere(radius=1e-3, **grid).holes_masked
+    assert nominal_bodies.punch(radius=2e-6, **grid).holes_masked

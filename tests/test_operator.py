@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from roughcontact.halfspace import convolution, kernels
-from roughcontact.halfspace.sums import LocalSums
-from roughcontact.solvers import active_set, bounded, patches, tilt
-from roughcontact.solvers.problem import Problem
-from roughcontact.solvers.projection import project, without_dust
+from roughcontact.halfspace.convolution import LocalSums
+from roughcontact.solvers import active_set, bounded, preconditioner, rigid_tilt
+from roughcontact.solvers.problem import Problem, project, without_dust
 
 SHAPE, PIXEL, MODULUS = (24, 31), (0.7, 1.0), 1.0
 SOLVERS = Path(__file__).parents[1] / "src" / "roughcontact" / "solvers"
@@ -180,8 +179,8 @@ def joined(solutions, edges):
 def several_levels(monkeypatch):
     """Coarse grids and collective modes on a map small enough for a matrix."""
     monkeypatch.setattr(bounded, "_COARSEST", 4)
-    monkeypatch.setattr(patches, "_BLOCK", 4)
-    monkeypatch.setattr(patches, "_SMALL", 8)
+    monkeypatch.setattr(preconditioner, "_BLOCK", 4)
+    monkeypatch.setattr(preconditioner, "_SMALL", 8)
 
 
 def gap(kind):
@@ -314,10 +313,12 @@ def test_a_tilted_map_on_several_processes(several_levels, edges):
     h0 = gap("rough")
     arguments = (np.array([0.05, -0.02]), PIXEL, (0.0, 0.0))
     more = {"moment_tolerance": 1e-7, "tolerance": 1e-8, "max_iterations": 300}
-    expected, slope = tilt.solve(Problem(h0, 0.5, 60.0), by_fft, *arguments, **more)
+    expected, slope = rigid_tilt.solve(Problem(h0, 0.5, 60.0), by_fft, *arguments, **more)
 
     def run(family, rows):
-        return tilt.solve(Problem(h0[rows], 0.5, 60.0, whole=SHAPE), family, *arguments, **more)
+        return rigid_tilt.solve(
+            Problem(h0[rows], 0.5, 60.0, whole=SHAPE), family, *arguments, **more
+        )
 
     found, _ = on_processes(edges, run)
     pressure = np.zeros(SHAPE)

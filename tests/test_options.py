@@ -15,11 +15,11 @@ import pytest
 import typer
 from hypothesis import example, given, strategies as st
 
+from roughcontact.batch.plan import spell_key
 from roughcontact.cli import app
-from roughcontact.errors import InputError, Mention
-from roughcontact.fleet.plan import spell_key
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material import hardening
-from roughcontact.plots.saving import save
+from roughcontact.plots.export import save
 from roughcontact.request import maps, options, parsing, run, solve
 from roughcontact.request.option import PICTURES, Option, Panel
 from roughcontact.request.request import Request
@@ -125,19 +125,19 @@ def test_a_format_of_one_model_alone_is_offered_and_says_which(
 
 def test_arguments_are_spelled_at_each_edge() -> None:
     for mention, option, key in (
-        (Mention("max_iterations"), "--max-iterations", "max-iterations"),
-        (Mention("precision", "single"), "--precision single", 'precision = "single"'),
-        (Mention("size", "0.1 mm x 1 mm"), "--size '0.1 mm x 1 mm'", 'size = "0.1 mm x 1 mm"'),
-        (Mention("ceiling", 3e9), "--ceiling '3 GPa'", 'ceiling = "3 GPa"'),
-        (Mention("load", 0.5), "--load '500 mN'", 'load = "500 mN"'),
-        (Mention("tolerance", 1e-4), "--tolerance 0.0001", 'tolerance = "0.0001"'),
-        (Mention("study", True), "--study", "study = true"),
-        (Mention("s"), "--s-filter", "s-filter"),
-        (Mention("heights"), "heights", "heights"),
+        (ArgumentRef("max_iterations"), "--max-iterations", "max-iterations"),
+        (ArgumentRef("precision", "single"), "--precision single", 'precision = "single"'),
+        (ArgumentRef("size", "0.1 mm x 1 mm"), "--size '0.1 mm x 1 mm'", 'size = "0.1 mm x 1 mm"'),
+        (ArgumentRef("ceiling", 3e9), "--ceiling '3 GPa'", 'ceiling = "3 GPa"'),
+        (ArgumentRef("load", 0.5), "--load '500 mN'", 'load = "500 mN"'),
+        (ArgumentRef("tolerance", 1e-4), "--tolerance 0.0001", 'tolerance = "0.0001"'),
+        (ArgumentRef("study", True), "--study", "study = true"),
+        (ArgumentRef("s"), "--s-filter", "s-filter"),
+        (ArgumentRef("heights"), "heights", "heights"),
     ):
         assert (solve.TASK.spelled(mention), spell_key(mention, solve.TASK)) == (option, key)
     # A sweep has no load of its own to speak of.
-    assert COMMANDS["sweep"].spelled(Mention("load")) == "load"
+    assert COMMANDS["sweep"].spelled(ArgumentRef("load")) == "load"
     assert COMMANDS["history"].named("load") is None
 
 
@@ -256,7 +256,7 @@ def test_an_option_added_prepares_maps_where_it_says_so(
         for factor in ("1", "4")
     ]
     # Maps that two requests prepare in the same way are read once.
-    with run.together() as carry_out:
+    with run.shared_runner() as carry_out:
         if not prepares:
             with pytest.raises(KeyError, match="stretch"):
                 carry_out(requests[0], lambda _: None)

@@ -3,7 +3,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.pair import BODIES, Pair
-from roughcontact.errors import Mention
+from roughcontact.errors import ArgumentRef
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 
@@ -95,4 +95,4 @@ def test_bodies_on_other_grids_are_told_in_few_digits_and_how_to_align_them() ->
     words = str(caught.value)
     assert "has 3 × 4 points of 2 µm × 1 µm, the surface 4 × 4 points of 1.098 µm × 1.098" in words
     assert "registration.matched" in words
-    assert Mention("align", True) in caught.value.parts
+    assert ArgumentRef("align", True) in caught.value.parts

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy import ndimage
 
-from roughcontact.surface import blocks, parameters, spectrum
-from roughcontact.surface.surface import Surface
+from roughcontact.surface import grid, spectrum
+from roughcontact.surface.surface import Surface, summary
 
 LENGTHS = {"Sq", "Sa", "Sp", "Sv", "Sz", "Sk", "Spk", "Svk", "Vmp", "Vmc", "Vvc", "Vvv"}
 
@@ -34,7 +34,7 @@ def test_parameters_against_surfalize() -> None:
     y, x = np.mgrid[:150, :200]
     waves = np.sin(0.31 * x + 0.11 * y) + 0.7 * np.cos(0.23 * y - 0.17 * x + 1)
     waves += 0.5 * np.sin(0.0741 * x + 0.41 * y + 2) + 0.4 * np.cos(0.53 * x - 0.29 * y)
-    values = parameters.summary(1e-6 * np.exp(0.4 * waves), (0.8e-6, 0.5e-6))
+    values = summary(1e-6 * np.exp(0.4 * waves), (0.8e-6, 0.5e-6))
     peer = {"Sa": 0.340126e-6, "Ssk": 0.859052, "Sku": 3.5032, "Sp": 1.70957e-6,
             "Sv": 0.721507e-6, "Sdr": 0.0372177}  # fmt: skip
     assert {name: values[name] for name in peer} == pytest.approx(peer, rel=5e-6)
@@ -51,15 +51,15 @@ def test_parameters_against_surfalize() -> None:
 @given(st.integers(0, 1000), st.booleans(), st.floats(1e-9, 1e3), st.floats(1e-9, 1e3))
 def test_parameters_scale(seed: int, holes: bool, height: float, side: float) -> None:
     heights = small_map(seed, holes)
-    before = parameters.summary(heights, (2.0, 3.0))
-    after = parameters.summary(height * heights, (2.0 * side, 3.0 * side))
+    before = summary(heights, (2.0, 3.0))
+    after = summary(height * heights, (2.0 * side, 3.0 * side))
     for name in LENGTHS:
         assert after[name] == pytest.approx(height * before[name], rel=1e-9, abs=1e-12 * height)
     for name in PURE:
         assert after[name] == pytest.approx(before[name], rel=1e-9, abs=1e-12, nan_ok=True)
     assert after["Sal"] == pytest.approx(side * before["Sal"], rel=1e-9, nan_ok=True)
     assert after["Sdq"] == pytest.approx(height / side * before["Sdq"], rel=1e-9)
-    same = parameters.summary(height * heights, (2.0 * height, 3.0 * height))
+    same = summary(height * heights, (2.0 * height, 3.0 * height))
     assert same["Sdr"] == pytest.approx(before["Sdr"], rel=1e-9)
 
 
@@ -67,13 +67,13 @@ def test_parameters_scale(seed: int, holes: bool, height: float, side: float) ->
 @given(st.integers(0, 1000), st.booleans())
 def test_parameters_do_not_know_the_axes(seed: int, holes: bool) -> None:
     heights = small_map(seed, holes)
-    before = parameters.summary(heights, (2.0, 3.0))
-    turned = parameters.summary(np.ascontiguousarray(heights.T), (3.0, 2.0))
+    before = summary(heights, (2.0, 3.0))
+    turned = summary(np.ascontiguousarray(heights.T), (3.0, 2.0))
     assert turned == pytest.approx(before, rel=1e-9, abs=1e-12, nan_ok=True)
     # The differences of Sdq look back, hence see a mirror in the first and last points.
     del before["Sdq"]
     for mirrored in (heights[::-1], heights[:, ::-1], heights[::-1, ::-1]):
-        values = parameters.summary(mirrored, (2.0, 3.0))
+        values = summary(mirrored, (2.0, 3.0))
         del values["Sdq"]
         assert values == pytest.approx(before, rel=1e-9, abs=1e-12, nan_ok=True)
 
@@ -82,8 +82,8 @@ def test_parameters_do_not_know_the_axes(seed: int, holes: bool) -> None:
 @given(st.integers(0, 1000), st.floats(-10, 10))
 def test_peaks_become_dales_upside_down(seed: int, shift: float) -> None:
     heights = small_map(seed, holes=True)
-    before = parameters.summary(heights, (1.0, 1.0))
-    after = parameters.summary(shift - heights, (1.0, 1.0))
+    before = summary(heights, (1.0, 1.0))
+    after = summary(shift - heights, (1.0, 1.0))
     for name in ("Sq", "Sa", "Sku", "Sz", "Sdq", "Sdr", "Sal", "Str", "Str_max"):
         assert after[name] == pytest.approx(before[name], rel=1e-9, abs=1e-9, nan_ok=True)
     assert after["Ssk"] == pytest.approx(-before["Ssk"], abs=1e-9)
@@ -93,7 +93,7 @@ def test_peaks_become_dales_upside_down(seed: int, shift: float) -> None:
 
 
 def test_summary_of_a_flat_map() -> None:
-    values = parameters.summary(np.full((5, 6), 0.1), (1.0, 1.0))
+    values = summary(np.full((5, 6), 0.1), (1.0, 1.0))
     unknown = {name for name, value in values.items() if math.isnan(value)}
     assert unknown == {"Ssk", "Sku", "Sal", "Str", "Str_max"}
     assert {values[name] for name in LENGTHS - {"Sq"}} | {values["Sdq"], values["Sdr"]} <= {0.0}
@@ -102,10 +102,10 @@ def test_summary_of_a_flat_map() -> None:
 
 def test_summary_does_not_depend_on_the_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = small_map(11, holes=True)
-    whole = parameters.summary(heights, (1.0, 2.0))
+    whole = summary(heights, (1.0, 2.0))
     shells = spectrum.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
-    monkeypatch.setattr(blocks, "VALUES", 17 * 5)
-    assert parameters.summary(heights, (1.0, 2.0)) == pytest.approx(whole, rel=1e-12, abs=1e-14)
+    monkeypatch.setattr(grid, "VALUES", 17 * 5)
+    assert summary(heights, (1.0, 2.0)) == pytest.approx(whole, rel=1e-12, abs=1e-14)
     blocked = spectrum.radial_spectrum(small_map(11, holes=False), (1.0, 2.0))
     for one, other in zip(shells, blocked, strict=True):
         assert one == pytest.approx(other, rel=1e-12)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reading import refused, write
-from roughcontact import pipes
+from roughcontact import files
 from roughcontact.errors import FormatError
 from roughcontact.formats.read import channels, read_surface, read_with_channels
 
@@ -33,7 +33,7 @@ def fifo(tmp_path: Path, name: str, write_to: Callable[[Path], None] | None = No
 
 def test_a_regular_file_is_itself(tmp_path: Path) -> None:
     path = write(tmp_path, "map.csv", TEXT)
-    with pipes.regular(path) as file:
+    with files.as_regular_file(path) as file:
         assert file == path
 
 
@@ -81,7 +81,7 @@ def test_every_format_is_read_from_a_pipe(tmp_path: Path) -> None:
 def test_whoever_writes_may_take_their_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipes, "_PATIENCE", 0.0)
+    monkeypatch.setattr(files, "_PATIENCE", 0.0)
 
     def slow(path: Path) -> None:
         with path.open("w", buffering=1) as stream:
@@ -100,7 +100,7 @@ def test_whoever_writes_may_take_their_time(
 
 
 def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipes, "_PATIENCE", 0.01)
+    monkeypatch.setattr(files, "_PATIENCE", 0.01)
     refused(fifo(tmp_path, "map.csv"), "map.csv is a pipe that nobody writes to", **GIVEN)
     refused(fifo(tmp_path, "map.opd"), "map.opd is a pipe that nobody writes to")
     with pytest.raises(FormatError, match="nobody writes to"):
@@ -108,7 +108,7 @@ def test_a_pipe_that_nobody_writes_to(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_a_pipe_without_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipes, "MOST", 2**20)
+    monkeypatch.setattr(files, "MOST", 2**20)
 
     def endless(path: Path) -> None:
         with path.open("wb", buffering=0) as stream:

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from roughcontact.batch import plan, project, runner
 from roughcontact.cli import app
-from roughcontact.fleet import engines, plan, project
 from roughcontact.report import kinds
 
 Capture = pytest.CaptureFixture[str]
 
 
 def states(path: Path) -> list[str]:
-    return [report.state for report in engines.run(project.load(path), lambda report: None)]
+    return [report.state for report in runner.run(project.load(path), lambda report: None)]
 
 
 @pytest.fixture(scope="module")
@@ -216,7 +216,7 @@ def test_a_file_that_cannot_be_read_fails_alone(
     def refused(path: Path) -> str:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("roughcontact.checksums.of_file", refused)
+    monkeypatch.setattr("roughcontact.files.of_file", refused)
     assert plan.digest_of(entry) != before
     assert plan.complete(entry, before) is None
 

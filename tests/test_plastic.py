@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import layers, plastic, tensors
+from roughcontact.halfspace import layers, plastic_halfspace, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 2.0, 0.3
@@ -135,7 +135,7 @@ def layers_of(operator, strain, pressure=None, trace=False):
 
 def operator_of(shape, pixel, thickness, **more):
     arguments = dict(shear_modulus=MU, poisson=NU, workspace=Workspace(2)) | more
-    return plastic.HalfSpace(shape, pixel, np.asarray(thickness, float), **arguments)
+    return plastic_halfspace.HalfSpace(shape, pixel, np.asarray(thickness, float), **arguments)
 
 
 CASES = [

@@ -16,16 +16,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from roughcontact import plots
-from roughcontact.contact.curve import LoadCurve, LoadStep
-from roughcontact.contact.history import Stage
-from roughcontact.contact.load_history import load_history
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import Material
-from roughcontact.plots import saving, style
-from roughcontact.surface import bearing
+from roughcontact.plots import export, style
+from roughcontact.studies.load_curve import LoadCurve, LoadStep
+from roughcontact.studies.load_history import Stage, history as load_history
+from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
@@ -575,7 +574,7 @@ def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
         figure.set_dpi(90)
         shown_on = figure.canvas
         layouts.clear()
-        picture = saving.png(figure)
+        picture = export.png(figure)
         assert layouts == [figure]
         assert (figure.canvas, figure.dpi) == (shown_on, 90)
         assert figure.get_layout_engine() is not None
@@ -586,7 +585,7 @@ def test_a_png_has_an_opacity_only_where_it_is_seen_through() -> None:
     for ground, mode in (("white", "RGB"), ("none", "RGBA")):
         figure = Figure(figsize=(2, 1), facecolor=ground)
         figure.subplots().plot([0, 1])
-        assert Image.open(io.BytesIO(saving.png(figure))).mode == mode
+        assert Image.open(io.BytesIO(export.png(figure))).mode == mode
 
 
 @pytest.mark.parametrize("name", ["figure.bmp", "figure", "figure.png.txt"])
@@ -810,10 +809,10 @@ def test_bearing_curve_carries_the_areas_of_the_standard() -> None:
     surface = Surface(heights, (1e-6, 1e-6))
     figure = plots.bearing_curve(surface)
     (axes,) = figure.axes
-    ratio, height = bearing.material_ratio_curve(heights)
+    ratio, height = roughness.material_ratio_curve(heights)
     np.testing.assert_allclose(axes.lines[0].get_xdata(), 100 * ratio)
     np.testing.assert_allclose(np.diff(axes.lines[0].get_ydata()), 1e9 * np.diff(height), atol=1e-9)
-    core = bearing.core_parameters(ratio, height)
+    core = roughness.core_parameters(ratio, height)
     peaks, dales = (patch.get_path().vertices[:3] for patch in axes.patches)
     # The triangles have the areas of the peaks above and the dales below the core.
     upper = np.interp(core["Smr1"], ratio, height)

@@ -59,7 +59,7 @@ def test_ctrl_c_waits_for_what_is_being_begun() -> None:
     before = signal.getsignal(signal.SIGINT)
 
     def begin() -> None:
-        with processes.deaf():
+        with processes.sigint_blocked():
             # A thread that was there before lets it through.
             signal.pthread_kill(other.ident or 0, signal.SIGINT)
             time.sleep(0.05)

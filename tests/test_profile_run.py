@@ -83,7 +83,7 @@ def test_a_report_on_a_profile_says_what_it_cannot_know(trace, tmp_path):
     assert {path.name for path in tmp_path.glob("*.png")} == {
         "f-surface.png", "f-pressure.png", "f-contact.png"
     }  # fmt: skip
-    again = rc.load_result(result)
+    again = rc.read_result(result)
     assert again.pair.is_profile
     assert again.load == pytest.approx(2e4)
     assert app.main(["verify", str(result)]) == app.SOLVED
@@ -170,7 +170,7 @@ def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     assert {path.name for path in tmp_path.glob("*.png")} == {
         "s-stress-depth.png", "s-stress-section.png"
     }  # fmt: skip
-    told = json.loads(json.dumps(rc.load_result(result).summary()))
+    told = json.loads(json.dumps(rc.read_result(result).summary()))
     assert told["load_unit"] == "N/m"
 
 
@@ -190,12 +190,12 @@ def test_a_project_of_profiles(trace, tmp_path, capsys, monkeypatch):
 
 
 def test_the_script_of_a_report_repeats_a_profile(trace, monkeypatch):
-    from roughcontact.report import script
+    from roughcontact.report import python_script
 
     monkeypatch.chdir(trace.parent)
     surface = rc.read_surface(trace.name).leveled()
     first = rc.solve(surface, material=rc.Material(210e9, 0.3, 1e9), load="20 N/mm")
-    lines = script.repeating(first)
+    lines = python_script.repeating(first)
     assert "boundary" not in lines
     found = {}
     exec(lines, found)

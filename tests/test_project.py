@@ -13,12 +13,12 @@ import psutil
 import pytest
 
 import roughcontact as rc
-from roughcontact import pipes
+from roughcontact import files
+from roughcontact.batch import plan, project, runner
 from roughcontact.cli import app
-from roughcontact.fleet import engines, plan, project
+from roughcontact.elastoplastic.archive import load_elastoplastic
 from roughcontact.request import outputs
 from roughcontact.request.options import CEILING, LOAD
-from roughcontact.volume.archive import load_elastoplastic
 
 Capture = pytest.CaptureFixture[str]
 
@@ -77,7 +77,7 @@ def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
     two = next(c for c in json.loads(capsys.readouterr().out)["contacts"] if c["name"] == "two")
     assert two["state"] == "solved"
-    found = rc.load_result(folder / "results" / "two.nc")
+    found = rc.read_result(folder / "results" / "two.nc")
     assert found.recommended.factor == pytest.approx(found.ceiling / 1e9)
 
 
@@ -164,7 +164,7 @@ def test_contacts_are_solved_kept_and_solved_again_when_changed(
     steel = rc.Material(210e9, 0.3, 1e9)
     for name, load in (("one-0.1-N", 0.1), ("one-1-N", 1.0)):
         result = rc.solve(surface, load=load, material=steel)
-        stored = rc.load_result(folder / "results" / f"{name}.nc")
+        stored = rc.read_result(folder / "results" / f"{name}.nc")
         assert stored.max_pressure == pytest.approx(result.max_pressure, rel=1e-6)
         summary = json.loads((folder / "results" / f"{name}.json").read_text(encoding="utf-8"))
         assert summary["load"] == load
@@ -222,7 +222,7 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = str(folder)
     try:
-        reports = engines.run(entries, lambda report: None)
+        reports = runner.run(entries, lambda report: None)
     finally:
         if before is None:
             del os.environ["PYTHONPATH"]
@@ -290,7 +290,7 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> Non
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41
     entries = project.load(path)[: len(done) + 1]
-    reports = engines.run(entries, lambda report: None)
+    reports = runner.run(entries, lambda report: None)
     assert all(report.state != plan.FAILED for report in reports)
     assert {plan.KEPT, plan.SOLVED} == {report.state for report in reports}
     assert all(p.stat().st_mtime_ns == stamp for p, stamp in done.items())
@@ -329,7 +329,7 @@ def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
         (kept / "pass-0001").mkdir(parents=True, exist_ok=True)
         for place in (kept, kept / "pass-0001"):
             (place / left).touch()
-        reports = engines.run(project.load(path), lambda report: None)
+        reports = runner.run(project.load(path), lambda report: None)
         assert {report.state for report in reports} == {state}
         assert hidden(folder) == []
 
@@ -531,7 +531,7 @@ def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     assert told["curve"]["last"]["contact_fraction"] == pytest.approx(result.contact_fraction)
     stress = rc.subsurface_stress(result, friction=0.2)
     assert told["below"]["stress"]["max_von_mises"] == pytest.approx(stress.max_von_mises)
-    history = rc.load_history(surface, [0.5, 0.0] * 2, material=steel)
+    history = rc.history(surface, [0.5, 0.0] * 2, material=steel)
     assert told["path"]["steps"]["load"] == [0.5, 0.0, 0.5, 0.0]
     assert told["path"]["indentation_volume"] == pytest.approx(history.indentation_volume)
     assert told["ball"]["shape"] == [32, 32]
@@ -597,7 +597,7 @@ def test_a_project_that_comes_by_a_pipe(folder: Path, monkeypatch: pytest.Monkey
     text = (folder / "project.toml").read_text(encoding="utf-8")
     threading.Thread(target=path.write_text, args=(text,), daemon=True).start()
     assert [entry.name for entry in project.load(path)] == ["one 0.1 N", "one 1 N", "two"]
-    monkeypatch.setattr(pipes, "_PATIENCE", 0.01)
+    monkeypatch.setattr(files, "_PATIENCE", 0.01)
     with pytest.raises(rc.FormatError, match=r"piped\.toml is a pipe that nobody writes to"):
         project.load(path)
 

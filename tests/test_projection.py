@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from roughcontact.halfspace.sums import LocalSums
-from roughcontact.solvers.projection import project, shift_to_sum
+from roughcontact.halfspace.convolution import LocalSums
+from roughcontact.solvers.problem import project, shift_to_sum
 
 SUMS = LocalSums()
 

@@ -17,9 +17,9 @@ from roughcontact import units
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.formats.read import read_surface
-from roughcontact.surface import cleaning, filters, leveling
-from roughcontact.surface.filling import fill
-from roughcontact.surface.form import remove_form
+from roughcontact.surface import cleaning, filters
+from roughcontact.surface.cleaning import fill
+from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.surface import Surface
 
 SEEDS = st.integers(0, 10_000)
@@ -62,10 +62,10 @@ def test_level_finds_nothing_the_second_time(seed: int, holes: float, form: str)
     points = [(0, 0), (3, 17), (14, 4)] if form == "three-point" else None
     for y, x in points or ():
         heights[y, x] = 1.0 + x
-    once = leveling.level(heights, form, points)
+    once = level(heights, form, points)
     # The weights of the robust fit settle to 1e-6 of its scatter.
     tolerance = 1e-5 if form == "robust" else 1e-13
-    np.testing.assert_allclose(leveling.level(once, form, points), once, atol=tolerance)
+    np.testing.assert_allclose(level(once, form, points), once, atol=tolerance)
 
 
 @UNHURRIED
@@ -93,9 +93,9 @@ def test_level_is_linear(
     first: int, second: int, holes: float, a: float, b: float, form: str
 ) -> None:
     u, v = rough(first, holes=holes), rough(second)
-    both = leveling.level(a * u + b * v + 0 * u, form)
+    both = level(a * u + b * v + 0 * u, form)
     # The fit to the points that u has.
-    parts = a * leveling.level(u, form) + b * leveling.level(v + 0 * u, form)
+    parts = a * level(u, form) + b * level(v + 0 * u, form)
     np.testing.assert_allclose(both, parts, atol=1e-12)
 
 
@@ -104,8 +104,8 @@ def test_level_is_linear(
 def test_level_commutes_with_turns(seed: int, holes: float, turns: int, form: str) -> None:
     heights = rough(seed, holes=holes)
     np.testing.assert_allclose(
-        leveling.level(cleaning.rotate(heights, 90 * turns), form),
-        cleaning.rotate(leveling.level(heights, form), 90 * turns),
+        level(cleaning.rotate(heights, 90 * turns), form),
+        cleaning.rotate(level(heights, form), 90 * turns),
         atol=1e-12,
     )
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal_bodies
 from roughcontact.surface.provenance import NOTE, Operation, Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
 
@@ -58,7 +58,7 @@ def test_an_array_is_known_once_something_is_done_to_it() -> None:
 
 def test_another_map_is_kept_as_what_made_it() -> None:
     surface = Surface(np.zeros((9, 9)), PIXEL)
-    ball = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(3, 4.5))
+    ball = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(3, 4.5))
     step = surface.with_form(ball.rotated(180)).provenance.operations[-1]
     assert step.arguments["form"].origin.arguments == {
         "radius": 1e-3, "shape": (9, 9), "pixel": PIXEL, "center": (3, 4.5),
@@ -75,7 +75,7 @@ def test_another_map_is_kept_as_what_made_it() -> None:
 
 def everything() -> Provenance:
     surface = Surface(np.arange(80.0).reshape(8, 10) ** 2 * 1e-9, PIXEL, Provenance("a", "b", "c"))
-    ball = nominal.sphere(radius=1 / 3, shape=(8, 10), pixel=PIXEL)
+    ball = nominal_bodies.sphere(radius=1 / 3, shape=(8, 10), pixel=PIXEL)
     made = surface.leveled().with_form(ball).aligned(surface, (1e-6 / 3, 0), 12.5).filled()
     return replace(made.provenance, source="gr\udcfcn\n\u2028.opd")
 

@@ -40,7 +40,7 @@ def test_a_name_imports_what_it_needs_and_no_more() -> None:
         "import sys, roughcontact; first = set(sys.modules); roughcontact.solve; "
         "print('roughcontact.contact.solve' in first); "
         "print('roughcontact.contact.solve' in sys.modules); "
-        "print('roughcontact.volume' in sys.modules)"
+        "print('roughcontact.elastoplastic' in sys.modules)"
     )
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,

@@ -3,7 +3,7 @@ import pytest
 
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.solvers.punch import Punch, flat_punch
+from roughcontact.solvers.rigid_tilt import Punch, flat_punch
 
 PIXEL = (1e-6, 1.6e-6)
 

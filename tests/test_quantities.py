@@ -7,14 +7,14 @@ import pint
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.cautions import Kind, Severity
+from roughcontact.cautions import Kind, Severity
 from roughcontact.errors import InputError
-from roughcontact.surface import nominal
+from roughcontact.surface import nominal_bodies
 
 UNIT = pint.UnitRegistry()
 PIXEL = (1e-6, 1e-6)
 STEEL = rc.Material(210e9, 0.3, 1e9)
-BALL = nominal.sphere(radius=0.01, shape=(32, 32), pixel=PIXEL)
+BALL = nominal_bodies.sphere(radius=0.01, shape=(32, 32), pixel=PIXEL)
 
 
 def test_a_material_takes_units() -> None:
@@ -24,14 +24,14 @@ def test_a_material_takes_units() -> None:
         7.40e9, rel=1e-3
     )
     assert rc.Material("300 GPa", 0.25, hardness="15 GPa").hardness == 15e9
-    assert rc.Perfect("1 GPa") == rc.Perfect(1e9)
-    assert rc.Linear("1 GPa", 2 * UNIT.GPa) == rc.Linear(1e9, 2e9)
-    assert rc.Swift("945 MPa", 20, 0.121) == rc.Swift(945e6, 20, 0.121)
-    table = rc.Tabulated((0.0, 0.1), ("1 GPa", "1.2 GPa"))
+    assert rc.hardening.Perfect("1 GPa") == rc.hardening.Perfect(1e9)
+    assert rc.hardening.Linear("1 GPa", 2 * UNIT.GPa) == rc.hardening.Linear(1e9, 2e9)
+    assert rc.hardening.Swift("945 MPa", 20, 0.121) == rc.hardening.Swift(945e6, 20, 0.121)
+    table = rc.hardening.Tabulated((0.0, 0.1), ("1 GPa", "1.2 GPa"))
     assert (
         table
-        == rc.Tabulated([0.0, 0.1], [1.0, 1.2] * UNIT.GPa)
-        == rc.Tabulated((0.0, 0.1), (1e9, 1.2e9))
+        == rc.hardening.Tabulated([0.0, 0.1], [1.0, 1.2] * UNIT.GPa)
+        == rc.hardening.Tabulated((0.0, 0.1), (1e9, 1.2e9))
     )
 
 
@@ -50,7 +50,7 @@ def test_a_map_takes_units() -> None:
     assert rough.aligned(rough, offset=("5 um", "0 um")).provenance == (
         rough.aligned(rough, offset=(5e-6, 0.0)).provenance
     )
-    with_unit = nominal.sphere(radius="10 mm", shape=(32, 32), pixel=("1 um", "1 um"))
+    with_unit = nominal_bodies.sphere(radius="10 mm", shape=(32, 32), pixel=("1 um", "1 um"))
     assert with_unit.provenance == BALL.provenance
     made = {"rolloff_wavelength": "20 um", "cutoff_wavelength": "4 um"}
     heights = rc.self_affine(
@@ -75,13 +75,13 @@ def test_every_task_takes_units() -> None:
     assert rc.solve(BALL, material=STEEL, load=1, ceiling="700 HV").ceiling == pytest.approx(
         7.4e9, rel=1e-3
     )
-    curve = rc.load_curve(BALL, material=STEEL, loads=["10 mN", 0.1 * UNIT.N])
+    curve = rc.sweep(BALL, material=STEEL, loads=["10 mN", 0.1 * UNIT.N])
     assert curve.column("load").tolist() == [0.01, 0.1]
-    curve = rc.load_curve(BALL, material=STEEL, approaches=[1, 2] * UNIT.nm)
+    curve = rc.sweep(BALL, material=STEEL, approaches=[1, 2] * UNIT.nm)
     assert curve.column("approach") == pytest.approx([1e-9, 2e-9])
     stage = rc.Stage(approach="10 nm", shift=("0 um", 1 * UNIT.um))
     assert stage == rc.Stage(approach=1e-8, shift=(0.0, 1e-6))
-    history = rc.load_history(BALL, ["10 mN", 0.0 * UNIT.N, 0.01], material=STEEL)
+    history = rc.history(BALL, ["10 mN", 0.0 * UNIT.N, 0.01], material=STEEL)
     assert [step.load for step in history.steps] == [0.01, 0.0, 0.01]
     stress = rc.subsurface_stress(result, ["1 um", 2 * UNIT.um])
     assert stress.profile.depths.tolist() == [1e-6, 2e-6]
@@ -100,7 +100,7 @@ def test_every_task_takes_units() -> None:
         (lambda: rc.Material("-210 GPa", 0.3), "young must be positive"),
         (lambda: rc.Material(210e9, 0.3, hardness="99 HRC"), "^hardness: 99 HRC is outside"),
         (lambda: rc.Surface(np.ones((3, 3)) * UNIT.N, PIXEL), "heights needs a length"),
-        (lambda: rc.load_history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a load"),
+        (lambda: rc.history(BALL, ["1 m"], material=STEEL), "stage 1: load needs a load"),
     ],
 )  # fmt: skip
 def test_another_dimension_is_refused(call: object, words: str) -> None:

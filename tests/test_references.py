@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.load_history import load_history
-from roughcontact.contact.sampling import SamplingStudy
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
-from roughcontact.report import comparison, inputs, kinds, results, sources
-from roughcontact.result import Result, Shown
+from roughcontact.report import citations, comparison, inputs, kinds
+from roughcontact.result import Displayable, Result
+from roughcontact.studies.load_history import history as load_history
+from roughcontact.studies.sampling_study import SamplingStudy
 from roughcontact.surface.provenance import Operation, Provenance
 
 REFERENCES = works()
@@ -72,7 +72,7 @@ def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
 
 
 def test_every_name_in_the_room_that_chooses_is_in_the_table() -> None:
-    rooms = Path(sources.__file__).parent.glob("*.py")
+    rooms = Path(citations.__file__).parent.glob("*.py")
     text = "".join(room.read_text(encoding="utf-8") for room in rooms)
     named = set(re.findall(r'"([A-Z][A-Za-z]+\d{4}|ISO\d+(?:-\d+)?|DLMF|EngineeringModel)"', text))
     named |= {key for boundary in Boundary for key in boundary.works}
@@ -208,9 +208,9 @@ def test_what_was_done_to_the_map_is_cited_also_of_its_form() -> None:
 
 
 def test_smooth_bodies_are_hertz_and_tilt_and_friction_are_told() -> None:
-    from roughcontact.surface import nominal
+    from roughcontact.surface import nominal_bodies
 
-    ball = nominal.ellipsoid(radii=(1e-3, 2e-3), shape=(32, 32), pixel=(1e-6, 1e-6))
+    ball = nominal_bodies.ellipsoid(radii=(1e-3, 2e-3), shape=(32, 32), pixel=(1e-6, 1e-6))
     result = rc.solve(ball, load=0.1, material=STEEL, moments=(0.0, 0.0))
     found = keys(result.references())
     assert {"Carlson1995", "Nocedal2006", "Gilbert1988"} <= found
@@ -226,7 +226,7 @@ def test_plasticity_of_the_volume_has_its_own(pressed: rc.ElastoplasticResult) -
     law = Kinematic(Swift(1240e6, 30, 0.085), 1e9)
     other = replace(body, material=replace(body.material, hardening=law))
     assert {"Prager1955", "Swift1952"} <= keys(replace(pressed, bodies=(other,)).references())
-    rolled = rc.volume.rolling.Rolling(pressed, ()).references()
+    rolled = rc.RollingResult(pressed, ()).references()
     assert "Boucly2007" in keys(rolled)
 
 
@@ -246,7 +246,7 @@ def test_a_history_cites_its_contact_and_others_are_refused() -> None:
     history = load_history(result.surface, [1.0, 0.5], material=STEEL)
     assert keys(history.references()) == keys(history.under_largest.references())
     with pytest.raises(TypeError, match="no kind of results for a str"):
-        results.references("a text")
+        kinds.references("a text")
 
 
 @pytest.fixture(scope="module")
@@ -256,11 +256,11 @@ def compared() -> rc.Comparison:
         name: [rc.Surface(factor * heights, pixel, Provenance(f"{name}.npy"))] * 2
         for name, factor in (("ground", 1.0), ("lapped", 0.5), ("honed", 0.8))
     }
-    return rc.compare(maps, material=STEEL, pressure="50 MPa", steps=1)
+    return rc.compare(maps, material=STEEL, pressure="50 MPa", curve_points=1)
 
 
 def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
-    assert {kind.__name__ for kind in Shown.__subclasses__()} == {"Result", "Surface"}
+    assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
     told = {kind.result for kind in kinds.KINDS}
     # Tests have kinds of their own.
     own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
@@ -275,15 +275,15 @@ def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
     heights, pixel = rc.reference_map(32)
     read = Operation("read_surface", {"path": "a.x3p"}, {"format": "x3p"})
     surface = rc.Surface(heights, pixel, Provenance("a.x3p", origin=read))
-    curve = rc.load_curve(surface, loads=[0.1, 1.0], material=STEEL)
+    curve = rc.sweep(surface, loads=[0.1, 1.0], material=STEEL)
     single = rc.solve(surface, load=1.0, material=STEEL).references()
     assert keys(curve.references()) - keys(single) == {
         "Bush1975", "Persson2001", "Hyun2004", "Barber2003"
     }  # fmt: skip
     assert keys(single) <= keys(curve.references())
-    soft = rc.load_curve(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
+    soft = rc.sweep(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
     assert not {"Jackson2005", "EngineeringModel"} & keys(soft.references())
-    advised = rc.load_curve(surface, loads=[1.0], material=STEEL, ceiling="recommended")
+    advised = rc.sweep(surface, loads=[1.0], material=STEEL, ceiling="recommended")
     assert "recommended ceiling" in dict(advised.references().uses)
     assert "recommended ceiling" not in dict(curve.references().uses)
 
@@ -295,14 +295,14 @@ def test_a_counter_surface_of_a_curve_is_cited() -> None:
     ]))  # fmt: skip
     surface = rc.Surface(heights, pixel)
     for counter, cited_too in ((flat, True), (None, False)):
-        curve = rc.load_curve(surface, loads=[0.1], material=STEEL, counter_surface=counter)
+        curve = rc.sweep(surface, loads=[0.1], material=STEEL, counter_surface=counter)
         assert ("ISO16610-61" in keys(curve.references())) == cited_too
 
 
 def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
     x = np.linspace(-1, 1, 64)
     profile = rc.Surface(-1e-6 * x[None, :] ** 2, (1.0, 1e-6))
-    found = keys(rc.load_curve(profile, loads=[1e3], material=STEEL).references())
+    found = keys(rc.sweep(profile, loads=[1e3], material=STEEL).references())
     assert {"ISO21920-2", "Green2005"} <= found
     assert not {"ISO25178-2", "Jackson2005", "Bush1975"} & found
 
@@ -310,7 +310,7 @@ def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
 def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
-    loose = rc.find_load(surface, material=STEEL, contact=0.05)
+    loose = rc.find_load(surface, material=STEEL, contact_fraction=0.05)
     assert keys(loose.references()) == keys(loose.largest.references())
     yielded = rc.find_load(surface, material=STEEL, first_yield=True)
     assert "stress below the surface" in dict(yielded.references().uses)

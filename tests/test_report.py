@@ -16,9 +16,9 @@ from matplotlib.image import imread
 import roughcontact as rc
 from roughcontact.contact import solve
 from roughcontact.contact.result import ContactResult
-from roughcontact.report import contact as report, page as layout, results
-from roughcontact.report.page import Addition
-from roughcontact.surface import nominal
+from roughcontact.report import contact as report, kinds, page as layout
+from roughcontact.report.page import ExtraChapter
+from roughcontact.surface import nominal_bodies
 from roughcontact.surface.provenance import Operation
 from roughcontact.units import engineering, percent
 
@@ -91,10 +91,10 @@ def whole() -> tuple[ContactResult, str]:
     """A result and its report with every chapter there is."""
     surface = rough(EVIL, points=128)
     result = solved(surface, load=0.4)
-    curve = rc.load_curve(surface, material=STEEL, loads=[0.01, 0.1, 1.0], ceiling=None)
+    curve = rc.sweep(surface, material=STEEL, loads=[0.01, 0.1, 1.0], ceiling=None)
     figure = Figure(figsize=(3, 2))
     figure.subplots().plot([1, 2])
-    addition = Addition(
+    addition = ExtraChapter(
         "Grid <study>",
         ("One & two.", "Three."),
         (("points", "area"), ("64", "<1>"), ("128", "2")),
@@ -311,7 +311,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
 
 @pytest.mark.usefixtures("quick")
 def test_roughness_with_a_nominal_form_is_told_as_such() -> None:
-    ball = nominal.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
+    ball = nominal_bodies.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
     told = "the form is in them"
     assert told not in Page(report.render(solved())).words
     assert told in Page(report.render(solved(rough().with_form(ball)))).words
@@ -395,7 +395,7 @@ def test_save_replaces_only_when_it_is_complete(
     path = tmp_path / "out.html"
     path.write_text("old")
     result = solved(ceiling=None)
-    results.report(result, path, layout.Edition(date=DAY))
+    kinds.report(result, path, layout.Edition(date=DAY))
     assert path.read_text(encoding="utf-8") == report.render(result, layout.Edition(date=DAY))
     before = path.read_bytes()
 
@@ -405,7 +405,7 @@ def test_save_replaces_only_when_it_is_complete(
     # Half of it lies in the hidden file when the disk turns out to be full.
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(OSError, match="No space"):
-        results.report(result, path, layout.PLAIN)
+        kinds.report(result, path, layout.PLAIN)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
 
@@ -424,7 +424,7 @@ def test_unfit_paths_are_refused_before_anything_is_solved(
     def never(*args: Any) -> Any:
         raise AssertionError("work before the path was checked")
 
-    monkeypatch.setattr(solve, "elastic", never)
+    monkeypatch.setattr(solve, "without_ceiling", never)
     monkeypatch.setattr(report, "render", never)
     with pytest.raises(rc.InputError, match=message):
         result.report(tmp_path / name)
@@ -461,7 +461,7 @@ def test_a_failed_elastic_twin_is_told(
     def fail(result: ContactResult) -> ContactResult:
         raise error
 
-    monkeypatch.setattr(solve, "elastic", fail)
+    monkeypatch.setattr(solve, "without_ceiling", fail)
     path = tmp_path / "out.html"
     solved().report(path)
     assert words in Page(path.read_text(encoding="utf-8")).words

@@ -8,9 +8,9 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import grey_dilation
 
 from roughcontact import units
-from roughcontact.errors import InputError, Mention, parts_of
+from roughcontact.errors import ArgumentRef, InputError, message_parts
 from roughcontact.request.maps import resolution_notes
-from roughcontact.surface import blocks, filters, resolution, spectrum, synthetic
+from roughcontact.surface import filters, grid, random_surfaces, resolution, spectrum
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -19,7 +19,7 @@ PIXEL = (1 * NM, 1 * NM)
 
 
 def rough(seed: int, hurst: float = 0.8, rms: float = 4 * NM, shortest: float = 2.5) -> np.ndarray:
-    return synthetic.self_affine(
+    return random_surfaces.self_affine(
         (256, 256), PIXEL, rms_height=rms, rolloff_wavelength=100 * NM,
         cutoff_wavelength=shortest * NM, hurst=hurst, rng=np.random.default_rng(seed),
     )  # fmt: skip
@@ -92,7 +92,7 @@ def test_below_the_cutoff_is_the_tip_and_above_it_the_surface(seed: int, hurst: 
 
 
 def test_smooth_maps_are_the_surface_at_every_scale() -> None:
-    smooth = synthetic.self_affine(
+    smooth = random_surfaces.self_affine(
         (128, 256), PIXEL, rms_height=NM, rolloff_wavelength=200 * NM,
         cutoff_wavelength=100 * NM, rng=np.random.default_rng(1),
     )  # fmt: skip
@@ -127,7 +127,7 @@ def test_holes_are_passed_over() -> None:
 def test_tip_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = drawn_by(5 * NM, rough(4))
     whole = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
-    monkeypatch.setattr(blocks, "VALUES", 1000)
+    monkeypatch.setattr(grid, "VALUES", 1000)
     assert resolution.tip_cutoff(heights, PIXEL, 5 * NM) == whole
 
 
@@ -351,4 +351,4 @@ def test_of_several_maps_the_coarsest_limit_is_told_once() -> None:
     # A word for an option stays one.
     probe = Surface(np.zeros((4, 4)), PIXEL, Provenance("scan", "NT-MDT"))
     (asked,) = noted(probe, plain)
-    assert Mention("tip_radius") in parts_of(asked)
+    assert ArgumentRef("tip_radius") in message_parts(asked)

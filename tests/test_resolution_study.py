@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import study
 from roughcontact.contact.memory import Room
+from roughcontact.studies import resolution_study
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -25,7 +25,7 @@ def noisy(rms: float = 5e-9) -> np.ndarray:
 def test_everything_is_converged_on_a_smooth_ball() -> None:
     found = looked_at(ceiling=None)
     assert [grid.value for grid in found.grids] == [4, 2, 1, 0.5]
-    assert all(found.independent(name) for name in study.QUANTITIES)
+    assert all(found.independent(name) for name in resolution_study.QUANTITIES)
     assert (
         "contact area, contact area without rim excess, maximum pressure, mean pressure"
         in found.sentences[0]

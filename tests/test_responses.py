@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.responses import Responses, Symbols, Term
+from roughcontact.halfspace.stress import Responses, Symbols, Term
 
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]
 

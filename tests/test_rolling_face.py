@@ -15,17 +15,17 @@ import pytest
 import roughcontact as rc
 from reading import measurement, needs_reader
 from rollers import Line
+from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.contact.cautions import Kind
-from roughcontact.plots import movie
-from roughcontact.report import rolled
+from roughcontact.elastoplastic import plausibility
+from roughcontact.elastoplastic.rolling import Shakedown, frame, pass_result, rolled_surface
+from roughcontact.plots import rolling as movie
+from roughcontact.report import rolling_table
 from roughcontact.report.rolling import render
-from roughcontact.surface import nominal
-from roughcontact.volume import judgment, passes
-from roughcontact.volume.rolling import Shakedown
+from roughcontact.surface import nominal_bodies
 
 GRID: Any = {"shape": (8, 24), "pixel": (8e-6, 8e-6)}
-STEEL = rc.Material(young=210e9, poisson=0.3, hardening=rc.Linear("1 GPa", "20 GPa"))
+STEEL = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1 GPa", "20 GPa"))
 WORDS = (
     "roll", "--body", "flat", "--points", "8x24", "--size", "64 um x 192 um", "--counter-body",
     "cylinder 1.5 mm 90 deg", "--hertz", "2.2 GPa", "--young", "210 GPa", "--poisson", "0.3",
@@ -45,24 +45,36 @@ def seen() -> list[tuple[int, int, float]]:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.Rolling:
+def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.RollingResult:
     """Two passes of a roller that pulls with a tenth of its pressure."""
     return rc.roll(
-        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
-        material=STEEL, load=5.0, passes=2, steps=3, boundary="periodic", friction=0.1,
+        nominal_bodies.flat(**GRID),
+        counter_surface=nominal_bodies.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL,
+        load=5.0,
+        passes=2,
+        steps=3,
+        boundary="periodic",
+        friction=0.1,
         folder=folder / "kept",
-        each=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
-    )  # fmt: skip
+        on_step=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
+    )
 
 
 @pytest.mark.parametrize("to_and_fro", [False, True])
 def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_path: Path) -> None:
     numbers: list[tuple[int, int, str]] = []
     rolled_on = rc.roll(
-        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
-        material=STEEL, load=0.5, passes=1000, steps=2, boundary="periodic", to_and_fro=to_and_fro,
+        nominal_bodies.flat(**GRID),
+        counter_surface=nominal_bodies.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL,
+        load=0.5,
+        passes=1000,
+        steps=2,
+        boundary="periodic",
+        reciprocating=to_and_fro,
         progress=lambda at: numbers.append((at.number, at.count, at.label)),
-    )  # fmt: skip
+    )
     # The way back may flow where the way there does not.
     assert len(rolled_on.passes) == 1 + to_and_fro
     assert rolled_on.requested == 1000
@@ -71,12 +83,12 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
     assert numbers[0] == (1, 2000, "pass 1 of 1000")
     assert numbers[-1] == (2 + 2 * to_and_fro, 2000, f"pass {1 + to_and_fro} of 1000")
     rolled_on.save(tmp_path / "passes.nc")
-    assert rc.load_rolling(tmp_path / "passes.nc").requested == 1000
+    assert rc.read_result(tmp_path / "passes.nc").requested == 1000
 
 
 @pytest.mark.long
 def test_each_step_is_shown_once_and_in_order(
-    found: rc.Rolling, seen: list[tuple[int, int, float]]
+    found: rc.RollingResult, seen: list[tuple[int, int, float]]
 ) -> None:
     assert [place[:2] for place in seen] == [(n, k) for n in (1, 2) for k in (1, 2, 3)]
     assert seen[-1][2] == found.result.max_plastic_strain
@@ -85,10 +97,10 @@ def test_each_step_is_shown_once_and_in_order(
     assert again == seen
 
 
-def test_a_pass_tells_what_its_state_holds(found: rc.Rolling) -> None:
+def test_a_pass_tells_what_its_state_holds(found: rc.RollingResult) -> None:
     last, state = found.passes[-1], found.result
     (body,) = state.bodies
-    after = passes.rolled_surface(state)
+    after = rolled_surface(state)
     np.testing.assert_array_equal(after.heights, -state.residual_displacement)
     values = after.roughness()
     assert last.Sq == pytest.approx(values["Sq"])
@@ -106,35 +118,35 @@ def test_a_pass_tells_what_its_state_holds(found: rc.Rolling) -> None:
         np.testing.assert_allclose(along[0], normal, rtol=1e-3, atol=1e-3 * np.abs(normal).max())
 
 
-def test_friction_drags_the_surface_along(found: rc.Rolling) -> None:
+def test_friction_drags_the_surface_along(found: rc.RollingResult) -> None:
     assert found.passes[0].largest_shear > 0
 
 
-def test_profiles_turn_with_the_direction(found: rc.Rolling) -> None:
-    there = passes.told(found.result, None, 0.0)
-    back, aside = (passes.told(found.result, None, angle) for angle in (180.0, 90.0))
+def test_profiles_turn_with_the_direction(found: rc.RollingResult) -> None:
+    there = pass_result(found.result, None, 0.0)
+    back, aside = (pass_result(found.result, None, angle) for angle in (180.0, 90.0))
     np.testing.assert_allclose(back.shear, -there.shear, atol=1e-12)
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
-def test_passes_are_loaded_as_they_were_saved(found: rc.Rolling, folder: Path) -> None:
+def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: Path) -> None:
     found.save(folder / "out.nc")
-    loaded = rc.load_rolling(folder / "out.nc")
+    loaded = rc.read_result(folder / "out.nc")
     assert loaded.passes == found.passes
     assert (loaded.answer, loaded.direction) == (found.answer, found.direction)
     for old, new in zip(found.passes, loaded.passes, strict=True):
         for name in ("shear", "residual_along", "residual_across"):
             np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
     np.testing.assert_array_equal(
-        rc.load_elastoplastic(folder / "out.nc").bodies[0].plastic_strain,
+        rc.read_result(folder / "out.nc").bodies[0].plastic_strain,
         found.result.bodies[0].plastic_strain,
     )
     found.result.save(folder / "state.nc")
     with pytest.raises(rc.FormatError, match=r"state\.nc cannot be read .* Rolling\.save"):
-        rc.load_rolling(folder / "state.nc")
+        rc.read_result(folder / "state.nc")
 
 
-def test_numbers_are_told_alike(found: rc.Rolling, folder: Path) -> None:
+def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:
     found.save(folder / "out.json")
     found.save(folder / "out.csv")
     told = json.loads((folder / "out.json").read_text())
@@ -149,7 +161,7 @@ def test_numbers_are_told_alike(found: rc.Rolling, folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
+def test_paraview_plays_every_step(found: rc.RollingResult, folder: Path) -> None:
     found.save(folder / "out.pvd")
     named = re.findall(
         r'timestep="(\d)" part="(\d)" file="([^"]+)"', (folder / "out.pvd").read_text()
@@ -162,10 +174,10 @@ def test_paraview_plays_every_step(found: rc.Rolling, folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_movie_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
+def test_a_movie_has_a_picture_a_step(found: rc.RollingResult, folder: Path) -> None:
     from PIL import Image
 
-    frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
+    frames = [frame(state, n, k, "x") for n, k, state in found.states()]
     np.testing.assert_allclose(
         frames[-1].strain, found.result.bodies[0].accumulated.max(axis=1), rtol=1e-6
     )
@@ -180,12 +192,12 @@ def test_a_movie_has_a_picture_a_step(found: rc.Rolling, folder: Path) -> None:
 
 @pytest.mark.long
 def test_long_movies_leave_steps_out(
-    found: rc.Rolling, folder: Path, monkeypatch: pytest.MonkeyPatch
+    found: rc.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from PIL import Image
 
     monkeypatch.setattr(movie, "MOST_FRAMES", 3)
-    frames = [passes.frame(state, n, k, "x") for n, k, state in found.states()]
+    frames = [frame(state, n, k, "x") for n, k, state in found.states()]
     movie.save(found, frames, folder / "short.gif")
     with Image.open(folder / "short.gif") as shown:
         assert shown.n_frames == 3
@@ -199,28 +211,28 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
 
 
 @pytest.mark.long
-def test_the_report_begins_with_the_passes(found: rc.Rolling) -> None:
+def test_the_report_begins_with_the_passes(found: rc.RollingResult) -> None:
     text = render(found)
     chapters = re.findall(r"<h2[^>]*>(.*?)</h2>", text, re.DOTALL)
     assert "Passes" in chapters[next(i for i, c in enumerate(chapters) if "Contents" in c) + 1]
-    assert rolled.criterion(found) in " ".join(text.split())
+    assert rolling_table.criterion(found) in " ".join(text.split())
     assert "sticks in one part and slips in another" in " ".join(text.split())
     assert f"2 passes over {found.result.solution.surface.provenance.source}" in text
     assert "Passes and shakedown:" in text
 
 
-def test_every_answer_has_its_criterion(found: rc.Rolling) -> None:
+def test_every_answer_has_its_criterion(found: rc.RollingResult) -> None:
     for kind in Shakedown:
-        assert rolled._CRITERIA[kind].format(least="x")
+        assert rolling_table._CRITERIA[kind].format(least="x")
 
 
-def test_strain_that_is_taken_back_is_not_large(found: rc.Rolling) -> None:
+def test_strain_that_is_taken_back_is_not_large(found: rc.RollingResult) -> None:
     (body,) = found.result.bodies
     worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
-    assert judgment.largest_strain(worn) < 0.1 < worn.max_plastic_strain
+    assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain
     assert Kind.PLASTIC_STRAINS not in {caution.kind for caution in worn.cautions}
     torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
-    assert judgment.largest_strain(torn) > 0.1
+    assert plausibility.largest_strain(torn) > 0.1
     assert Kind.PLASTIC_STRAINS in {caution.kind for caution in torn.cautions}
 
 
@@ -230,16 +242,23 @@ def test_hardness_alone_hides_no_ratcheting() -> None:
     assert steel.hardens
     found = rc.roll(
         line.flat, counter_surface=line.roller, material=steel, load=line.load, passes=1, steps=2,
-        boundary="periodic", layers=line.layers, centered=True,
+        boundary="periodic", layers=line.layers, start_at_center=True,
     )  # fmt: skip
     assert not found.result.bodies[0].material.hardens
 
 
 def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:
     elastic = rc.roll(
-        nominal.flat(**GRID), counter_surface=nominal.sphere(radius=1e-3, **GRID), material=STEEL,
-        load=0.05, passes=2, steps=4, way="32 um", centered=True, to_and_fro=True,
-    )  # fmt: skip
+        nominal_bodies.flat(**GRID),
+        counter_surface=nominal_bodies.sphere(radius=1e-3, **GRID),
+        material=STEEL,
+        load=0.05,
+        passes=2,
+        steps=4,
+        travel="32 um",
+        start_at_center=True,
+        reciprocating=True,
+    )
     offsets = [step.offset[1] for step in elastic.result.increments]
     ahead = [-12e-6, -4e-6, 4e-6, 12e-6]
     assert offsets == pytest.approx([*ahead, *ahead[::-1]])
@@ -266,14 +285,19 @@ def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFi
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert "solved by an earlier run: 3 loads" in out
-    loaded = rc.load_rolling("out.nc")
+    loaded = rc.read_result("out.nc")
     assert loaded.answer in " ".join(out.split())
     assert len(Path("out.csv").read_text().splitlines()) == 3
     # The same in one go.
     fresh = rc.roll(
-        nominal.flat(**GRID), counter_surface=nominal.cylinder(radius=1.5e-3, angle=90.0, **GRID),
-        material=STEEL, load=loaded.result.solution.load, passes=2, steps=3, boundary="periodic",
-    )  # fmt: skip
+        nominal_bodies.flat(**GRID),
+        counter_surface=nominal_bodies.cylinder(radius=1.5e-3, angle=90.0, **GRID),
+        material=STEEL,
+        load=loaded.result.solution.load,
+        passes=2,
+        steps=3,
+        boundary="periodic",
+    )
     assert fresh.passes == loaded.passes
 
 
@@ -287,7 +311,7 @@ def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         encoding="utf-8",
     )
     assert app.main(["run", "project.toml"]) == app.SOLVED
-    assert rc.load_rolling("project/roller.nc").shakedown is Shakedown.ELASTIC
+    assert rc.read_result("project/roller.nc").shakedown is Shakedown.ELASTIC
 
 
 @pytest.mark.parametrize(
@@ -325,7 +349,7 @@ def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[
         "periodic", "--passes", "2", "--steps", "3", "--output", str(kept), "--quiet",
     ]) == 0  # fmt: skip
     assert capsys.readouterr().err == ""
-    found = rc.load_rolling(kept)
+    found = rc.read_result(kept)
     before = rc.read_surface(path).cropped((300, 312), (300, 332)).leveled()
     surface = found.result.solution.surface
     np.testing.assert_array_equal(surface.heights, before.heights)

@@ -6,7 +6,7 @@ from hypothesis import given, strategies as st
 from scipy import integrate, stats
 
 from roughcontact.errors import InputError
-from roughcontact.surface import bearing, blocks, roughness, spectrum
+from roughcontact.surface import grid, roughness, spectrum
 
 
 def test_rms_height_of_a_sine() -> None:
@@ -47,7 +47,7 @@ def test_rms_gradient_counts_points_with_both_differences() -> None:
 def test_blocks_do_not_change_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     heights = np.random.default_rng(2).normal(size=(37, 23))
     whole = roughness.rms_height(heights), roughness.rms_gradient(heights, (1.0, 2.0))
-    monkeypatch.setattr(blocks, "VALUES", 23 * 5)
+    monkeypatch.setattr(grid, "VALUES", 23 * 5)
     blocked = roughness.rms_height(heights), roughness.rms_gradient(heights, (1.0, 2.0))
     assert blocked == pytest.approx(whole, rel=1e-13)
 
@@ -136,7 +136,7 @@ def test_developed_area_leaves_out_cells_with_a_hole() -> None:
 
 
 @pytest.mark.parametrize("function", [
-    roughness.height_parameters, spectrum.autocorrelation, bearing.material_ratio_curve,
+    roughness.height_parameters, spectrum.autocorrelation, roughness.material_ratio_curve,
 ])  # fmt: skip
 def test_nothing_without_points(function) -> None:
     with pytest.raises(InputError, match="every point is missing"):

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from roughcontact.cli import app
-from roughcontact.report import underway
+from roughcontact.report import phrases
 from roughcontact.request.outcome import last_contact
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.run import run
@@ -97,7 +97,7 @@ def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str)
     seen: list[Progress] = []
     outcome = run(from_text(task, None, {**FORM, **given}), lambda text: None, seen.append)
     assert outcome.converged
-    assert any(words in underway.described(at) for at in seen)
+    assert any(words in phrases.described(at) for at in seen)
     last = (outcome.request.task.last or last_contact)(outcome)
     assert {"load", "certificate"} <= last.keys()
     assert np.isfinite(last["load"])
@@ -193,8 +193,8 @@ def test_time_left_is_told_from_the_first_finished_part_on(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     now = 100.0
-    monkeypatch.setattr(underway.time, "monotonic", lambda: now)
-    left = underway.Forecast()
+    monkeypatch.setattr(phrases.time, "monotonic", lambda: now)
+    left = phrases.Forecast()
 
     def told(number: int, count: int, after: float, kept: bool = False) -> str:
         nonlocal now
@@ -205,9 +205,9 @@ def test_time_left_is_told_from_the_first_finished_part_on(
     assert told(4, 10, 0.0, kept=True) == ""
     assert told(5, 10, 0.0) == ""
     assert told(5, 10, 50.0) == ""
-    assert told(6, 10, 50.0) == underway.left(1, 5, 100.0)
-    assert told(6, 10, 300.0) == underway.left(1, 5, 100.0)
-    assert told(7, 10, 0.0) == underway.left(2, 4, 400.0)
+    assert told(6, 10, 50.0) == phrases.time_remaining_text(1, 5, 100.0)
+    assert told(6, 10, 300.0) == phrases.time_remaining_text(1, 5, 100.0)
+    assert told(7, 10, 0.0) == phrases.time_remaining_text(2, 4, 400.0)
     # Another series.
     assert told(1, 3, 5.0) == ""
-    assert told(2, 3, 7.0) == underway.left(1, 2, 7.0)
+    assert told(2, 3, 7.0) == phrases.time_remaining_text(1, 2, 7.0)

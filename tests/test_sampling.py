@@ -9,9 +9,9 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import statistics
-from roughcontact.contact.cautions import Kind
-from roughcontact.report import compared, results
-from roughcontact.surface import leveling
+from roughcontact.cautions import Kind
+from roughcontact.report import comparison, kinds
+from roughcontact.surface import form
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 PIXEL = (1e-6, 1e-6)
@@ -23,11 +23,11 @@ def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
         (4 * side, 4 * side), PIXEL, rms_height=0.3e-6, rolloff_wavelength=rolloff,
         cutoff_wavelength=4e-6, rng=np.random.default_rng(seed),
     )  # fmt: skip
-    return rc.Surface(leveling.level(heights[:side, :side]), PIXEL)
+    return rc.Surface(form.level(heights[:side, :side]), PIXEL)
 
 
 def study(surface: rc.Surface) -> rc.SamplingStudy:
-    return rc.sampling_error(surface, material=STEEL, pressure="200 MPa", tolerance=1e-4)
+    return rc.sampling_study(surface, material=STEEL, pressure="200 MPa", tolerance=1e-4)
 
 
 def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
@@ -48,8 +48,8 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     # 64 parts, which would tell whether the scatter falls with the area, need 128 points a side.
     assert math.isnan(one.scaling)
     assert (one.falls, one.bound) == (False, "at least")
-    assert all(row[-1] == "16 parts; at least" for row in results.listing(found)[1])
-    assert "at least" in compared.answer(found)
+    assert all(row[-1] == "16 parts; at least" for row in kinds.listing(found)[1])
+    assert "at least" in comparison.answer(found)
     assert [c.kind for c in found.cautions if "128 points" in c.text] == [Kind.SCALING]
     assert {error.name for error in found.errors} == {
         "contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq"

@@ -13,8 +13,8 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.halfspace import boundary
 from roughcontact.material import hardening
-from roughcontact.report import script
-from roughcontact.surface import nominal, registration
+from roughcontact.report import python_script
+from roughcontact.surface import nominal_bodies, placement
 from roughcontact.surface.provenance import Operation, from_text, to_text
 
 STEEL = rc.Material(210e9, 0.3, 1e9, name="steel")
@@ -43,7 +43,7 @@ def folder(files: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def repeated(result: ContactResult) -> dict[str, Any]:
     names: dict[str, Any] = {}
-    exec(script.repeating(result), names)
+    exec(python_script.repeating(result), names)
     return names
 
 
@@ -127,11 +127,11 @@ def result_of(about: rc.Provenance, ceiling: Any = None) -> ContactResult:
 
 def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) -> None:
     maps = [rc.read_surface(name).leveled().filled() for name in ("ground.nc", "other.nc")]
-    one, two = registration.matched(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
+    one, two = placement.matched(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
     on: Any = {"shape": one.shape, "pixel": one.pixel}
     result = rc.solve(
-        one.with_form(nominal.cylinder(radius=0.01, angle=30, **on)),
-        counter_surface=two.with_form(nominal.sphere(radius=1 / 30, **on)),
+        one.with_form(nominal_bodies.cylinder(radius=0.01, angle=30, **on)),
+        counter_surface=two.with_form(nominal_bodies.sphere(radius=1 / 30, **on)),
         material=STEEL, counter_material=STEEL, load=0.1, moments=(0.0, 1e-8 / 3),
     )  # fmt: skip
     names = repeated(result)
@@ -141,12 +141,14 @@ def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) ->
 
 
 def test_nominal_bodies_are_made_again(tmp_path: Path) -> None:
-    ball = nominal.parse("sphere 10 mm")(shape=(40, 44), pixel=(1e-6, 1e-6), center=(20, 21.5))
-    wedge = nominal.parse("wedge 0.001 30 deg")(shape=ball.shape, pixel=ball.pixel)
+    ball = nominal_bodies.parse("sphere 10 mm")(
+        shape=(40, 44), pixel=(1e-6, 1e-6), center=(20, 21.5)
+    )
+    wedge = nominal_bodies.parse("wedge 0.001 30 deg")(shape=ball.shape, pixel=ball.pixel)
     result = rc.solve(ball, counter_surface=wedge, material=STEEL, approach=1e-9 / 3)
     # As it is after a night in a file.
     result.save(tmp_path / "a.nc")
-    again = repeated(rc.load_result(tmp_path / "a.nc"))["result"]
+    again = repeated(rc.read_result(tmp_path / "a.nc"))["result"]
     assert again.pressure.tobytes() == result.pressure.tobytes()
 
 
@@ -156,7 +158,7 @@ def test_an_array_in_memory_has_to_be_supplied(folder: Path) -> None:
     counter = rc.Surface(1e-9 * np.arange(1024.0).reshape(32, 32), pixel).rotated()
     surface = rc.Surface(heights, pixel, about).leveled()
     result = rc.solve(surface, counter_surface=counter, material=STEEL, load=0.1)
-    text = script.repeating(result)
+    text = python_script.repeating(result)
     assert "supply it as surface.npy, 32 × 32 heights in metres" in text
     assert "supply it as counter_surface.npy" in text
     np.save("surface.npy", heights)
@@ -170,7 +172,7 @@ def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     forms = [rc.Surface(z * surface.heights[::-1], surface.pixel) for z in (0.5, 0.25)]
     whole = surface.with_form(forms[0]).with_form(forms[1].leveled())
-    text = script.preparing(whole)
+    text = python_script.preparing(whole)
     assert "supply it as form.npy, 48 × 48 heights in metres, SHA-256 of its bytes" in text
     for name, form in zip(("form.npy", "form_2.npy"), forms, strict=True):
         np.save(name, form.heights)
@@ -187,7 +189,7 @@ def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> No
     for about, words in ((known, "indented: by up to 1 nm"), (told, "by hand")):
         result = rc.solve(about, material=STEEL, load=0.1)
         result.save("result.nc")
-        text = script.repeating(result)
+        text = python_script.repeating(result)
         assert f"# No script can repeat what is known as: {words}" in text
         names = repeated(result)
         assert names["surface"].heights.tobytes() == surface.heights.tobytes()
@@ -218,7 +220,7 @@ def test_the_words_of_a_file_are_not_run(tmp_path: Path) -> None:
     heights, pixel = rc.reference_map(32)
     about = rc.Provenance("a\nraise SystemExit", "b\r", '"', steps=("c\u2028raise SystemExit",))
     for surface in (rc.Surface(heights, pixel, about), rc.Surface(heights, pixel, about).leveled()):
-        text = script.repeating(rc.solve(surface, material=STEEL, load=0.1))
+        text = python_script.repeating(rc.solve(surface, material=STEEL, load=0.1))
         compile(text, "script", "exec")
         assert not any(line.startswith("raise") for line in text.splitlines())
 
@@ -230,7 +232,7 @@ def _grid(draw: st.DrawFn, surface: rc.Surface) -> rc.Surface:
     ny, nx = draw(st.tuples(st.integers(6, 14), st.integers(6, 14)))
     edges = [draw(st.floats(0.4, 1.3)) * size / n
              for size, n in zip(surface.size, (ny, nx), strict=True)]  # fmt: skip
-    return nominal.flat(shape=(ny, nx), pixel=(edges[0], edges[1]))
+    return nominal_bodies.flat(shape=(ny, nx), pixel=(edges[0], edges[1]))
 
 
 def _form(draw: st.DrawFn, surface: rc.Surface) -> rc.Surface:
@@ -240,15 +242,15 @@ def _form(draw: st.DrawFn, surface: rc.Surface) -> rc.Surface:
     # Too many points beyond the body leave nothing, or unhandled holes of the map outside.
     wide = 2 * max(surface.size)
     bodies: list[Callable[[], rc.Surface]] = [
-        lambda: nominal.flat(**on),
-        lambda: nominal.sphere(radius=wide + radius, center=center, **on),
-        lambda: nominal.sphere(radius=radius, **on),
-        lambda: nominal.cylinder(radius=wide + radius, angle=angle, center=center, **on),
-        lambda: nominal.ellipsoid(radii=(radius, 0.3), angle=angle, center=center, **on),
-        lambda: nominal.punch(radius=wide, edge_radius=wide / 3, **on),
-        lambda: nominal.rectangular_punch(sides=(1.0, 2.0), **on),
-        lambda: nominal.cone(slope=radius, center=center, **on),
-        lambda: nominal.wedge(slope=radius, angle=angle, **on),
+        lambda: nominal_bodies.flat(**on),
+        lambda: nominal_bodies.sphere(radius=wide + radius, center=center, **on),
+        lambda: nominal_bodies.sphere(radius=radius, **on),
+        lambda: nominal_bodies.cylinder(radius=wide + radius, angle=angle, center=center, **on),
+        lambda: nominal_bodies.ellipsoid(radii=(radius, 0.3), angle=angle, center=center, **on),
+        lambda: nominal_bodies.punch(radius=wide, edge_radius=wide / 3, **on),
+        lambda: nominal_bodies.rectangular_punch(sides=(1.0, 2.0), **on),
+        lambda: nominal_bodies.cone(slope=radius, center=center, **on),
+        lambda: nominal_bodies.wedge(slope=radius, angle=angle, **on),
         lambda: rc.read_surface("counter.csv", unit="nm", size=(1.0, 1.0)).aligned(surface),
     ]
     body = draw(st.sampled_from(bodies))()
@@ -347,7 +349,7 @@ def _read(kind: str) -> rc.Surface:
             return rc.read_surface("map.csv")
         case "memory":
             return rc.Surface(np.load("surface.npy"), (2e-6, 2e-6))
-    return nominal.sphere(radius=5e-4, shape=(13, 11), pixel=(2e-6, 2e-6), center=(3, 4.5))
+    return nominal_bodies.sphere(radius=5e-4, shape=(13, 11), pixel=(2e-6, 2e-6), center=(3, 4.5))
 
 
 @settings(max_examples=100, deadline=None)
@@ -360,7 +362,7 @@ def test_the_script_repeats_any_chain_of_steps_to_the_bit(small: Path, data: st.
             with contextlib.suppress(InputError):
                 surface = STEPS[name](data.draw, surface)
         names: dict[str, Any] = {}
-        text = script.preparing(surface)
+        text = python_script.preparing(surface)
         exec(text, names)
         again = names["surface"]
         assert again.heights.tobytes() == surface.heights.tobytes()
@@ -382,7 +384,7 @@ def test_the_script_follows_the_path_of_the_volume_again(folder: Path) -> None:
         increments=1, loads=[0.02, 0.03, 0.0], boundary="periodic", tolerance=2e-4, depth=40e-6,
     )  # fmt: skip
     names: dict[str, Any] = {}
-    exec(script.repeating_volume(result), names)
+    exec(python_script.repeating_volume(result), names)
     again = names["result"]
     assert again.contact.material == body
     assert [s.load for s in again.increments] == [s.load for s in result.increments]
@@ -397,4 +399,4 @@ def test_a_boundary_that_does_not_repeat_is_stated_too(monkeypatch: pytest.Monke
     result = rc.solve(wavy, material=STEEL, load=1e-3, boundary="periodic")
     plain = boundary._BEYOND[boundary.Boundary.PERIODIC]._replace(periodic_axes=())
     monkeypatch.setitem(boundary._BEYOND, boundary.Boundary.PERIODIC, plain)
-    assert 'boundary="periodic"' in script.repeating(result)
+    assert 'boundary="periodic"' in python_script.repeating(result)

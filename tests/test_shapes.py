@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.surface import shapes, synthetic
+from roughcontact.surface import random_surfaces, shapes
 
 BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8e-6}
 
@@ -13,7 +13,7 @@ BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8
 def make(shape, side, seed=0, **changes):
     pixel = (side[0] / shape[0], side[1] / shape[1])
     rng = np.random.default_rng(seed)
-    return synthetic.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
+    return random_surfaces.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
 
 
 def test_paraboloid_has_its_curvature_and_centre():
@@ -47,7 +47,7 @@ def test_bad_grid_is_refused():
         shapes.paraboloid((4, 4), (1.0, 1.0), -1.0)
     for n in (0, 16):
         with pytest.raises(InputError):
-            synthetic.reference_map(n)
+            random_surfaces.reference_map(n)
 
 
 GRID = (31, 44), (2e-6, 3e-6)

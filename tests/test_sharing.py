@@ -17,8 +17,8 @@ import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.plots import sharing
-from roughcontact.plots.saving import png
+from roughcontact.plots import export
+from roughcontact.plots.export import png
 
 FIRST = os.getpid()
 needs_fork = pytest.mark.skipif(
@@ -32,7 +32,7 @@ def line(height: float) -> Figure:
     return figure
 
 
-def drawings(count: int = 7) -> list[sharing.Drawing]:
+def drawings(count: int = 7) -> list[export.Drawing]:
     return [lambda height=number: line(height) for number in range(count)]
 
 
@@ -64,11 +64,11 @@ def none_is_left(helpers: list[int]) -> bool:
 @needs_fork
 def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     expected = [png(draw()) for draw in drawings()]
-    assert sharing.pngs(drawings(), 1) == expected
+    assert export.pngs(drawings(), 1) == expected
     assert not forks
-    assert sharing.pngs(drawings(), 3) == expected
+    assert export.pngs(drawings(), 3) == expected
     assert len(forks) == 2
-    assert sharing.pngs([], 3) == []
+    assert export.pngs([], 3) == []
     assert none_is_left(forks)
 
 
@@ -110,7 +110,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
             time.sleep(0.01)
         return line(number)
 
-    sharing.pngs([lambda number=number: told(number) for number in range(4)], 2)
+    export.pngs([lambda number=number: told(number) for number in range(4)], 2)
     assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["0", "1", "2", "3"]
     assert len(processes()) == 2
 
@@ -123,7 +123,7 @@ def test_what_a_helper_fails_in_is_drawn_here(forks: list[int]) -> None:
         return line(number)
 
     given = [lambda number=number: fails_elsewhere(number) for number in range(4)]
-    assert sharing.pngs(given, 2) == [png(draw()) for draw in drawings(4)]
+    assert export.pngs(given, 2) == [png(draw()) for draw in drawings(4)]
     assert none_is_left(forks)
 
 
@@ -134,22 +134,22 @@ def test_an_error_ends_all_of_them(error: BaseException, forks: list[int]) -> No
         raise error
 
     with pytest.raises(type(error)):
-        sharing.pngs([fails, *drawings(3), fails], 3)
+        export.pngs([fails, *drawings(3), fails], 3)
     assert none_is_left(forks)
 
 
 def test_one_process_draws_where_there_are_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [png(draw()) for draw in drawings(2)]
     monkeypatch.delattr(os, "fork", raising=False)
-    assert sharing.pngs(drawings(2), 2) == expected
+    assert export.pngs(drawings(2), 2) == expected
 
 
 @needs_fork
 def test_no_process_is_begun_without_memory_for_a_copy(
     monkeypatch: pytest.MonkeyPatch, forks: list[int]
 ) -> None:
-    monkeypatch.setattr(sharing.memory, "free", lambda: 1)
-    assert len(sharing.pngs(drawings(2), 2)) == 2
+    monkeypatch.setattr(export.memory, "free", lambda: 1)
+    assert len(export.pngs(drawings(2), 2)) == 2
     assert not forks
 
 
@@ -162,7 +162,7 @@ def test_commands_share_and_the_library_does_not(
         asked.append(processes)
         return [bytes(24)] * len(drawings)
 
-    monkeypatch.setattr(sharing, "pngs", noted)
+    monkeypatch.setattr(export, "pngs", noted)
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
     surface.save(tmp_path / "map.npz")

@@ -12,7 +12,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import plots
-from roughcontact.result import Shown
+from roughcontact.result import Displayable
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 
@@ -32,14 +32,14 @@ def objects() -> dict[str, Any]:
     return {
         "Surface": rough,
         "ContactResult": result,
-        "LoadCurve": rc.load_curve(rough, material=STEEL, loads=np.geomspace(1e-4, 1e-2, 12)),
-        "LoadHistory": rc.load_history(rough, ["10 mN", "0 N"], material=STEEL),
+        "LoadCurve": rc.sweep(rough, material=STEEL, loads=np.geomspace(1e-4, 1e-2, 12)),
+        "LoadHistory": rc.history(rough, ["10 mN", "0 N"], material=STEEL),
         "StressResult": rc.subsurface_stress(result),
-        "FoundLoads": rc.find_load(rough, material=STEEL, contact=[0.05]),
+        "LoadSearch": rc.find_load(rough, material=STEEL, contact_fraction=[0.05]),
     }
 
 
-KINDS = ("Surface", "ContactResult", "LoadCurve", "LoadHistory", "StressResult", "FoundLoads")
+KINDS = ("Surface", "ContactResult", "LoadCurve", "LoadHistory", "StressResult", "LoadSearch")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -60,7 +60,7 @@ def test_a_notebook_shows_the_same_numbers_and_a_picture(
     for line in told:
         for cell in line.split("  "):
             assert cell.strip().replace("<", "&lt;").replace(">", "&gt;") in shown
-    assert ("data:image/png;base64," in shown) == (kind != "FoundLoads")
+    assert ("data:image/png;base64," in shown) == (kind != "LoadSearch")
     # The name of a file is no markup.
     assert "<ground>" not in shown
 
@@ -90,8 +90,8 @@ def test_the_figures_of_an_object_are_its_methods(objects: dict[str, Any]) -> No
     assert "plot.stress_depth()" in repr(objects["StressResult"].plot)
     with pytest.raises(AttributeError, match="no figure 'colour', only surface"):
         objects["Surface"].plot.colour()
-    with pytest.raises(AttributeError, match="FoundLoads has no figures"):
-        _ = objects["FoundLoads"].plot
+    with pytest.raises(AttributeError, match="LoadSearch has no figures"):
+        _ = objects["LoadSearch"].plot
 
 
 def test_a_profile_is_told_and_drawn_as_one() -> None:
@@ -107,17 +107,19 @@ def test_a_profile_is_told_and_drawn_as_one() -> None:
 
 def test_every_kind_of_result_is_shown() -> None:
     kinds = [getattr(rc, name) for name in rc.__all__]
-    told = {kind.__name__ for kind in kinds if isinstance(kind, type) and issubclass(kind, Shown)}
+    told = {
+        kind.__name__ for kind in kinds if isinstance(kind, type) and issubclass(kind, Displayable)
+    }
     assert told >= {*KINDS, "ElastoplasticResult", "ResolutionStudy", "Comparison"}
 
 
 def test_modules_of_the_face_complete_and_load_when_they_are_used() -> None:
     code = (
         "import sys, roughcontact as rc; listed = dir(rc); "
-        "assert {'catalogue', 'hardness', 'theory', 'plots'} <= set(listed), listed; "
+        "assert {'catalog', 'hardness', 'theory', 'plots'} <= set(listed), listed; "
         "assert 'roughcontact.theory.hertz' not in sys.modules; "
         "assert {'hertz', 'persson'} <= set(dir(rc.theory)); "
-        "rc.theory.hertz.contact_radius, rc.catalogue.entries, rc.hardness"
+        "rc.theory.hertz.contact_radius, rc.catalog.entries, rc.hardness"
     )
     about = {"PYTHONPATH": str(Path(rc.__file__).parents[1])}
     subprocess.run([sys.executable, "-c", code], check=True, env=about)

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from roughcontact import ranks
-from roughcontact.contact.slab import bands
+from roughcontact.contact.share import bands
 from roughcontact.errors import InputError
 from roughcontact.solvers import bounded
 
@@ -39,4 +39,4 @@ def test_who_started_this_process(monkeypatch, environment, expected):
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert ranks.several() is expected
+    assert ranks.is_parallel_run() is expected

@@ -43,7 +43,8 @@ def calls() -> dict[str, Call]:
     return {
         "Surface": (rc.Surface, {"heights": heights, "pixel": pixel}),
         "Surface.leveled": (
-            surface.leveled, {"form": "three-point", "points": [(0, 0), (5, 1), (2, 7)]}
+            surface.leveled,
+            {"form": "three-point", "points": [(0, 0), (5, 1), (2, 7)]},
         ),
         "Surface.without_form": (surface.without_form, {"shape": "polynomial", "degree": 2}),
         "Surface.without_outliers": (surface.without_outliers, {}),
@@ -57,17 +58,20 @@ def calls() -> dict[str, Call]:
         "Surface.resolution_notes": (surface.resolution_notes, {"tip_radius": 1e-6}),
         "Material": (rc.Material, {"young": 210e9, "poisson": 0.3}),
         "Conductor": (rc.Conductor, {"resistivity": 1e-7}),
-        "Perfect": (rc.Perfect, {"initial": 1e9}),
-        "Linear": (rc.Linear, {"initial": 1e9, "modulus": 1e9}),
-        "Swift": (rc.Swift, {"coefficient": 1e9, "offset": 0.1, "exponent": 0.2}),
-        "Tabulated": (rc.Tabulated, {"strain": [0.0, 0.1], "stress": [1e9, 2e9]}),
-        "Kinematic": (rc.Kinematic, {"isotropic": rc.Perfect(1e9), "modulus": 1e9}),
+        "Perfect": (rc.hardening.Perfect, {"initial": 1e9}),
+        "Linear": (rc.hardening.Linear, {"initial": 1e9, "modulus": 1e9}),
+        "Swift": (rc.hardening.Swift, {"coefficient": 1e9, "offset": 0.1, "exponent": 0.2}),
+        "Tabulated": (rc.hardening.Tabulated, {"strain": [0.0, 0.1], "stress": [1e9, 2e9]}),
+        "Kinematic": (
+            rc.hardening.Kinematic,
+            {"isotropic": rc.hardening.Perfect(1e9), "modulus": 1e9},
+        ),
         "contact_modulus": (rc.contact_modulus, {"first": steel, "second": steel}),
         "hardness.ceiling": (rc.hardness.ceiling, {"hardness": "62 HRC"}),
         "hardness.pressure": (rc.hardness.pressure, {"vickers": 700}),
         "hardness.vickers": (rc.hardness.vickers, {"value": 62, "scale": "HRC"}),
         "hardness.brinell_pressure": (rc.hardness.brinell_pressure, {"brinell": 200}),
-        "catalogue.material": (rc.catalogue.material, {"name": "100Cr6"}),
+        "catalogue.material": (rc.catalog.material, {"name": "100Cr6"}),
         "NominalPressure": (rc.NominalPressure, {"value": 1e6}),
         "HertzPressure": (rc.HertzPressure, {"value": 1e6}),
         "LineLoad": (rc.LineLoad, {"value": 1e6}),
@@ -76,34 +80,49 @@ def calls() -> dict[str, Call]:
         "reference_map": (rc.reference_map, {"n": 32}),
         "self_affine": (
             rc.self_affine,
-            {"shape": (16, 16), "pixel": (1e-6, 1e-6), "rms_height": 1e-7,
-             "rolloff_wavelength": 8e-6, "cutoff_wavelength": 4e-6,
-             "rng": np.random.default_rng(1)},
+            {
+                "shape": (16, 16),
+                "pixel": (1e-6, 1e-6),
+                "rms_height": 1e-7,
+                "rolloff_wavelength": 8e-6,
+                "cutoff_wavelength": 4e-6,
+                "rng": np.random.default_rng(1),
+            },
         ),
         "generate": (
             rc.generate,
-            {"shape": (16, 16), "pixel": (1e-6, 1e-6), "Sq": 1e-7, "rolloff_wavelength": 8e-6,
-             "cutoff_wavelength": 4e-6},
+            {
+                "shape": (16, 16),
+                "pixel": (1e-6, 1e-6),
+                "Sq": 1e-7,
+                "rolloff_wavelength": 8e-6,
+                "cutoff_wavelength": 4e-6,
+            },
         ),
         "partition": (rc.partition, {"surface": rough}),
         "solve": (rc.solve, {**both, "load": 0.1, "calibrated": False}),
-        "load_curve": (rc.load_curve, {**both, "loads": [0.1]}),
-        "load_history": (rc.load_history, {**both, "path": [0.1]}),
+        "load_curve": (rc.sweep, {**both, "loads": [0.1]}),
+        "load_history": (rc.history, {**both, "path": [0.1]}),
         "find_load": (rc.find_load, {**both, "contact": 0.01}),
         "estimate": (rc.estimate, {**both, "surface": rough, "pressure": 1e8}),
         "compare": (
             rc.compare,
             {"maps": [surface, surface], "material": steel, "pressure": 1e6, "steps": 2},
         ),
-        "sampling_error": (rc.sampling_error, {**both, "surface": rough, "pressure": 1e6}),
+        "sampling_error": (rc.sampling_study, {**both, "surface": rough, "pressure": 1e6}),
         "resolution_study": (rc.resolution_study, {**both, "surface": rough, "load": 0.1}),
         "subsurface_stress": (rc.subsurface_stress, {"result": contacts[1], "depths": [1e-6]}),
-        "yield_onset": (rc.yield_onset, {"surface": ball, "material": steel}),
+        "yield_onset": (rc.first_yield_load, {"surface": ball, "material": steel}),
         "indented_surface": (rc.indented_surface, {"result": contacts[1]}),
         "leakage": (
             rc.leakage,
-            {"contacts": contacts, "viscosity": 1e-3, "pressure_difference": 1e5,
-             "seal_width": 1e-3, "seal_length": 1e-2},
+            {
+                "contacts": contacts,
+                "viscosity": 1e-3,
+                "pressure_difference": 1e5,
+                "seal_width": 1e-3,
+                "seal_length": 1e-2,
+            },
         ),
         "conductance": (
             rc.conductance,
@@ -118,10 +137,17 @@ def calls() -> dict[str, Call]:
         "roll": (rc.roll, {**rolled, "load": 0.01, "passes": 1, "steps": 2, "way": 4e-6}),
         "shakedown_load": (
             rc.shakedown_load,
-            {**rolled, "low": 0.002, "high": 0.02, "passes": 2, "steps": 4, "way": 1e-6,
-             "within": 0.9},
+            {
+                **rolled,
+                "low": 0.002,
+                "high": 0.02,
+                "passes": 2,
+                "steps": 4,
+                "way": 1e-6,
+                "within": 0.9,
+            },
         ),
-    }  # fmt: skip
+    }
 
 
 NAMES = tuple(calls())
@@ -146,13 +172,13 @@ def test_a_slip_is_taken_or_refused_in_the_words_of_the_package(name: str) -> No
 
 
 def test_what_is_plain_is_taken() -> None:
-    surface, steel = rc.Surface(*rc.reference_map(32)), rc.catalogue.material("100Cr6")
+    surface, steel = rc.Surface(*rc.reference_map(32)), rc.catalog.material("100Cr6")
     one = {"Sq": 1e-7, "rolloff_wavelength": 1.6e-5, "cutoff_wavelength": 4e-6}
     square, pair = rc.generate(32, 1e-6, **one), rc.generate((32, 32), (1e-6, 1e-6), **one)
     assert square.heights.tobytes() == pair.heights.tobytes()
-    curve = rc.load_curve(surface, material="100Cr6", loads=0.1)
+    curve = rc.sweep(surface, material="100Cr6", loads=0.1)
     assert curve.steps[0].load == 0.1
-    assert rc.load_history(surface, 0.1, material=steel).steps[0].load == 0.1
+    assert rc.history(surface, 0.1, material=steel).steps[0].load == 0.1
     result = rc.solve(surface, material=steel, counter_material="100Cr6", load=0.1)
     assert result.pair.counter_material == steel
     assert rc.subsurface_stress(result, 1e-6, friction=np.array(0.1)).friction == 0.1

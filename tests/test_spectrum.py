@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, ndimage
 
 from roughcontact.errors import InputError
-from roughcontact.surface import parameters, roughness, spectrum
+from roughcontact.surface import roughness, spectrum, surface
 
 
 def gaussian_map(
@@ -47,7 +47,7 @@ def test_correlation_lengths_of_a_cosine() -> None:
     fastest, slowest = spectrum.autocorrelation_lengths(wave, (2e-6, 5e-6))
     assert fastest == pytest.approx(100e-6 * math.acos(0.2) / (2 * math.pi), rel=5e-3)
     assert slowest == math.inf
-    values = parameters.summary(wave, (2e-6, 5e-6))
+    values = surface.summary(wave, (2e-6, 5e-6))
     assert values["Sal"] == fastest
     # Along the grooves nothing decays within the four points of half the map.
     assert math.isnan(values["Str"])
@@ -62,7 +62,7 @@ def test_a_texture_that_the_map_is_too_short_for_is_not_determined() -> None:
     assert math.isnan(Str)
     # Along y the function stays above the threshold over the 32 points of half the map.
     assert Sal / 60 < largest <= Sal / 32 < 1
-    assert parameters.summary(heights, (1.0, 1.0))["Str_max"] == largest
+    assert surface.summary(heights, (1.0, 1.0))["Str_max"] == largest
     # The whole of a map that shows it lies below the bound.
     longer = gaussian_map((640, 640), (24.0, 3.0), seed=5)
     _, whole, same = spectrum.texture(longer, (1.0, 1.0))
@@ -77,7 +77,7 @@ def test_correlation_lengths_of_an_isotropic_surface() -> None:
     fastest, slowest = spectrum.autocorrelation_lengths(heights, (1.0, 1.0))
     assert fastest == pytest.approx(expected, rel=0.06)
     assert slowest == pytest.approx(expected, rel=0.06)
-    assert parameters.summary(heights, (1.0, 1.0))["Str"] > 0.9
+    assert surface.summary(heights, (1.0, 1.0))["Str"] > 0.9
 
 
 def test_correlation_lengths_of_ridges_on_unequal_pixels() -> None:

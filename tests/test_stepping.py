@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.cautions import Kind
+from roughcontact.cautions import Kind
+from roughcontact.elastoplastic import archive, increments as stepping
+from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Linear
-from roughcontact.report import tables, wording
-from roughcontact.report.quantities import quantity_of
+from roughcontact.report import contact_fields, phrases
+from roughcontact.report.fields import quantity_of
 from roughcontact.theory import hertz
-from roughcontact.volume import archive, stepping
-from roughcontact.volume.solve import solve_elastoplastic
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 HARDENING = rc.Material(210e9, 0.3, yield_strength=1e9, hardening=Linear(1e9, 20e9))
@@ -94,7 +94,7 @@ def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) 
     assert released.step_error == pytest.approx(chosen.step_error)
     elastic = solve_elastoplastic(**sphere(12, 16), load=0.5 * FIRST)
     assert elastic.step_error == 0
-    assert wording.step_error(elastic) == "none"
+    assert phrases.step_error(elastic) == "none"
 
 
 def test_steps_become_smaller_where_the_error_asks_for_it(
@@ -110,8 +110,8 @@ def test_steps_become_smaller_where_the_error_asks_for_it(
 
 def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
     assert Kind.LOAD_STEPS not in {caution.kind for caution in chosen.cautions}
-    assert "of approach and contact area" in wording.step_error(chosen)
-    assert quantity_of(tables.VOLUME, "step_error").value(chosen) == chosen.step_error
+    assert "of approach and contact area" in phrases.step_error(chosen)
+    assert quantity_of(contact_fields.VOLUME, "step_error").value(chosen) == chosen.step_error
     assert json.loads(json.dumps(chosen.summary()))["step_error"] == chosen.step_error
 
     def with_error(error: float | None) -> rc.ElastoplasticResult:
@@ -123,7 +123,7 @@ def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> No
     assert caution.numbers == {"step_error": 0.03}
     given = with_error(None)
     assert Kind.LOAD_STEPS not in {caution.kind for caution in given.cautions}
-    assert "not estimated" in wording.step_error(given)
+    assert "not estimated" in phrases.step_error(given)
     for result in (chosen, given):
         result.save(tmp_path / "kept.nc")
         assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments

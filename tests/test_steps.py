@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import resume
+from roughcontact import checkpoints
+from roughcontact.elastoplastic import archive
+from roughcontact.elastoplastic.archive import load_elastoplastic
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Swift
 from roughcontact.solvers.progress import Progress
-from roughcontact.volume import archive
-from roughcontact.volume.archive import load_elastoplastic
-from roughcontact.volume.result import ElastoplasticResult
-from roughcontact.volume.solve import solve_elastoplastic
 
 SWIFT = rc.Material(young=210e9, poisson=0.3, hardening=Swift(1240e6, 30, 0.085))
 PERFECT = rc.Material(young=210e9, poisson=0.3, yield_strength=1656e6)
@@ -329,7 +329,7 @@ def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def claim(folder: Path, **problem: object) -> Path:
-    with resume.claimed(
+    with checkpoints.lock_folder(
         folder, problem, kind="trial", record="trial.json", pattern="part-*.npy"
     ) as place:
         return place.folder

@@ -9,15 +9,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.signal import convolve
 
 from roughcontact.errors import InputError
-from roughcontact.halfspace import (
-    fft,
-    stress,
-    stress_field,
-    stress_kernels,
-    stress_summary,
-    tensors,
-)
-from roughcontact.halfspace.responses import Term
+from roughcontact.halfspace import fft, stress, stress_kernels, stress_summary, tensors
+from roughcontact.halfspace.stress import Term
 
 PIXEL = (0.8, 1.3)
 ODD = [(0, 0), (0, 0), (0, 0), (1, 0), (0, 1), (1, 1)]
@@ -141,7 +134,7 @@ def test_few_samples_are_enough_at_depth(boundary, load):
     options = {"boundary": boundary, "friction": 0.4, "direction": 0.6}
     for depth in (12.0, 14.0, 27.0, 40.0, 120.0, 500.0):
         if boundary == "free" and depth > 13:
-            assert max(stress_field.steps(pressure.shape, PIXEL, depth)) > 1
+            assert max(stress.steps(pressure.shape, PIXEL, depth)) > 1
         exact = one(pressure, depth, precision="double", **options)
         found = one(pressure, depth, **options)
         np.testing.assert_allclose(found, exact, rtol=0, atol=1e-6)
@@ -149,13 +142,13 @@ def test_few_samples_are_enough_at_depth(boundary, load):
 
 def test_samples_are_dense_enough_in_both_directions():
     # A pixel that is long on the scale of the depth must not become a point.
-    assert stress_field.steps((1000, 1000), (1.0, 10.0), 30.0) == (1, 1)
+    assert stress.steps((1000, 1000), (1.0, 10.0), 30.0) == (1, 1)
     # Nor may a narrow map be sampled where its kernels have no room to meet their images.
-    assert stress_field.steps((1000, 20), (1.0, 1.0), 30.0) == (1, 1)
-    assert stress_field.steps((1000, 1000), (1.0, 1.0), 9.9) == (1, 1)
-    assert stress_field.steps((1000, 1000), (1.0, 1.0), 10.0) == (2, 2)
-    assert stress_field.steps((1000, 1000), (1.0, 2.0), 40.0) == (8, 4)
-    assert stress_field.steps((1000, 1000), (1.0, 1.0), 1e9) == (16, 16)
+    assert stress.steps((1000, 20), (1.0, 1.0), 30.0) == (1, 1)
+    assert stress.steps((1000, 1000), (1.0, 1.0), 9.9) == (1, 1)
+    assert stress.steps((1000, 1000), (1.0, 1.0), 10.0) == (2, 2)
+    assert stress.steps((1000, 1000), (1.0, 2.0), 40.0) == (8, 4)
+    assert stress.steps((1000, 1000), (1.0, 1.0), 1e9) == (16, 16)
 
 
 def test_kernels_go_over_smoothly_into_their_images():
@@ -169,7 +162,7 @@ def test_kernels_go_over_smoothly_into_their_images():
         return iter([table[np.ix_(columns, rows)] for table in tables])
 
     rows, columns = np.arange(0, 25, 2), np.arange(0, 33)
-    found = stress_field.blended(kernels, terms, shape, period, rows, columns)
+    found = stress.blended(kernels, terms, shape, period, rows, columns)
     for term, blended, table in zip(terms, found, tables, strict=True):
         # As they are on the offsets of the map, to the end of the error function at 4e-8 ...
         near = table[:25, :17:2]
@@ -182,7 +175,7 @@ def test_kernels_go_over_smoothly_into_their_images():
             blended[:25, 12], 0 if term.odd[0] else table[:25, 24], atol=1e-6
         )
         # In between both count, with weights that add up to one.
-        weight = 0.5 * math.erfc(stress_field._STEEPNESS * (2 * 30 - 64) / (64 - 2 * 24))
+        weight = 0.5 * math.erfc(stress._STEEPNESS * (2 * 30 - 64) / (64 - 2 * 24))
         sign = -1 if term.odd[1] else 1
         expected = weight * table[30, 0] + sign * (1 - weight) * table[34, 0]
         assert blended[30, 0] == pytest.approx(expected, abs=1e-6)
@@ -251,7 +244,7 @@ def test_summary_is_what_whole_slices_give(monkeypatch, boundary, workers):
     pressure = 1e9 * rng.random((40, 30)) * (rng.random((40, 30)) < 0.2)
     depths = [0.0, 0.5, 2.0, 30.0]
     options = {"boundary": boundary, "friction": 0.2, "direction": 0.5}
-    found = stress_summary.summarise(
+    found = stress_summary.summarize(
         pressure, PIXEL, 0.3, depths=depths[::-1], yield_strength=2e8, workers=workers, **options
     )
     assert found.depths.tolist() == depths
@@ -276,9 +269,9 @@ def test_summary_is_what_whole_slices_give(monkeypatch, boundary, workers):
 
 
 def test_summary_without_yield_strength():
-    found = stress_summary.summarise(hertz(16, 5), PIXEL, 0.3, depths=[1.0])
+    found = stress_summary.summarize(hertz(16, 5), PIXEL, 0.3, depths=[1.0])
     assert found.yield_factor is found.yielded_area is found.yielded_volume is None
-    flat = stress_summary.summarise(np.zeros((4, 4)), PIXEL, 0.3, depths=[1.0], yield_strength=1.0)
+    flat = stress_summary.summarize(np.zeros((4, 4)), PIXEL, 0.3, depths=[1.0], yield_strength=1.0)
     assert flat.max_von_mises == 0
     assert flat.yield_factor == math.inf
     assert flat.yielded_volume == 0
@@ -287,7 +280,7 @@ def test_summary_without_yield_strength():
 def test_automatic_depths_close_in_on_the_maximum():
     # The graded depths themselves are a quarter apart there.
     radius = 37.3
-    found = stress_summary.summarise(hertz(96, radius), (1.0, 1.0), 0.3)
+    found = stress_summary.summarize(hertz(96, radius), (1.0, 1.0), 0.3)
     assert found.depth_of_max / radius == pytest.approx(0.481, rel=0.01)
     assert (np.diff(found.depths) > 0).all()
     coarse = stress.graded_depths(hertz(96, radius), (1.0, 1.0))
@@ -343,7 +336,7 @@ def test_graded_depths():
 )
 def test_bad_arguments(change, message):
     good = {"pressure": np.ones((2, 2)), "pixel": (1.0, 1.0), "poisson": 0.3, "depths": [1.0]}
-    for call in (stress.slices, stress_summary.summarise):
+    for call in (stress.slices, stress_summary.summarize):
         with pytest.raises(InputError, match=message):
             # At the call, not when the first slice is asked for.
             call(**(good | change))
@@ -355,14 +348,14 @@ def test_bad_point_and_strength():
     with pytest.raises(InputError, match=r"point.*\(2, 0\)"):
         stress.sections(np.ones((2, 2)), PIXEL, [1.0], 0.3, (2, 0))
     with pytest.raises(InputError, match=r"yield_strength.*-1"):
-        stress_summary.summarise(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)
+        stress_summary.summarize(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)
 
 
 def test_memory_does_not_grow_with_the_number_of_depths():
     def peak(count):
         depths = np.geomspace(0.5, 100, count)
         tracemalloc.start()
-        stress_summary.summarise(pressure, (1.0, 1.0), 0.3, depths=depths, workers=1)
+        stress_summary.summarize(pressure, (1.0, 1.0), 0.3, depths=depths, workers=1)
         _, largest = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         return largest
@@ -377,7 +370,7 @@ def test_memory_does_not_grow_with_the_number_of_depths():
 def test_traction_pulls_along_x_unless_told_otherwise():
     pressure = hertz(24, 5)
     plain, told = (
-        stress_summary.summarise(pressure, PIXEL, 0.3, depths=[1.0, 2.0], friction=0.3, **more)
+        stress_summary.summarize(pressure, PIXEL, 0.3, depths=[1.0, 2.0], friction=0.3, **more)
         for more in ({}, {"direction": 0.0})
     )
     np.testing.assert_array_equal(plain.von_mises, told.von_mises)
@@ -404,10 +397,10 @@ def test_no_unit_changes_a_bit(precision):
 def test_no_more_waves_are_taken_than_reach_the_depth():
     # In metres as in pixels: deep below a map only the longest are left.
     for unit in (1.0, 1e-6):
-        loads = stress_field._Loads((0.7 * unit, 1.1 * unit), 0.3, ())
+        loads = stress._Loads((0.7 * unit, 1.1 * unit), 0.3, ())
         terms = loads.wave_terms()
         highest = [
-            stress_field._waves(loads, terms, (64, 96), depth * unit, 16.0).highest
+            stress._waves(loads, terms, (64, 96), depth * unit, 16.0).highest
             for depth in (0.0, 0.5, 10.0, 100.0)
         ]
         assert highest == [(32, 48), (32, 48), (12, 27), (2, 3)]

@@ -5,7 +5,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import plots
-from roughcontact.contact import subsurface
+from roughcontact.contact import subsurface_stress
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -15,7 +15,7 @@ PIXEL = (1e-6, 1e-6)
 def below(load, shape=(64, 80), material=STEEL, depths=None, radius=2e-3, **options):
     surface = rc.Surface(shapes.paraboloid(shape, PIXEL, radius), PIXEL)
     result = rc.solve(surface, material=material, counter_material=STEEL, load=load, ceiling=None)
-    return subsurface.subsurface_stress(result, depths, **options)
+    return subsurface_stress.subsurface_stress(result, depths, **options)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_section_zooms_to_where_the_stress_is(along):
     # A contact of 3 µm radius on a map of 120 × 200 µm, off its middle.
     y, x = np.mgrid[:120, :200] * 1e-6
     surface = rc.Surface(-((x - 50e-6) ** 2 + (y - 90e-6) ** 2) / 1e-3, PIXEL)
-    result = subsurface.subsurface_stress(rc.solve(surface, material=STEEL, load=0.01))
+    result = subsurface_stress.subsurface_stress(rc.solve(surface, material=STEEL, load=0.01))
     axes = plots.stress_section(result, along).axes[0]
     (first, last), deep = axes.get_xlim(), axes.get_ylim()[0]
     middle = 50 if along == "x" else 90
@@ -143,7 +143,7 @@ def test_units_are_those_of_what_is_shown():
     assert "nm" not in axes.get_title()
     y, x = np.mgrid[:60, :1200] * 1e-6
     surface = rc.Surface(-((x - 600e-6) ** 2 + (y - 30e-6) ** 2) / 1e-3, PIXEL)
-    result = subsurface.subsurface_stress(rc.solve(surface, material=STEEL, load=1e-4))
+    result = subsurface_stress.subsurface_stress(rc.solve(surface, material=STEEL, load=1e-4))
     axes = plots.stress_section(result).axes[0]
     assert axes.get_xlabel() == "x [µm]"
     assert axes.get_ylabel() == "depth [µm]"

@@ -8,7 +8,7 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact.contact import first_yield, subsurface
+from roughcontact.contact import subsurface_stress
 from roughcontact.halfspace import stress, stress_summary, tensors
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
@@ -30,11 +30,11 @@ def pressed():
 
 @pytest.fixture(scope="module")
 def found(pressed):
-    return subsurface.subsurface_stress(pressed)
+    return subsurface_stress.subsurface_stress(pressed)
 
 
 def test_it_is_the_stress_of_the_pressure(pressed, found):
-    expected = stress_summary.summarise(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
+    expected = stress_summary.summarize(pressed.pressure, PIXEL, 0.3, yield_strength=1e9)
     for name, value in vars(expected).items():
         np.testing.assert_array_equal(getattr(found.profile, name), value)
     assert found.material is STEEL
@@ -64,8 +64,8 @@ def test_planes_go_through_the_largest_stress(found):
 
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
     options = {"friction": 0.3, "direction": 30.0, "depths": [1e-9, 5e-6], "precision": "double"}
-    first = subsurface.subsurface_stress(pressed, **options)
-    second = subsurface.subsurface_stress(pressed, body="counter_body", **options)
+    first = subsurface_stress.subsurface_stress(pressed, **options)
+    second = subsurface_stress.subsurface_stress(pressed, in_body="counter_body", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
@@ -83,7 +83,7 @@ def test_the_bodies_differ_by_ratio_and_sign(pressed):
 def test_periodic_contacts_have_periodic_stress():
     heights, pixel = rc.reference_map(64)
     result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=1.0, boundary="periodic")
-    below = subsurface.subsurface_stress(result, [1e-9, 1e-3], precision="double")
+    below = subsurface_stress.subsurface_stress(result, [1e-9, 1e-3], precision="double")
     # Far below only the mean pressure is left.
     mean = result.pressure.mean()
     np.testing.assert_allclose(below.section_x[2, 1], -mean, rtol=1e-6)
@@ -110,11 +110,11 @@ def test_summary_is_ready_for_json(found):
 
 def test_warnings(pressed, found):
     assert not any("elastic body" in note for note in found.warnings)
-    shallow = subsurface.subsurface_stress(pressed, [1e-9, 1e-6])
+    shallow = subsurface_stress.subsurface_stress(pressed, [1e-9, 1e-6])
     assert any("look deeper" in note for note in shallow.warnings)
     assert any("within two pixels" in note for note in shallow.warnings)
     hard = rc.solve(ball(radius=1e-3), material=STEEL, load=2.0, ceiling=None)
-    beyond = subsurface.subsurface_stress(hard)
+    beyond = subsurface_stress.subsurface_stress(hard)
     assert any("elastic body" in note for note in beyond.warnings)
     # And those of the contact.
     assert set(hard.warnings) <= set(beyond.warnings)
@@ -154,25 +154,25 @@ def test_saved_dataset_holds_everything(found, tmp_path):
 
 def test_bad_arguments(pressed):
     with pytest.raises(rc.InputError, match="ContactResult, got ndarray"):
-        subsurface.subsurface_stress(pressed.pressure)
+        subsurface_stress.subsurface_stress(pressed.pressure)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        subsurface.subsurface_stress(pressed, body="third")
+        subsurface_stress.subsurface_stress(pressed, in_body="third")
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="counter-body is rigid"):
-        subsurface.subsurface_stress(on_rigid, body="counter_body")
+        subsurface_stress.subsurface_stress(on_rigid, in_body="counter_body")
 
 
 def test_memory_is_asked_for_first(pressed, monkeypatch):
-    need = subsurface.memory_estimate((96, 96))
+    need = subsurface_stress.memory_estimate((96, 96))
 
     class Memory:
         available = need - 1
 
     monkeypatch.setattr(psutil, "virtual_memory", Memory)
     with pytest.raises(rc.InsufficientMemoryError, match="96 × 96"):
-        subsurface.subsurface_stress(pressed, [1e-6])
+        subsurface_stress.subsurface_stress(pressed, [1e-6])
     Memory.available = need
-    subsurface.subsurface_stress(pressed, [1e-6])
+    subsurface_stress.subsurface_stress(pressed, [1e-6])
 
 
 @pytest.mark.parametrize("boundary", ["free", "periodic"])
@@ -183,14 +183,14 @@ def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
     pressure = np.zeros((300, 400))
     pressure[100:180, 100:250] = 1e9
     tracemalloc.start()
-    stress_summary.summarise(
+    stress_summary.summarize(
         pressure, PIXEL, 0.3, depths=[0.0, 1e-7, 3e-5, 2e-4], direction=0.5, workers=1, **options
     )
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     # Buffers of the thread, a few MB, come on top; fast lengths are a little longer.
     estimate, without = (
-        subsurface.memory_estimate(shape, **options) for shape in (pressure.shape, (1, 1))
+        subsurface_stress.memory_estimate(shape, **options) for shape in (pressure.shape, (1, 1))
     )
     estimate -= without
     assert 0.9 * estimate < peak < 1.3 * estimate + 8e6
@@ -204,7 +204,7 @@ def test_onset_of_a_sphere(poisson, start):
     expected = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
     a = hertz.contact_radius(expected, RADIUS, modulus)
     pixel = (a / 30, a / 30)
-    onset = rc.yield_onset(ball(96, pixel=pixel), material=material, start=start)
+    onset = rc.first_yield_load(ball(96, pixel=pixel), material=material, start=start)
     # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
     assert onset.solution.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
     assert onset.solution.load == pytest.approx(expected, rel=0.03)
@@ -220,8 +220,8 @@ def test_onset_in_the_counter_body_and_with_friction():
         "body": "counter_body",
     }
     # The contact is 30 pixels in radius.
-    plain = rc.yield_onset(ball(radius=3.5e-3), **options)
-    sliding = rc.yield_onset(ball(radius=3.5e-3), friction=0.4, **options)
+    plain = rc.first_yield_load(ball(radius=3.5e-3), **options)
+    sliding = rc.first_yield_load(ball(radius=3.5e-3), friction=0.4, **options)
     assert plain.material is soft
     assert plain.solution.max_pressure == pytest.approx(soft.first_yield_pressure, rel=0.015)
     # With friction the load of first yield falls.
@@ -230,27 +230,27 @@ def test_onset_in_the_counter_body_and_with_friction():
 
 def test_onset_needs_a_yield_strength(monkeypatch):
     with pytest.raises(rc.InputError, match="no yield strength"):
-        rc.yield_onset(ball(), material=SOFT)
+        rc.first_yield_load(ball(), material=SOFT)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        rc.yield_onset(ball(), material=STEEL, body="third")
+        rc.first_yield_load(ball(), material=STEEL, body="third")
     with pytest.raises(rc.InputError, match=r"start.*-1"):
-        rc.yield_onset(ball(), material=STEEL, start=-1.0)
-    monkeypatch.setattr(first_yield, "_SOLVES", 1)
+        rc.first_yield_load(ball(), material=STEEL, start=-1.0)
+    monkeypatch.setattr(subsurface_stress, "_SOLVES", 1)
     with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
-        rc.yield_onset(ball(), material=STEEL)
+        rc.first_yield_load(ball(), material=STEEL)
     assert caught.value.result.pressure.max() > 0
 
 
 def test_the_search_is_short(monkeypatch):
     loads = []
-    press = first_yield.press
+    press = subsurface_stress.press
 
     def counted(pair, terms, **options):
         loads.append(terms.load)
         return press(pair, terms, **options)
 
-    monkeypatch.setattr(first_yield, "press", counted)
-    onset = rc.yield_onset(ball(radius=2e-3), material=STEEL)
+    monkeypatch.setattr(subsurface_stress, "press", counted)
+    onset = rc.first_yield_load(ball(radius=2e-3), material=STEEL)
     assert loads[-1] == onset.solution.load
     # From a hundred-thousandth of the load, along the power 1/3.
     assert len(loads) <= 6
@@ -262,7 +262,7 @@ def test_the_search_finds_any_power(power):
     while not known or abs(known[-1][1]) > 1e-6:
         # A power with a bend, like a contact that spreads over a map.
         known.append((at, power * (at - 2.0) + 0.3 * power * math.sin(at)))
-        at = first_yield._next(known)
+        at = subsurface_stress._next(known)
         assert len(known) < 30
 
 
@@ -270,4 +270,4 @@ def test_the_search_finds_any_power(power):
 def test_depths_lie_below_the_surface(depths):
     result = rc.solve(rc.Surface(*rc.reference_map(32)), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="depths must lie below the surface"):
-        subsurface.subsurface_stress(result, depths)
+        subsurface_stress.subsurface_stress(result, depths)

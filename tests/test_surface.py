@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from roughcontact.errors import InputError
-from roughcontact.surface import leveling, roughness
+from roughcontact.surface import roughness
+from roughcontact.surface.form import level
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
@@ -174,7 +175,7 @@ def test_leveled(form: str) -> None:
     after = before.leveled(form)
     assert_prepared(before, after, "leveled")
     assert form in after.provenance.steps[-1]
-    np.testing.assert_array_equal(after.heights, leveling.level(kept, form))
+    np.testing.assert_array_equal(after.heights, level(kept, form))
     np.testing.assert_array_equal(before.heights, kept)
     assert after.missing == before.missing == 2
 

@@ -6,7 +6,7 @@ import scipy.fft
 from hypothesis import given, settings, strategies as st
 
 from roughcontact.errors import InputError
-from roughcontact.surface import synthetic
+from roughcontact.surface import random_surfaces
 
 BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8e-6}
 
@@ -14,7 +14,7 @@ BODY = {"rms_height": 2e-7, "rolloff_wavelength": 2.5e-5, "cutoff_wavelength": 8
 def make(shape, side, seed=0, **changes):
     pixel = (side[0] / shape[0], side[1] / shape[1])
     rng = np.random.default_rng(seed)
-    return synthetic.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
+    return random_surfaces.self_affine(shape, pixel, **{**BODY, **changes}, rng=rng)
 
 
 def power(heights, side):
@@ -115,7 +115,7 @@ def test_narrow_map_is_not_slow():
 
 
 def test_reference_map_is_the_problem_of_the_design():
-    z, pixel = synthetic.reference_map(128)
+    z, pixel = random_surfaces.reference_map(128)
     assert pixel == (1e-4 / 128, 1e-4 / 128)
     assert z.std() == pytest.approx(0.2e-6, rel=1e-12)
     p, q = power(z, (1e-4, 1e-4))
@@ -127,7 +127,7 @@ def test_reference_map_is_the_problem_of_the_design():
 
 def test_reference_map_is_one_body():
     coarse, fine = (
-        scipy.fft.rfft2(synthetic.reference_map(n)[0], norm="forward") for n in (128, 256)
+        scipy.fft.rfft2(random_surfaces.reference_map(n)[0], norm="forward") for n in (128, 256)
     )
     factor = (fine[1, 1] / coarse[1, 1]).real
     assert 0.95 < factor < 1
@@ -137,11 +137,11 @@ def test_reference_map_is_one_body():
 
 def test_reference_map_does_not_change_unnoticed():
     # Written down from this code with NumPy 2: published timings refer to this body.
-    z = synthetic.reference_map(64, rng_seed=0)[0]
+    z = random_surfaces.reference_map(64, rng=0)[0]
     np.testing.assert_allclose(
         z[[0, 5], [0, 40]], [-1.725145206997369e-07, 1.1729079876084779e-07], rtol=1e-9
     )
-    assert abs(synthetic.reference_map(64, rng_seed=1)[0] - z).max() > 1e-7
+    assert abs(random_surfaces.reference_map(64, rng=1)[0] - z).max() > 1e-7
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_bad_spectrum_is_refused(change, message):
 
 
 def test_amplitudes_go_down_to_two_pixels():
-    waves = synthetic.drawn((64, 64), (1e-6, 1e-6), np.random.default_rng(3))
+    waves = random_surfaces.random_amplitudes((64, 64), (1e-6, 1e-6), np.random.default_rng(3))
     # 2.2 pixels: 29 periods on a side of 64.
     assert waves[0, 29] != 0
     assert waves[29, 0] != 0

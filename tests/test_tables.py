@@ -20,19 +20,18 @@ from roughcontact.formats import tables as files
 from roughcontact.material.material import RIGID
 from roughcontact.report import (
     contact,
-    curve as curves,
+    contact_fields,
+    elastoplastic,
     figures,
     inputs,
     kinds,
+    load_curve as curves,
+    load_history,
     page,
-    results,
-    steps,
-    stress,
-    sureness,
-    tables,
-    volume,
+    subsurface_stress,
+    uncertainty,
 )
-from roughcontact.report.quantities import (
+from roughcontact.report.fields import (
     ABSENT,
     ANSWER,
     HEADLINE,
@@ -40,13 +39,13 @@ from roughcontact.report.quantities import (
     TRUST,
     Column,
     Quantity,
-    beside,
     csv_text,
     quantity_of,
     rows_of,
+    side_by_side,
     within,
-    written,
-)  # fmt: skip
+    written,  # fmt: skip
+)
 from roughcontact.request import outputs, solve
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -86,19 +85,19 @@ def below(solved: rc.ContactResult) -> rc.StressResult:
 
 @pytest.fixture(scope="module")
 def history() -> rc.LoadHistory:
-    return rc.load_history(ball(), [60.0, 0.0], material=STEEL)
+    return rc.history(ball(), [60.0, 0.0], material=STEEL)
 
 
 @pytest.fixture(scope="module")
 def curve() -> rc.LoadCurve:
-    return rc.load_curve(ball(), material=STEEL, loads=[5.0, 20.0])
+    return rc.sweep(ball(), material=STEEL, loads=[5.0, 20.0])
 
 
 def text_of(markup: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
 
 
-def text_with(solved: rc.ContactResult, addition: page.Addition) -> str:
+def text_with(solved: rc.ContactResult, addition: page.ExtraChapter) -> str:
     return text_of(contact.render(solved, additions=[addition]))
 
 
@@ -111,11 +110,11 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     if kind == "solved":
         report = lambda: text_of(contact.render(result))  # noqa: E731
     elif kind == "pressed":
-        report = lambda: text_of(volume.render(result))  # noqa: E731
+        report = lambda: text_of(elastoplastic.render(result))  # noqa: E731
     elif kind == "below":
-        report = lambda: text_with(solved, stress.addition(result))  # noqa: E731
+        report = lambda: text_with(solved, subsurface_stress.addition(result))  # noqa: E731
     elif kind == "history":
-        report = lambda: text_of(steps.render_history(result))  # noqa: E731
+        report = lambda: text_of(load_history.render_history(result))  # noqa: E731
     else:
         report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731
     shown = " ".join(capsys.readouterr().out.split())
@@ -123,8 +122,12 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
 
 
 TABLES: dict[str, Any] = {
-    "solved": contact, "pressed": volume, "below": stress, "history": steps, "curve": curves,
-}  # fmt: skip
+    "solved": contact,
+    "pressed": elastoplastic,
+    "below": subsurface_stress,
+    "history": load_history,
+    "curve": curves,
+}
 
 
 def tell_more(monkeypatch: pytest.MonkeyPatch, module: Any, **more: Any) -> None:
@@ -153,7 +156,7 @@ def test_a_quantity_of_a_result_is_in_its_record(
 ) -> None:
     added = Quantity("answer", "answer", of=lambda _: 42)
     tell_more(monkeypatch, contact, table=added)
-    tell_more(monkeypatch, volume, table=added)
+    tell_more(monkeypatch, elastoplastic, table=added)
     assert files.record(solved)["answer"] == 42
     assert files.record(pressed)["volume"]["answer"] == 42
 
@@ -172,7 +175,7 @@ def test_a_column_that_is_added_is_told_by_all(
     added = Column("root", "root", unit="N", of=lambda r: [s.load**0.5 for s in r.steps])
     tell_more(monkeypatch, TABLES[kind], columns=added)
     # The table of a history tells its steps.
-    monkeypatch.setattr(tables, name, (*getattr(tables, name), added))
+    monkeypatch.setattr(contact_fields, name, (*getattr(contact_fields, name), added))
     result = request.getfixturevalue(kind)
     shown, report, kept = told_by(kind, request, capsys)
     first = result.steps[0].load ** 0.5
@@ -194,7 +197,7 @@ def test_console_and_report_tell_the_same_digits(
 ) -> None:
     result = request.getfixturevalue(kind)
     shown, report, _ = told_by(kind, request, capsys)
-    brief = [row for part in (PROBLEM, ANSWER, TRUST) for row in results.rows(result, part, True)]
+    brief = [row for part in (PROBLEM, ANSWER, TRUST) for row in kinds.rows(result, part, True)]
     assert len(brief) > 2
     for row in brief:
         assert f"{row.name} {row.symbol}".rstrip() in shown
@@ -217,8 +220,8 @@ def test_keys_are_unique_and_what_is_shown_has_a_name(
 
 
 def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> None:
-    told = {row.key: texts for row, texts in beside(
-        tables.CONTACT, [solved.elastic(), solved])}  # fmt: skip
+    told = {row.key: texts for row, texts in side_by_side(
+        contact_fields.CONTACT, [solved.elastic(), solved])}  # fmt: skip
     assert told["saturated_fraction"][0] == ABSENT
     assert told["saturated_fraction"][1].endswith("%")
     assert told["load"] == ("20 N (given)", "20 N (given)")
@@ -228,9 +231,9 @@ def test_friction_is_told_with_its_direction_or_not_at_all(
     solved: rc.ContactResult, below: rc.StressResult
 ) -> None:
     rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
-    told = {row.key: row.text for row in results.rows(rubbed)}
+    told = {row.key: row.text for row in kinds.rows(rubbed)}
     assert (told["friction"], told["direction"]) == ("0.2", "90°")
-    assert {"friction", "direction"}.isdisjoint(row.key for row in results.rows(below))
+    assert {"friction", "direction"}.isdisjoint(row.key for row in kinds.rows(below))
 
 
 def test_a_quantity_of_what_a_result_holds() -> None:
@@ -257,7 +260,7 @@ def test_a_map_in_a_file_is_told_with_and_without_its_plane() -> None:
 def test_figures_are_named_after_those_of_the_report(
     solved: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for kind in (contact.KIND, volume.KIND, stress.KIND):
+    for kind in (contact.KIND, elastoplastic.KIND, subsurface_stress.KIND):
         offered = [outputs.figure_names(task) for task in ("solve", "volume", "stress")]
         assert figures.names(kind.figures) in offered
     drawn = []
@@ -267,7 +270,7 @@ def test_figures_are_named_after_those_of_the_report(
     tell_more(monkeypatch, contact, figures=added)
     assert "What it looks like." in text_of(contact.render(solved))
     assert figures.names(contact.KIND.figures)[-1] == "sketch"
-    results.drawings(solved)["sketch"]()
+    kinds.drawings(solved)["sketch"]()
     assert drawn == [solved, solved]
 
 
@@ -305,6 +308,6 @@ def test_every_cause_of_an_interval_is_named() -> None:
         rc.Surface(heights, (1e-6, 1e-6)), load=2.0, material=rc.Material(210e9, 0.3), ceiling=None,
         boundary="periodic",
     )  # fmt: skip
-    (row,) = (row for row in sureness.rows(result) if row[0] == "real contact")
+    (row,) = (row for row in uncertainty.uncertainty_rows(result) if row[0] == "real contact")
     assert " to " in row[1]
     assert "rim of the spots -0.0" in row[2]

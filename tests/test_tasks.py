@@ -24,7 +24,7 @@ ASKED = """
 import json
 from pathlib import Path
 from roughcontact.cli import app
-from roughcontact.fleet import project
+from roughcontact.batch import project
 from roughcontact.request.options import CROP
 from roughcontact.request.tasks import COMMANDS, TASKS
 listed = {command.name for command in COMMANDS.values() if "stretch" in command.by_name}
@@ -37,7 +37,7 @@ assert entry.request.values["stretch"] == 3.0
 """
 ON_PAGE = """
 from pathlib import Path
-from roughcontact.desk.column import Preparation
+from roughcontact.desk.inputs_panel import Preparation
 from roughcontact.desk.session import Session
 session = Session(Path("page.toml"), lambda what: None)
 card = Preparation(session, lambda: None).root[-1]
@@ -60,7 +60,7 @@ class Height(Result):
 KIND = """
 from roughcontact.joint.height import Height
 from roughcontact.report.kind import Kind
-from roughcontact.report.quantities import Column, Quantity
+from roughcontact.report.fields import Column, Quantity
 
 KIND = Kind(
     Height, (Quantity("height", "height", "h", "m", "Multiple of Sq."),),
@@ -88,9 +88,9 @@ TASK = Task(
 """
 ANSWERED = """
 from pathlib import Path
-from roughcontact.desk.answers import QUESTIONS, answer
-from roughcontact.desk.ask import Form
-from roughcontact.desk.state import State
+from roughcontact.desk.analysis_jobs import QUESTIONS, answer
+from roughcontact.desk.analysis_panel import Form
+from roughcontact.desk.session import State
 (task, question), = (one for one in QUESTIONS if one[0].name == "height")
 form = Form(task, question)
 form._give("factor", "3")

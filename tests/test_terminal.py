@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.batch.plan import Report
 from roughcontact.cli import app, console, terminal
-from roughcontact.fleet.plan import Report
 
 SOURCE = Path(rc.__file__).parents[1]
 SOLVE = 'solve map.npy --unit m --size "24 um" --load "1 mN" --young "210 GPa" --poisson 0.3'
@@ -76,7 +76,7 @@ def test_streams_that_are_closed_or_full(
         assert (done.stdout, done.stderr) == ("", error)
     if "out.nc" in arguments:
         # Nothing that was printed has gone into the file.
-        assert rc.load_result(tmp_path / "out.nc").converged
+        assert rc.read_result(tmp_path / "out.nc").converged
 
 
 @pytest.mark.parametrize("arguments", ["--help", "materials"])

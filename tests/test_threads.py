@@ -12,7 +12,7 @@ import pytest
 
 import house
 from roughcontact.halfspace import convolution
-from roughcontact.halfspace.kept import Kept
+from roughcontact.halfspace.convolution import ArrayCache
 
 # What sums by BLAS or LAPACK, whose last digits depend on their threads where there is much of it.
 BLAS = {
@@ -22,26 +22,26 @@ BLAS = {
 
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
-    "contact.verification": {"verify": "a gap that is compared with a bound only"},
+    "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
     "contact.solve": {"_rounding": "a sum that is compared with a bound only"},
-    "contact.curve": {"low_load_slope": "the loads of a curve"},
-    "halfspace.images": {
+    "studies.load_curve": {"low_load_slope": "the loads of a curve"},
+    "halfspace.plastic_halfspace": {
         "_restricted": "a sparse matrix, no BLAS",
         "_prolonged": "a sparse matrix, no BLAS",
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
-    "halfspace.rims": {"_with_slope": "six parameters of a paraboloid"},
+    "halfspace.stress_summary": {"_with_slope": "six parameters of a paraboloid"},
     "solvers.aggregation": {"apply": "sparse matrices, no BLAS"},
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
-    "solvers.rest": {"rigid_tilt": "the few points on which rigid bodies rest"},
-    "solvers.tilt": {
+    "solvers.rigid_tilt": {
+        "rigid_tilt": "the few points on which rigid bodies rest",
         "excess": "two components",
         "balance": "two angles",
         "_updated": "two angles",
     },
     "surface.alignment": {"place": "two axes"},
-    "surface.curvature": {"_turned": "two by two", "principal": "two by two"},
-    "surface.filling": {
+    "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},
+    "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",
         "_multigrid": "sparse matrices, no BLAS",
         "cycle": "sparse matrices, no BLAS",
@@ -52,12 +52,11 @@ FEW = {
         "quadric": "six parameters",
         "solve": "six parameters",
         "_remove_cylinder": "six parameters",
+        "without_terms": "eigenvalues that are compared with a bound only",
     },
-    "surface.polynomials": {"without_terms": "eigenvalues that are compared with a bound only"},
     "surface.resolution": {"_exponent": "bins of a spectrum"},
-    "volume.body": {"plastic_volume": "layers"},
-    "volume.plastic_body": {"plastic_volume": "layers"},
-    "volume.shared_body": {"plastic_volume": "layers"},
+    "elastoplastic.plastic_flow": {"plastic_volume": "layers"},
+    "elastoplastic.plastic_body": {"plastic_volume": "layers"},
 }
 
 
@@ -120,7 +119,7 @@ def test_any_number_of_threads_gives_the_same_bits():
 @pytest.mark.parametrize("shape", [(3, 2), (100, 100), (301, 97)], ids=str)
 def test_operators_do_not_depend_on_threads(shape, backend, monkeypatch):
     # Each makes its own.
-    monkeypatch.setattr(convolution, "SPECTRA", Kept(0))
+    monkeypatch.setattr(convolution, "SPECTRA", ArrayCache(0))
     makers = [convolution.free] + [
         lambda *given, axis=axis, **more: convolution.strip(*given, axis, **more) for axis in (0, 1)
     ]

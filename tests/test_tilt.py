@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 import judge
 import roughcontact as rc
 from roughcontact.contact import solve
-from roughcontact.contact.checks import check
+from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.terms import Terms
+from roughcontact.contact.validation import check
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.sums import LocalSums
-from roughcontact.solvers import bounded, tilt
+from roughcontact.halfspace.convolution import LocalSums
+from roughcontact.solvers import bounded, rigid_tilt as tilt
 from roughcontact.solvers.problem import Problem
-from roughcontact.solvers.rest import rigid_tilt
+from roughcontact.solvers.rigid_tilt import rigid_tilt
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Array = NDArray[np.float64]
@@ -175,7 +175,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
     )  # fmt: skip
     problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
     operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums(), self_displacement=0.0)
-    levers = tilt.levers((n, n), (pixel, pixel))
+    levers = tilt.moment_arms((n, n), (pixel, pixel))
     steepness, reach = tilt._guess(problem, solution, np.zeros(2), *levers, operator)
     exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
     # The rim is known to a part of a pixel, 5 % of the radius.
@@ -280,10 +280,10 @@ def test_what_goes_with_a_tilted_result() -> None:
     assert said["moments"] == [5e-6, -1e-5]
     assert said["moment_error"] == result.moment_error
     # Another start, the same end; from the solution itself hardly any work.
-    again = rc.solve(rough(), start=result, **options)
+    again = rc.solve(rough(), initial_guess=result, **options)
     assert again.convolutions <= 4
     assert again.tilt == pytest.approx(result.tilt, rel=1e-5)
-    near = rc.solve(rough(), start=result.pressure, **options)
+    near = rc.solve(rough(), initial_guess=result.pressure, **options)
     assert near.tilt == pytest.approx(result.tilt, rel=1e-4)
     elastic = result.elastic()
     assert elastic.moments == result.moments
@@ -342,7 +342,7 @@ def test_moments_that_nothing_balances_are_refused_at_once(
         rc.solve(rough(), **options)
     boundary = Boundary(options.pop("boundary", "free"))
     with pytest.raises(error, match=message):
-        check(Pair(rough(), options.pop("material"), boundary=boundary), Terms(**options))
+        check(Pair(rough(), options.pop("material"), boundary=boundary), LoadCase(**options))
 
 
 def test_a_load_beyond_the_points_that_touch() -> None:
@@ -387,7 +387,7 @@ def test_rigid_bodies_rest_on_points_around_the_load(
     limit = np.full(shape, np.inf)
     if filling:
         limit[touchable] = part / filling
-    levers = tilt.levers(shape, (1e-6, 3e-6))
+    levers = tilt.moment_arms(shape, (1e-6, 3e-6))
     y, x = (np.broadcast_to(lever, shape)[touchable] for lever in levers)
     target = np.array([part @ y, part @ x])
     problem = Problem(gap, limit, 1.0)
@@ -410,7 +410,7 @@ def test_rigid_bodies_rest_on_points_around_the_load(
 
 
 def test_no_rigid_rest_is_sought_on_parts_of_a_map_or_without_points() -> None:
-    levers = tilt.levers((4, 4), (1.0, 1.0))
+    levers = tilt.moment_arms((4, 4), (1.0, 1.0))
     apart = Problem(np.zeros((2, 4)), np.inf, 1.0, whole=(4, 4))
     assert rigid_tilt(apart, levers, np.zeros(2)) is None
     assert rigid_tilt(Problem(np.full((4, 4), np.inf), np.inf, 1.0), levers, np.zeros(2)) is None
@@ -444,7 +444,7 @@ def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(rc.ConvergenceError, match=r"moment error .* max_iterations") as caught:
         rc.solve(rough(), max_iterations=2, **options)
     assert caught.value.result.convolutions <= 4
-    monkeypatch.setattr(tilt, "_MOST_STEPS", 1)
+    monkeypatch.setattr(tilt, "_TILT_MOST_STEPS", 1)
     with pytest.raises(rc.ConvergenceError, match="moments not balanced"):
         rc.solve(rough(), **options)
     result = rc.solve(rough(), on_failure="return", **options)

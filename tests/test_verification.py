@@ -15,9 +15,8 @@ import roughcontact as rc
 from roughcontact import netcdf
 from roughcontact.cli import app
 from roughcontact.contact import archive
-from roughcontact.contact.archive import load_contact
-from roughcontact.contact.verification import Verification, verify
-from roughcontact.volume.archive import verified
+from roughcontact.contact.archive import Verification, load_contact, verify_solution
+from roughcontact.elastoplastic.archive import verified
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
 HEIGHTS, PIXEL = rc.reference_map(32)
@@ -55,12 +54,12 @@ def yielded(*loads: float) -> rc.ElastoplasticResult:
 @pytest.mark.parametrize("case", CASES)
 def test_a_result_is_what_it_says(case: str, tmp_path: Path) -> None:
     result = solved(case)
-    found = verify(result)
+    found = verify_solution(result)
     assert found.differences == ()
     assert found.found_certificate == pytest.approx(result.certificate, rel=0.1)
     assert found.found_load == pytest.approx(result.load, rel=1e-9) or case == "not converged"
     result.save(tmp_path / "out.nc")
-    again = rc.load_result(tmp_path / "out.nc", verify=True)
+    again = rc.read_result(tmp_path / "out.nc", verify=True)
     assert again.pressure.tobytes() == result.pressure.tobytes()
 
 
@@ -71,9 +70,9 @@ def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_p
     assert result.bodies[0].margin > 0
     assert verified(result).differences == ()
     # On the surface as it was before it yielded it is none.
-    assert verify(result.solution).differences
+    assert verify_solution(result.solution).differences
     result.save(tmp_path / "out.nc")
-    for load in (rc.load_result, rc.load_elastoplastic, load_contact):
+    for load in (rc.read_result, rc.read_result, load_contact):
         load(tmp_path / "out.nc", verify=True)
 
 
@@ -90,9 +89,9 @@ def test_whatever_does_not_fit_is_told() -> None:
         (replace(result, load=1.001), {"load"}),
         (replace(result, tilt=(1e-5, 0.0)), {"certificate", "gap"}),
     ):
-        assert set(verify(changed).differences) == told
+        assert set(verify_solution(changed).differences) == told
     stiff = replace(result.pair, material=replace(STEEL, young=211e9))
-    assert set(verify(replace(result, pair=stiff)).differences) == {"certificate", "gap"}
+    assert set(verify_solution(replace(result, pair=stiff)).differences) == {"certificate", "gap"}
 
 
 def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
@@ -100,8 +99,8 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
     result = solved()
     path = tmp_path / "out.nc"
     replace(result, pair=replace(result.pair, share=SURFACE.rotated(180))).save(path)
-    assert rc.load_result(path).converged
-    for load in (rc.load_result, load_contact):
+    assert rc.read_result(path).converged
+    for load in (rc.read_result, load_contact):
         with pytest.raises(rc.FormatError) as caught:
             load(path, verify=True)
         sentence = str(caught.value)
@@ -114,7 +113,7 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
 def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("roughcontact.memory.free", lambda: 1000)
     with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
-        verify(solved())
+        verify_solution(solved())
 
 
 def test_bodies_apart_have_nothing_to_certify() -> None:
@@ -175,7 +174,7 @@ def test_json_holds_what_the_table_shows(tmp_path: Path, capsys, monkeypatch) ->
     solved().save("sound.nc")
     assert app.main(["verify", "sound.nc", "absent.nc", "--json"]) == app.BAD_INPUT
     sound, absent = json.loads(capsys.readouterr().out)["files"]
-    assert Verification(**sound["found"]) == verify(solved())
+    assert Verification(**sound["found"]) == verify_solution(solved())
     assert (sound["sealed"], sound["reason"]) == (True, "")
     assert absent["found"] is None
     assert "does not exist" in absent["reason"]

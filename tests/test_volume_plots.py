@@ -10,18 +10,18 @@ from matplotlib.figure import Figure
 
 import roughcontact as rc
 from roughcontact.errors import InputError
-from roughcontact.plots import volume
+from roughcontact.plots import elastoplastic
 
 
 def every_figure(result: rc.ElastoplasticResult) -> list[Figure]:
     return [
-        volume.residual_displacement(result),
-        volume.section(result),
-        volume.section(result, "y", width=6e-6),
-        volume.profile(result),
-        volume.layers(result),
-        volume.path(result),
-        volume.convergence(result),
+        elastoplastic.residual_displacement(result),
+        elastoplastic.section(result),
+        elastoplastic.section(result, "y", width=6e-6),
+        elastoplastic.profile(result),
+        elastoplastic.layers(result),
+        elastoplastic.path(result),
+        elastoplastic.convergence(result),
     ]
 
 
@@ -49,7 +49,7 @@ def test_every_figure_is_rendered_without_warnings(pressed, released, untouched,
 
 
 def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
-    figure = volume.section(pressed, "x")
+    figure = elastoplastic.section(pressed, "x")
     stored = pressed.section("x")
     axes = titled(figure, "accumulated plastic strain [%]")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
@@ -79,7 +79,7 @@ def test_section_is_true_to_scale_and_shows_every_layer(pressed) -> None:
 
 
 def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> None:
-    axes = titled(volume.section(pressed), "yield strength")
+    axes = titled(elastoplastic.section(pressed), "yield strength")
     (mesh,) = [c for c in axes.collections if hasattr(c, "_coordinates")]
     stored = pressed.section()
     rows = mesh.get_array().shape[0]
@@ -90,7 +90,7 @@ def test_section_compares_the_stress_with_the_strength_at_its_place(pressed) -> 
 
 
 def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
-    figure = volume.section(pressed, "x", width=5e-6)
+    figure = elastoplastic.section(pressed, "x", width=5e-6)
     axes = titled(figure, "pressure")
     left, right = axes.get_xlim()
     assert right - left == pytest.approx(5)
@@ -99,13 +99,13 @@ def test_a_narrow_section_lies_around_the_largest_strain(pressed) -> None:
 
 
 def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
-    titles = [a.get_title(loc="left") for a in volume.section(released).figure.axes]
+    titles = [a.get_title(loc="left") for a in elastoplastic.section(released).figure.axes]
     assert not any("load" in title or "pressure" in title for title in titles)
     assert sum("residual stress" in title for title in titles) == 2
     labels = [
         text.get_text()
         for result in (pressed, released)
-        for axes in volume.profile(result).axes
+        for axes in elastoplastic.profile(result).axes
         if (legend := axes.get_legend())
         for text in legend.get_texts()
     ]
@@ -114,7 +114,7 @@ def test_without_load_there_is_no_stress_under_it(pressed, released) -> None:
 
 
 def test_profile_draws_the_components(pressed) -> None:
-    figure = volume.profile(pressed)
+    figure = elastoplastic.profile(pressed)
     stored = pressed.profile()
     steps = {p.get_label(): p.get_data() for axes in figure.axes for p in axes.patches}
     np.testing.assert_allclose(steps["yield strength"].values, stored.strength / 1e9, rtol=1e-6)
@@ -125,7 +125,7 @@ def test_profile_draws_the_components(pressed) -> None:
 
 
 def test_path_tells_loading_from_unloading(released) -> None:
-    figure = volume.path(released)
+    figure = elastoplastic.path(released)
     axes = figure.axes[0]
     lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
     loading, unloading = (
@@ -143,7 +143,7 @@ def test_path_tells_loading_from_unloading(released) -> None:
 
 
 def test_convergence_draws_every_iteration(released) -> None:
-    axes = volume.convergence(released).axes[0]
+    axes = elastoplastic.convergence(released).axes[0]
     *lines, tolerance = axes.get_lines()
     assert len(lines) == len(released.increments)
     drawn = np.concatenate([line.get_xydata() for line in lines])
@@ -156,12 +156,12 @@ def test_convergence_draws_every_iteration(released) -> None:
 def test_convergence_shows_residuals_that_grow_at_first(pressed) -> None:
     # Acceleration may raise the residual far above that of the first iteration.
     step = dataclasses.replace(pressed.increments[0], residuals=(0.01, 0.5, 1e-5))
-    axes = volume.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
+    axes = elastoplastic.convergence(dataclasses.replace(pressed, increments=(step,))).axes[0]
     assert axes.get_ylim()[1] > 0.5
 
 
 def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released) -> None:
-    axes = volume.residual_displacement(pressed).axes[0]
+    axes = elastoplastic.residual_displacement(pressed).axes[0]
     (image,) = axes.images
     np.testing.assert_allclose(image.get_array(), 1e9 * pressed.residual_displacement)
     low, high = image.get_clim()
@@ -171,7 +171,7 @@ def test_displacement_is_centred_on_zero_and_shows_the_contact(pressed, released
     touching = pressed.contact.contact
     ends = np.flatnonzero(touching.any(axis=0))[[0, -1]] + [0, 1]
     assert [pixels[:, 0].min(), pixels[:, 0].max()] == pytest.approx((0.5 * ends).tolist())
-    (line,) = volume.residual_displacement(released).axes[0].collections
+    (line,) = elastoplastic.residual_displacement(released).axes[0].collections
     assert len(line.get_segments()) == 0
 
 
@@ -185,4 +185,4 @@ def test_a_result_that_did_not_converge_says_so(pressed) -> None:
 @pytest.mark.parametrize("width", [0.0, -1e-6, np.inf, np.nan])
 def test_bad_widths(pressed, width: float) -> None:
     with pytest.raises(InputError, match="width"):
-        volume.section(pressed, width=width)
+        elastoplastic.section(pressed, width=width)

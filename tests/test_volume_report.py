@@ -15,16 +15,15 @@ from matplotlib.figure import Figure
 import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
-from roughcontact.plots import volume as volume_plots
+from roughcontact.plots import elastoplastic as volume_plots
 from roughcontact.report import (
-    assumptions_volume,
+    assumptions,
+    elastoplastic as volume_report,
+    kinds,
     page as layout,
-    regimes,
-    results,
-    volume as volume_report,
-    wording,
+    phrases,
 )
-from roughcontact.report.page import Addition, Edition
+from roughcontact.report.page import Edition, ExtraChapter
 from roughcontact.units import engineering, percent
 
 DAY = datetime.date(2024, 2, 29)
@@ -72,7 +71,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
     ):
         assert f'class="value">{value}<' in text
     assert f"Regime: {pressed.regime}." in page
-    assert regimes.volume_regime(pressed) in page
+    assert phrases.volume_regime(pressed) in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [
         "Input and preparation", "Roughness of the prepared surface", "Materials and load",
@@ -88,7 +87,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
         assert f"{step.residual:.1e}" in page
     assert f"{pressed.contact.certificate:.1e}" in page
     assert f"{pressed.yield_excess:+.1e}" in page
-    for statement in assumptions_volume.statements(pressed, contact.spots()):
+    for statement in assumptions.volume_statements(pressed, contact.spots()):
         assert statement.text in page
     assert "Looked at, without cause for a caution: convergence, stress against" in page
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
@@ -124,8 +123,8 @@ def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tm
     assert pressed.largest_pressure is None
     path = tmp_path / "released.nc"
     released.save(path)
-    for result in (released, rc.load_result(path)):
-        drawings = results.drawings(result)
+    for result in (released, rc.read_result(path)):
+        drawings = kinds.drawings(result)
         (axes,) = (axes for axes in drawings["pressure"]().axes if axes.images)
         assert "at 350 mN, largest" in axes.get_title()
         drawn = axes.images[0].get_array()
@@ -145,7 +144,7 @@ def test_the_file_stands_alone(pressed, tmp_path: Path) -> None:
     figure = Figure()
     figure.subplots()
     pressed.report(
-        path, "roughcontact solve <b>", [Addition("More", ("& more.",), (), (("A", figure),))]
+        path, "roughcontact solve <b>", [ExtraChapter("More", ("& more.",), (), (("A", figure),))]
     )
     text = path.read_text(encoding="utf-8")
     assert "roughcontact solve &lt;b&gt;" in text
@@ -198,7 +197,7 @@ def test_small_deformations_are_checked(pressed) -> None:
     assert cautions(pressed) == ""
     # By hand: r/R at the rim is √2 times the root mean square over a disc.
     (small,) = [
-        s for s in assumptions_volume.statements(pressed, pressed.contact.spots())
+        s for s in assumptions.volume_statements(pressed, pressed.contact.spots())
         if s.topic == "Small strains"
     ]  # fmt: skip
     told = re.search(r"spot of radius a = ([\d.]+) R", small.text)
@@ -282,4 +281,4 @@ def test_two_bodies_have_a_chapter_each() -> None:
     ],
 )
 def test_laws_in_words(material: rc.Material, words: str) -> None:
-    assert wording.hardening(material) == words
+    assert phrases.hardening(material) == words

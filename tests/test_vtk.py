@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 import written
-from roughcontact.formats import binary, vtk
+from roughcontact.formats import source, vtk
 from written import (
     MAPS,
     PIXEL,
@@ -40,7 +40,7 @@ def volume() -> rc.ElastoplasticResult:
 def test_vtk_holds_all_maps(
     block: int, result: rc.ContactResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(binary, "BLOCK", block)
+    monkeypatch.setattr(source, "BLOCK", block)
     result.save(tmp_path / "out.vti")
     image, arrays = vtk_image(tmp_path / "out.vti")
     assert set(arrays) == MAPS
@@ -122,7 +122,7 @@ def volume_grid(
 def test_the_volume_is_a_grid_of_graded_layers(
     block: int, volume: rc.ElastoplasticResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(binary, "BLOCK", block)
+    monkeypatch.setattr(source, "BLOCK", block)
     volume.save(tmp_path / "out.vtr")
     _, arrays = volume_grid(tmp_path / "out.vtr", volume)
     lower, upper = volume.bodies

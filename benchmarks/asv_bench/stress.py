@@ -43,7 +43,7 @@ class Summary:
         self.depths = np.concatenate([[0], np.geomspace(0.5, 0.6 * points, 31)])
 
     def time_summary(self, points, boundary, friction):
-        stress_summary.summarise(
+        stress_summary.summarize(
             self.pressure, (1.0, 1.0), 0.3, depths=self.depths, boundary=boundary, friction=friction
         )
 
@@ -72,4 +72,4 @@ class Rough:
         self.pressure = rc.solve(surface, load=1.0, material=STEEL, ceiling=None).pressure
 
     def time_summary(self, points):
-        stress_summary.summarise(self.pressure, self.pixel, 0.3)
+        stress_summary.summarize(self.pressure, self.pixel, 0.3)

@@ -5,7 +5,7 @@ import numpy as np
 
 import atlas
 import atlas_fit
-from roughcontact.joint import formulas
+from roughcontact.joint import estimate
 from roughcontact.theory import greenwood_williamson as gw
 
 cases = atlas_fit.read(atlas.CEILING)
@@ -15,10 +15,10 @@ elastic = plain & (groups.ratio < 0.2)
 
 pressure = np.geomspace(2e-3, 0.5, 120)
 breadth = 3.0
-line = formulas.Groups(
+line = estimate.Groups(
     pressure, *(np.full_like(pressure, value) for value in (0.0, breadth, 0.95, 0.0, 0.0))
 )
-atlas_of = formulas.stored()
+atlas_of = estimate.stored()
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")
 
 contact = cases.found["contact"]
@@ -29,7 +29,7 @@ left.semilogx(
 formula = atlas_of.formula("contact", True).value(line)
 left.semilogx(pressure, formula / pressure, color="#0072b2", label="formula")
 left.semilogx(
-    pressure, formulas.theory_contact(line) / pressure, "--", color="#009e73", label="Persson"
+    pressure, estimate.theory_contact(line) / pressure, "--", color="#009e73", label="Persson"
 )
 middle.semilogx(
     groups.pressure[elastic], cases.found["gap"][elastic], "o", color="0.6", ms=3, label="computed"
@@ -57,12 +57,12 @@ for index, shade in ((3, 0.4), (12, 0.65), (60, 0.95)):
         ms=3,
     )
     share = np.geomspace(3e-3, 0.85, 80)
-    at = formulas.Groups(
+    at = estimate.Groups(
         share / ratio, *(np.full_like(share, value) for value in (ratio, breadth, 0.95, 0.0, 0.0))
     )
     value = atlas_of.formula("contact", True).value(at)
     right.loglog(share, value, color=plt.cm.Blues(shade), label=f"E* h′/σ_Y = {index}")
-    right.loglog(share, formulas.theory_contact(at), "--", color="#009e73", lw=1)
+    right.loglog(share, estimate.theory_contact(at), "--", color="#009e73", lw=1)
 right.loglog([3e-3, 1], [3e-3, 1], color="0.6", lw=0.8)
 left.set(xlabel="p̄/(E* h′)", title="elastic: (A/A₀)/(p̄/(E* h′))", ylim=(0.8, 3.2))
 middle.set(xlabel="p̄/(E* h′)", title="elastic: mean gap/Sq", ylim=(0, 3))

@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact import load_curve
+from roughcontact.studies import load_curve
 
 POINTS = 512
 
@@ -34,10 +34,8 @@ surface = rc.Surface(heights, pixel)
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 loads = load_curve.spaced(0.3, 300, 10)
 curves = {
-    "elastic": rc.load_curve(
-        surface, material=steel, loads=loads, ceiling=None, boundary="periodic"
-    ),
-    "ceiling 3 GPa": rc.load_curve(
+    "elastic": rc.sweep(surface, material=steel, loads=loads, ceiling=None, boundary="periodic"),
+    "ceiling 3 GPa": rc.sweep(
         surface,
         material=steel,
         loads=[w for w in loads if w < 0.99 * 3e9 * side**2],

@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact import study
+from roughcontact.studies import resolution_study
 from roughcontact.surface import shapes
 
 POINTS = 256
@@ -60,7 +60,7 @@ for axes, (name, found) in zip(panels, studies.items(), strict=True):
     sizes = [grid.pixel[0] * 1e6 for grid in found.grids]
     for key, mark in (("contact_fraction", "o-"), ("max_pressure", "s--"), ("mean_pressure", "^:")):
         values = np.array([getattr(grid, key) for grid in found.grids]) / getattr(measured, key)
-        axes.plot(sizes, values, mark, ms=5, label=study.QUANTITIES[key])
+        axes.plot(sizes, values, mark, ms=5, label=resolution_study.QUANTITIES[key])
     axes.axhspan(0.95, 1.05, color="0.92", zorder=0)
     axes.axvline(pixel[0] * 1e6, color="0.6", lw=0.8, ls=":")
     axes.set_xscale("log")

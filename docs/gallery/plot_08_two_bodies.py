@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.surface import nominal, registration
+from roughcontact.surface import nominal_bodies, placement
 from roughcontact.theory import hertz
 
 POINTS = 256
@@ -49,14 +49,12 @@ def roughness(points: int, rms: float, seed: int) -> rc.Surface:
 
 def pressed(rms: float) -> rc.ContactResult:
     """Press one rough cylinder across the other."""
-    first, second = registration.matched(
-        roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2)
-    )
+    first, second = placement.matched(roughness(POINTS, rms, 1), roughness(POINTS * 3 // 4, rms, 2))
     lower = first.masked().with_form(
-        nominal.cylinder(radius=radius, angle=0, shape=first.shape, pixel=first.pixel)
+        nominal_bodies.cylinder(radius=radius, angle=0, shape=first.shape, pixel=first.pixel)
     )
     upper = second.masked().with_form(
-        nominal.cylinder(radius=radius, angle=90, shape=first.shape, pixel=first.pixel)
+        nominal_bodies.cylinder(radius=radius, angle=90, shape=first.shape, pixel=first.pixel)
     )
     return rc.solve(lower, counter_surface=upper, material=steel, counter_material=steel, load=load)
 

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.material import catalogue, hardness
+from roughcontact.material import catalog, hardness
 from roughcontact.theory import persson
 
 POINTS = 256
@@ -27,7 +27,7 @@ names = ("100Cr6", "42CrMo4", "X5CrNi18-10", "6061-T6", "Ti-6Al-4V", "Al2O3", "P
 results = {}
 print("material      ceiling      contact   saturated   regime")
 for name in names:
-    material = catalogue.material(name)
+    material = catalog.material(name)
     result = rc.solve(surface, material=material, load=load)
     results[name] = result
     print(
@@ -44,7 +44,7 @@ for name in names:
 
 figure, axes = plt.subplots(figsize=(7.5, 4), layout="constrained")
 ratios = {}
-for entry in catalogue.entries():
+for entry in catalog.entries():
     if entry.yield_strength is None or entry.hardness is None:
         continue
     ratios[entry.key] = hardness.ceiling(entry.hardness.text) / entry.yield_strength.value
@@ -99,7 +99,7 @@ axes.set(xscale="log", yscale="log", xlim=(0.5, 200), ylim=(3e-3, 5))
 axes.set(xlabel=r"plasticity index $E^* h'/\sigma_Y$", ylabel=r"mean pressure $\bar p/\sigma_Y$")
 axes.set_title("Share of the contact that is saturated", loc="left", fontsize=11)
 for name in ("100Cr6", "42CrMo4", "6061-T6", "X5CrNi18-10", "PEEK"):
-    strength = catalogue.material(name).yield_strength
+    strength = catalog.material(name).yield_strength
     place = (results[name].contact_modulus * surface.Sdq / strength, load / area / strength)
     axes.plot(*place, "D", color="k", ms=5)
     axes.annotate(name, place, xytext=(-4, 6), textcoords="offset points", ha="right", fontsize=9)

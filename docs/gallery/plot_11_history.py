@@ -16,8 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.history import passes
-from roughcontact.contact.load_history import load_history
+from roughcontact.studies.load_history import history as load_history, repeat_stages
 
 POINTS = 256
 
@@ -63,14 +62,18 @@ figure_indented.colorbar(image, label="permanent indentation [nm]")
 # place leaves its load to others at the next: running-in takes many passes, and each of them
 # finds less to flatten.
 
-counter_heights, _ = rc.reference_map(POINTS, rng_seed=7)
+counter_heights, _ = rc.reference_map(POINTS, rng=7)
 counter = rc.Surface(0.3 * counter_heights, pixel)
 places, rounds = 8, 3
 count = places * rounds
 still = load_history(
-    surface, passes([1.0, 0.0], count), material=steel, counter_surface=counter, boundary="periodic"
+    surface,
+    repeat_stages([1.0, 0.0], count),
+    material=steel,
+    counter_surface=counter,
+    boundary="periodic",
 )
-around = passes([1.0, 0.0], places, shift=(0.0, surface.size[1] / places)) * rounds
+around = repeat_stages([1.0, 0.0], places, shift=(0.0, surface.size[1] / places)) * rounds
 moving = load_history(
     surface,
     around,

@@ -185,8 +185,10 @@ panels[0].legend(frameon=False, fontsize=8)
 
 laws = {
     "perfect": steel,
-    "linear, $H = E/50$": rc.Material(210e9, 0.3, hardening=rc.Linear(1e9, 210e9 / 50)),
-    "bearing steel, Swift": rc.Material(210e9, 0.3, hardening=rc.Swift(1240e6, 30, 0.085)),
+    "linear, $H = E/50$": rc.Material(210e9, 0.3, hardening=rc.hardening.Linear(1e9, 210e9 / 50)),
+    "bearing steel, Swift": rc.Material(
+        210e9, 0.3, hardening=rc.hardening.Swift(1240e6, 30, 0.085)
+    ),
 }
 steps = (3, 12, 40, 120, 300)
 figure_laws, panels = plt.subplots(1, 3, figsize=(11, 4), layout="constrained")
@@ -237,14 +239,14 @@ index = 12
 young = 210e9
 print("law       nominal p/σ_Y   contact   error of the area: at 3 σ_Y   recommended  (factor)")
 for axes, (name, law) in zip(
-    panels, (("perfect", None), ("Swift", rc.Swift(1240e6, 30, 0.085))), strict=False
+    panels, (("perfect", None), ("Swift", rc.hardening.Swift(1240e6, 30, 0.085))), strict=False
 ):
     strength = rough.Sdq * young / 0.91 / index
     if law is None:
         body = rc.Material(young, 0.3, strength)
     else:
         # The same law, scaled to the strength wanted.
-        swift = rc.Swift(1240e6 * strength / law.initial, 30, 0.085)
+        swift = rc.hardening.Swift(1240e6 * strength / law.initial, 30, 0.085)
         body = rc.Material(young, 0.3, hardening=swift)
     loads = nominal * body.yield_strength * rough.size[0] * rough.size[1]
     both = rc.compare_models(

@@ -20,8 +20,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.history import Stage
-from roughcontact.surface import nominal
+from roughcontact.studies.load_history import Stage
+from roughcontact.surface import nominal_bodies
 
 POINTS = 96
 PASSES, STEPS = 10, 16
@@ -29,10 +29,10 @@ LENGTH, RADIUS, HERTZ = 200e-6, 2e-3, 1.5e9
 
 grid = {"shape": (POINTS // 4, POINTS), "pixel": (LENGTH / POINTS, LENGTH / POINTS)}
 ground = rc.generate(
-    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, seed=4
+    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, rng=4
 )
-roller = nominal.cylinder(radius=RADIUS, angle=90.0, **grid)
-steel = rc.Material(young=210e9, poisson=0.3, hardening=rc.Linear("1.7 GPa", "20 GPa"))
+roller = nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **grid)
+steel = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1.7 GPa", "20 GPa"))
 load = math.pi * HERTZ**2 * RADIUS / rc.contact_modulus(steel, rc.RIGID) * LENGTH / 4
 
 # %%
@@ -99,7 +99,7 @@ compression = rolled.passes[-1].in_plane_stress
 stages = [Stage(load, shift=(0.0, LENGTH * step / STEPS)) for step in range(STEPS)]
 capped, surface = [], ground
 for _ in range(PASSES):
-    history = rc.load_history(
+    history = rc.history(
         surface, stages, material=steel, counter_surface=roller, boundary="periodic"
     )
     surface = history.residual

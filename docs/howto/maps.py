@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from roughcontact.surface import synthetic
+from roughcontact.surface import random_surfaces
 
 SIDE = 1e-4
 
@@ -67,7 +67,7 @@ def raceway(points: tuple[int, int] = (256, 160), pixel: float = 2e-6) -> np.nda
     """
     ny, nx = points
     side = max(points)
-    even = synthetic.self_affine(
+    even = random_surfaces.self_affine(
         (side, side),
         (pixel, pixel),
         rms_height=1.0,
@@ -86,14 +86,14 @@ def main() -> None:
     """Write all maps into the current folder, and make one for the figures of the pages."""
     Path("maps").mkdir(exist_ok=True)
     points = 256
-    heights, (pixel, _) = synthetic.reference_map(points)
+    heights, (pixel, _) = random_surfaces.reference_map(points)
     tilt = np.linspace(0, 1.5e-6, points)
     holes = np.random.default_rng(3).random(heights.shape) < 2e-3
     ground = np.where(holes, np.nan, heights + tilt)
     save(Path("ground.sdf"), ground, pixel)
     points = 200
     pixel = SIDE / points
-    lapped = synthetic.self_affine(
+    lapped = random_surfaces.self_affine(
         (points, points),
         (pixel, pixel),
         rms_height=0.05e-6,
@@ -104,7 +104,7 @@ def main() -> None:
     save(Path("lapped.sdf"), lapped, pixel)
     for name, rms_height, seed in (("turned", 0.12e-6, 11), ("honed", 0.09e-6, 21)):
         for number in range(3):
-            piece = synthetic.self_affine(
+            piece = random_surfaces.self_affine(
                 (points, points),
                 (pixel, pixel),
                 rms_height=rms_height,

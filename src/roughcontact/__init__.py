@@ -9,14 +9,15 @@ def __getattr__(name):
     # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
     import lazy_loader
 
-    from roughcontact.renamed import OLD, found
-
-    def known(name):
-        return found(name) if name in OLD else offered(name)
+    from roughcontact.deprecated import NAMES, renamed
 
     offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
-    globals().update(__getattr__=known, __dir__=listed, __all__=["__version__", *names])
-    return globals()[name] if name in globals() else known(name)
+
+    def offer(name):
+        return renamed(name) if name in NAMES and name not in names else offered(name)
+
+    globals().update(__getattr__=offer, __dir__=listed, __all__=["__version__", *names])
+    return globals()[name] if name in globals() else offer(name)
 
 
 def __dir__():

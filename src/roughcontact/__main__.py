@@ -16,11 +16,7 @@ _OBJECTS, _ROUNDS = 50_000, 20
 
 
 def main() -> int:
-    """Run the command line; return its exit status.
-
-    Ctrl-C ends it in one line from here on, while modules are still being loaded, and the user's
-    settings of Matplotlib, which may ask for what is not there, do not reach it.
-    """
+    """Run the command line; return its exit status."""
     heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if heard:
         signal.signal(signal.SIGINT, lambda number, frame: _leave())
@@ -58,9 +54,9 @@ def _leave() -> None:
 def _settle_figures() -> None:
     """Have figures drawn into files alone, with Matplotlib's own settings."""
     os.environ["MPLBACKEND"] = "agg"
-    found = importlib.util.find_spec("matplotlib")
-    if found is not None and found.origin is not None:
-        own = os.path.join(os.path.dirname(found.origin), "mpl-data", "matplotlibrc")
+    result = importlib.util.find_spec("matplotlib")
+    if result is not None and result.origin is not None:
+        own = os.path.join(os.path.dirname(result.origin), "mpl-data", "matplotlibrc")
         os.environ["MATPLOTLIBRC"] = own
 
 

@@ -11,6 +11,7 @@ from itertools import chain, repeat
 from numbers import Integral, Real
 from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
 
+from roughcontact import deprecated
 from roughcontact.errors import InputError, shown
 
 P = ParamSpec("P")
@@ -31,31 +32,7 @@ class _Kind(NamedTuple):
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function refuse arguments that its annotations do not name.
-
-    One value stands for a list of one, and a name of the catalogue for a material. Ranges and
-    dimensions are left to the function.
-
-    Parameters
-    ----------
-    function : callable
-        Its annotations are texts; what is unknown of them is not checked.
-
-    Returns
-    -------
-    callable
-        The same function, which raises `InputError` for what it cannot take.
-
-    Examples
-    --------
-    >>> @checked
-    ... def doubled(value: float) -> float:
-    ...     return 2 * value
-    >>> doubled("0.1")
-    Traceback (most recent call last):
-    ...
-    roughcontact.errors.InputError: value must be a number, got '0.1'
-    """
+    """Let a function refuse arguments that its annotations do not name."""
     code = function.__code__
     names = code.co_varnames[: code.co_argcount]
 
@@ -64,28 +41,18 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         known = _known(function)
         # Python says itself what is too many.
         each = zip(chain(names, repeat("")), positional, strict=False)
-        given: Any = [_taken(known.get(name, []), name, value) for name, value in each]
+        specified: Any = [_taken(known.get(name, []), name, value) for name, value in each]
         others: Any = {
-            name: _taken(known.get(name, []), name, value) for name, value in named.items()
+            name: _taken(known.get(name, []), name, value)
+            for name, value in deprecated.arguments(function.__name__, named).items()
         }
-        return function(*given, **others)
+        return function(*specified, **others)
 
     return call
 
 
 def checked_methods(kind: type[T]) -> type[T]:
-    """Let the public methods of a class, and what makes one, be `checked`.
-
-    Parameters
-    ----------
-    kind : type
-        The class.
-
-    Returns
-    -------
-    type
-        The same class.
-    """
+    """Let the public methods of a class, and what makes one, be `checked`."""
     for name, method in list(vars(kind).items()):
         if isinstance(method, types.FunctionType) and (name == "__init__" or name[0] != "_"):
             setattr(kind, name, checked(method))
@@ -93,30 +60,7 @@ def checked_methods(kind: type[T]) -> type[T]:
 
 
 def both(value: Any, name: str) -> tuple[Any, Any]:
-    """Return what is given for y and x as a pair; one value stands for both.
-
-    Parameters
-    ----------
-    value : object
-        A number, or two of them.
-    name : str
-        The argument, which errors carry.
-
-    Returns
-    -------
-    tuple
-        Two numbers.
-
-    Raises
-    ------
-    InputError
-        If there are not one or two.
-
-    Examples
-    --------
-    >>> both(32, "shape"), both([2e-6, 1e-6], "pixel")
-    ((32, 32), (2e-06, 1e-06))
-    """
+    """Return what is given for y and x as a pair; one value stands for both."""
     if isinstance(value, Real):
         return (value, value)
     if not isinstance(value, Iterable) or len(pair := tuple(value)) != 2:
@@ -128,13 +72,13 @@ def both(value: Any, name: str) -> tuple[Any, Any]:
 def _known(function: Callable[..., Any]) -> dict[str, list[_Kind]]:
     """Return what each argument may be; nothing where that is unknown."""
     scope, usual = getattr(function, "__globals__", {}), inspect.signature(function).parameters
-    found = {}
+    result = {}
     for name, annotation in function.__annotations__.items():
-        found[name] = _kinds(ast.parse(annotation, mode="eval").body, scope)
+        result[name] = _kinds(ast.parse(annotation, mode="eval").body, scope)
         if name in usual and isinstance(usual[name].default, str):
             such = _TEXT._replace(words=f"{_TEXT.words} such as {usual[name].default!r}")
-            found[name] = [such if kind is _TEXT else kind for kind in found[name]]
-    return found
+            result[name] = [such if kind is _TEXT else kind for kind in result[name]]
+    return result
 
 
 def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
@@ -145,11 +89,11 @@ def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
         value = value.item()
     for kind in kinds:
-        if (found := kind.taken(value)) is not _NO:
-            return found
+        if (result := kind.taken(value)) is not _NO:
+            return result
     for kind in kinds:
-        if kind.several and (found := kind.taken([value])) is not _NO:
-            return found
+        if kind.several and (result := kind.taken([value])) is not _NO:
+            return result
     wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds if kind.words))
     raise InputError(f"must be {wanted}, got {_found(kinds, value)}", argument=name, value=value)
 
@@ -157,9 +101,9 @@ def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
 def _found(kinds: list[_Kind], value: Any) -> str:
     """Return what was given, or the first item of a list that cannot be used."""
     lists = [kind for kind in kinds if kind.several]
-    for number, one in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):
-        if all(kind.taken([one]) is _NO for kind in lists):
-            return f"{shown(one)} as number {number}"
+    for number, item in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):
+        if all(kind.taken([item]) is _NO for kind in lists):
+            return f"{shown(item)} as number {number}"
     return shown(value)
 
 
@@ -188,13 +132,13 @@ def _series(items: list[_Kind], length: int | None = None, lazy: bool = False) -
             return _NO
         if lazy and isinstance(value, Iterator):
             return value
-        found = [next((got for item in items if (got := item.taken(one)) is not _NO), _NO)
-                 for one in value]  # fmt: skip
-        if any(one is _NO for one in found):
+        result = [next((got for item in items if (got := item.taken(entry)) is not _NO), _NO)
+                 for entry in value]  # fmt: skip
+        if any(item is _NO for item in result):
             return _NO
         if length is None:
-            return found
-        return tuple(found) if len(found) == length else _NO
+            return result
+        return tuple(result) if len(result) == length else _NO
 
     each = " or ".join(item.words for item in items)
     words = f"a list, each {each}" if length is None else f"{length} values, each {each}"
@@ -204,18 +148,20 @@ def _series(items: list[_Kind], length: int | None = None, lazy: bool = False) -
 def _instance(text: str, scope: dict[str, Any]) -> list[_Kind]:
     """Return the classes that a name means where the function stands."""
     first, *rest = text.partition("[")[0].split(".")
-    found: Any = functools.reduce(lambda at, name: getattr(at, name, None), rest, scope.get(first))
-    found = get_origin(found) or found
-    classes = get_args(scope[first]) if found is types.UnionType else (found,)
-    if found is Any or not all(isinstance(one, type) for one in classes):
+    result: Any = functools.reduce(
+        lambda index, name: getattr(index, name, None), rest, scope.get(first)
+    )
+    result = get_origin(result) or result
+    classes = get_args(scope[first]) if result is types.UnionType else (result,)
+    if result is Any or not all(isinstance(item, type) for item in classes):
         return []
 
     def taken(value: Any) -> Any:
-        if isinstance(value, str) and hasattr(found, "_named"):
-            return found._named(value)
+        if isinstance(value, str) and hasattr(result, "_named"):
+            return result._named(value)
         return value if isinstance(value, classes) else _NO
 
-    return [_Kind(f"a {one.__name__}", taken) for one in classes]
+    return [_Kind(f"a {item.__name__}", taken) for item in classes]
 
 
 def _of(*classes: type) -> Callable[[Any], Any]:
@@ -248,8 +194,8 @@ def _quantities(value: Any) -> Any:
     """Return numbers of an array as they are, and those of a list one by one."""
     if hasattr(value, "m_as") or getattr(getattr(value, "dtype", None), "kind", "") in tuple("fiu"):
         return value if len(getattr(value, "shape", (1,))) == 1 else _NO
-    found = _LISTED.taken(value)
-    return tuple(found) if isinstance(value, tuple) and found is not _NO else found
+    result = _LISTED.taken(value)
+    return tuple(result) if isinstance(value, tuple) and result is not _NO else result
 
 
 def _array(value: Any) -> Any:

@@ -15,19 +15,11 @@ from numbers import Integral, Real
 
 
 @dataclass(frozen=True)
-class Mention:
-    """An argument of the public face within a sentence.
+class ArgumentRef:
+    """An argument of the public face within a sentence."""
 
-    Parameters
-    ----------
-    name : str
-        As Python spells it: ``"max_iterations"``.
-    value : object, optional
-        A setting of it that the sentence advises or speaks of.
-    """
-
-    name: str
-    value: object = None
+    name: str  # As Python spells it: `"max_iterations"`
+    value: object = None  # A setting of it that the sentence advises or speaks of
 
     def __str__(self) -> str:
         """Return it as Python writes it: ``precision="single"``."""
@@ -37,64 +29,30 @@ class Mention:
         return f"{self.name}={value}"
 
 
-Part = str | Mention
+Part = str | ArgumentRef
 
-Spell = Callable[[Mention], str]
+Spell = Callable[[ArgumentRef], str]
 """Returns the words of one edge for an argument."""
 
 
-def worded(parts: tuple[Part, ...], spell: Spell = str) -> str:
-    """Return a sentence in the words of one edge.
-
-    Parameters
-    ----------
-    parts : tuple of str and Mention
-        What it says.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-
-    Returns
-    -------
-    str
-        The sentence.
-
-    Examples
-    --------
-    >>> worded(("give ", Mention("precision", "single")))
-    'give precision="single"'
-    """
+def render_message(parts: tuple[Part, ...], spell: Spell = str) -> str:
+    """Return a sentence in the words of one edge."""
     return "".join(part if isinstance(part, str) else spell(part) for part in parts)
 
 
 class Sentence(str):
-    """A text in the words of Python that still knows the arguments it mentions.
+    """A text in the words of Python that still knows the arguments it mentions."""
 
-    Parameters
-    ----------
-    *parts : str or Mention
-        What it says.
-
-    Attributes
-    ----------
-    parts : tuple of str and Mention
-        The same, for the words of another edge; see `parts_of`.
-
-    Examples
-    --------
-    >>> Sentence("give ", Mention("precision", "single"))
-    'give precision="single"'
-    """
-
-    parts: tuple[Part, ...]
+    parts: tuple[Part, ...]  # The same, for the words of another edge
 
     def __new__(cls, *parts: Part) -> Sentence:
         """Word the parts."""
-        text = super().__new__(cls, worded(parts))
+        text = super().__new__(cls, render_message(parts))
         text.parts = parts
         return text
 
 
-def parts_of(text: str) -> tuple[Part, ...]:
+def message_parts(text: str) -> tuple[Part, ...]:
     """Return the parts of a `Sentence`, or any other text as one part."""
     return text.parts if isinstance(text, Sentence) else (text,)
 
@@ -125,11 +83,13 @@ class RoughcontactError(Exception):
     @property
     def sentence(self) -> tuple[Part, ...]:
         """The whole message in pieces, to say it within another one."""
-        return self.parts if self.argument is None else (Mention(self.argument), " ", *self.parts)
+        return (
+            self.parts if self.argument is None else (ArgumentRef(self.argument), " ", *self.parts)
+        )
 
     def worded(self, spell: Spell = str) -> str:
         """Return the message in the words of one edge; see `worded`."""
-        return worded(self.sentence, spell)
+        return render_message(self.sentence, spell)
 
     def __str__(self) -> str:
         """Return the message in the words of Python."""
@@ -166,7 +126,7 @@ class ConvergenceError(RoughcontactError, RuntimeError):
     """
 
     def __init__(self, message: str, result: object) -> None:
-        super().__init__(*parts_of(message))
+        super().__init__(*message_parts(message))
         self.result = result
 
 
@@ -201,12 +161,12 @@ def require_positive(**values: float) -> None:
             )
 
 
-def require_count(least: int, most: int, **values: object) -> None:
+def require_count(minimum: int, maximum: int, **values: object) -> None:
     """Raise `InputError`, naming argument and value, unless all values are whole and in range."""
     for name, value in values.items():
-        if not isinstance(value, Integral) or not least <= int(value) <= most:
+        if not isinstance(value, Integral) or not minimum <= int(value) <= maximum:
             raise InputError(
-                f"must be a whole number from {least} to {most}, got {shown(value)}",
+                f"must be a whole number from {minimum} to {maximum}, got {shown(value)}",
                 argument=name,
                 value=value,
             )

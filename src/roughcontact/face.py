@@ -6,29 +6,29 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from roughcontact.contact.cautions import Caution
+    from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
+    from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection, LayerProfile
+    from roughcontact.elastoplastic.result import ElastoplasticResult
     from roughcontact.joint.estimate import Estimate
     from roughcontact.material.material import Material
     from roughcontact.references import References
-    from roughcontact.volume.profiles import DepthProfile, DepthSection, LayerProfile
-    from roughcontact.volume.result import ElastoplasticResult
 
 Path = str | os.PathLike[str]
 
 
 def text(shown: object) -> str:
     """Return the headline numbers, one line each."""
-    from roughcontact.report import glance
+    from roughcontact.report import headline
 
-    return glance.text(shown)
+    return headline.text(shown)
 
 
 def html(shown: object) -> str:
     """Return the headline numbers as HTML."""
-    from roughcontact.report import glance
+    from roughcontact.report import headline
 
-    return glance.html(shown)
+    return headline.html(shown)
 
 
 def plots(shown: object) -> Any:
@@ -51,43 +51,43 @@ def explore(shown: Any) -> Any:
 
 def save(shown: Any, path: Path) -> None:
     """Write a file in the format that its suffix names."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
 
-    results.save(shown, path)
+    kinds.save(shown, path)
 
 
 def summary(shown: object) -> dict[str, Any]:
     """Return the numbers by name."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
 
-    return results.summary(shown)
+    return kinds.summary(shown)
 
 
 def references(shown: object) -> References:
     """Return the papers."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
 
-    return results.references(shown)
+    return kinds.references(shown)
 
 
 def report(shown: Any, path: Path, command: str, **more: Any) -> None:
     """Write a report."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
     from roughcontact.report.page import Edition
 
-    results.report(shown, path, Edition(command), **more)
+    kinds.report(shown, path, Edition(command), **more)
 
 
 def contact_cautions(shown: ContactResult) -> tuple[Caution, ...]:
     """Return what a reader of a contact has to know."""
-    from roughcontact.contact import judgment
+    from roughcontact.contact.plausibility import cautions
 
-    return judgment.cautions(shown)
+    return cautions(shown)
 
 
 def volume_cautions(shown: ElastoplasticResult) -> tuple[Caution, ...]:
     """Return what a reader of a contact with its volume has to know."""
-    from roughcontact.volume import judgment
+    from roughcontact.elastoplastic import plausibility as judgment
 
     return judgment.cautions(shown)
 
@@ -96,7 +96,7 @@ def elastic(shown: ContactResult) -> ContactResult:
     """Return the same contact without a ceiling."""
     from roughcontact.contact import solve
 
-    return solve.elastic(shown)
+    return solve.without_ceiling(shown)
 
 
 def stiffness(shown: ContactResult) -> float:
@@ -115,27 +115,27 @@ def estimate(shown: ContactResult) -> Estimate | None:
 
 def profile(shown: ElastoplasticResult, point: tuple[int, int] | None, body: int) -> DepthProfile:
     """Return plastic strain and stress over the depth."""
-    from roughcontact.volume import depth
+    from roughcontact.elastoplastic import result
 
-    return depth.profile(shown, point, body)
+    return result.profile(shown, point, body)
 
 
 def section(shown: ElastoplasticResult, along: str, index: int | None, body: int) -> DepthSection:
     """Return plastic strain and stress on a vertical plane."""
-    from roughcontact.volume import depth
+    from roughcontact.elastoplastic import result
 
-    return depth.cut(shown, along, index, body)
+    return result.cut(shown, along, index, body)
 
 
 def layers(shown: ElastoplasticResult, body: int) -> LayerProfile:
     """Return what each layer holds at most."""
-    from roughcontact.volume import depth
+    from roughcontact.elastoplastic import result
 
-    return depth.layers(shown, body)
+    return result.layers(shown, body)
 
 
 def material(name: str) -> Material:
     """Return a material of the catalogue."""
-    from roughcontact.material import catalogue
+    from roughcontact.material import catalog
 
-    return catalogue.material(name)
+    return catalog.material(name)

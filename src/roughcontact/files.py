@@ -1,19 +1,36 @@
-"""Files that are whole or not there, places where they may go, and JSON."""
+"""Files that are whole or not there, places where they may go, and JSON.
+
+`atomic_write`: The bytes go to a hidden file in the same folder, which is locked as long as it
+is written to. One without a lock was left by a process that was killed, and the next writer
+removes it if it comes upon it among the first files of the folder.
+
+`file_lock`: The lock is that of the system on an open file (``flock``, on Windows
+``msvcrt.locking``). Where a file system has none, everybody holds it.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import itertools
 import json
 import math
 import os
 import re
+import select
+import stat
+import sys
+import tempfile
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from roughcontact.errors import InputError
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughcontact.errors import FormatError, InputError
 
 try:
     import fcntl
@@ -29,32 +46,8 @@ _FEW = 1000
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
-    """Give a stream whose bytes become a file at the end, all of them or none.
-
-    Parameters
-    ----------
-    path : str or path
-        The file wanted.
-
-    Yields
-    ------
-    binary stream
-        Where to write; it can seek. What was written is on the disk before it gets its name, so
-        that a power cut leaves the old file or the new one.
-
-    Raises
-    ------
-    OSError
-        If the bytes cannot be written; it names the file wanted. Whatever ends the block early
-        leaves the old file, and nothing new.
-
-    Notes
-    -----
-    The bytes go to a hidden file in the same folder, which is locked as long as it is written to.
-    One without a lock was left by a process that was killed, and the next writer removes it if it
-    comes upon it among the first files of the folder.
-    """
+def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
+    """Give a stream whose bytes become a file at the end, all of them or none."""
     target = Path(path)
     try:
         clear(target.parent, _FEW)
@@ -81,39 +74,17 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 
 
 def write(path: str | os.PathLike[str], content: str | bytes | memoryview) -> None:
-    """Write a file, all of it or nothing; see `replacing`.
-
-    Parameters
-    ----------
-    path : str or path
-        The file wanted.
-    content : str or bytes
-        What it is to hold; text in UTF-8.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; an old file survives.
-    """
-    with replacing(path) as stream:
+    """Write a file, all of it or nothing; see `replacing`."""
+    with atomic_write(path) as stream:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def clear(folder: str | os.PathLike[str], most: int | None = None) -> None:
-    """Remove the unfinished files that killed processes left in a folder.
-
-    Parameters
-    ----------
-    folder : str or path
-        The folder. Files that are being written to, by whatever process on whatever machine, are
-        locked and stay; so does everything where there are no locks.
-    most : int, optional
-        Of how many of its files, in no order; by default of all.
-    """
+def clear(folder: str | os.PathLike[str], maximum: int | None = None) -> None:
+    """Remove the unfinished files that killed processes left in a folder."""
     if fcntl is None:
         return
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
-        for entry in itertools.islice(entries, most):
+        for entry in itertools.islice(entries, maximum):
             if _UNFINISHED.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
                 with contextlib.suppress(OSError), open(entry.path, "rb+") as stream:
                     fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -122,19 +93,7 @@ def clear(folder: str | os.PathLike[str], most: int | None = None) -> None:
 
 @contextmanager
 def marked(folder: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a hidden file that is there as long as the block lasts.
-
-    Parameters
-    ----------
-    folder : str or path
-        The folder. Who finds the file by its name sees the same folder, on whatever machine.
-
-    Yields
-    ------
-    Path
-        The file, empty and locked. What a killed process leaves of it is removed by the next
-        writer.
-    """
+    """Give a hidden file that is there as long as the block lasts."""
     stream, path = _begun(Path(folder))
     try:
         with stream:
@@ -170,15 +129,7 @@ def _locked(stream: IO[bytes]) -> bool:
 
 
 def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
-    """Raise `InputError` unless a file is named for a format that it can have.
-
-    Parameters
-    ----------
-    path : str or path
-        The file wanted.
-    *suffixes : str
-        How it may end, such as ``".nc"``.
-    """
+    """Raise `InputError` unless a file is named for a format that it can have."""
     if Path(path).suffix.lower() not in suffixes:
         raise InputError(
             f"must end in {' or '.join(suffixes)}, got {str(path)!r}",
@@ -188,27 +139,7 @@ def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
 
 
 def to_json(values: Mapping[str, Any]) -> str:
-    """Return JSON text.
-
-    Parameters
-    ----------
-    values : mapping
-        Numbers, words, lists and dictionaries of them.
-
-    Returns
-    -------
-    str
-        Text that every reader of JSON takes: what is not finite, of which JSON knows nothing,
-        is ``null``.
-
-    Examples
-    --------
-    >>> print(to_json({"young": float("inf"), "poisson": 0.5}))
-    {
-      "young": null,
-      "poisson": 0.5
-    }
-    """
+    """Return JSON text."""
     return json.dumps(_finite(values), indent=2, allow_nan=False)
 
 
@@ -218,3 +149,169 @@ def _finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_finite(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+# --- Checksums: of arrays and words, however a file stores them, and of files ---
+
+
+def of_array(values: ArrayLike) -> str:
+    """Return the checksum of an array: kind of number, shape, and every bit of it."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biufc":
+        return of_words(["text", array.shape, array.tolist()])
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    result = hashlib.sha256(f"{little.dtype.str} {array.shape} ".encode())
+    result.update(little.reshape(-1).view(np.uint8).data)
+    return result.hexdigest()
+
+
+class Running:
+    """The checksum of an array that comes in parts, as `of_array` would find it."""
+
+    def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
+        self._kind = np.dtype(kind)
+        self._found = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
+
+    def add(self, part: ArrayLike) -> None:
+        """Go on with the next rows."""
+        little = np.ascontiguousarray(part, self._kind)
+        self._found.update(little.reshape(-1).view(np.uint8).data)
+
+    def digest(self) -> str:
+        """Return the checksum of all that has come."""
+        return self._found.hexdigest()
+
+
+def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
+    """Return the checksum of arrays with their names, whatever their order."""
+    return of_words({name: of_array(values) for name, values in arrays.items()})
+
+
+def of_file(path: str | os.PathLike[str]) -> str:
+    """Return the checksum of a file as it stands on the disk."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def of_words(words: Any) -> str:
+    """Return the checksum of words and numbers, whatever their order in mappings."""
+    text = json.dumps(words, sort_keys=True, default=_plain)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON knows for what it does not know."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)
+
+
+# --- Locks that end with their process, however it ends ---
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _take(stream: IO[bytes]) -> None:
+        try:
+            msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+        except OSError:
+            raise BlockingIOError from None
+
+else:
+    import fcntl
+
+    def _take(stream: IO[bytes]) -> None:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:
+            # A file system without locks.
+            pass
+
+
+@contextmanager
+def file_lock(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Hold a lock as long as the block lasts."""
+    file = Path(path)
+    stream = _locks_locked(file)
+    try:
+        yield
+    finally:
+        # Windows removes no open file; elsewhere, once it is unlocked, the file is another's.
+        if sys.platform == "win32":
+            stream.close()
+        with contextlib.suppress(OSError):
+            file.unlink()
+        stream.close()
+
+
+def _locks_locked(file: Path) -> IO[bytes]:
+    """Return the file of a lock, open and locked."""
+    while True:
+        stream = file.open("ab")
+        try:
+            _take(stream)
+            # Its last holder may have removed it before it was locked.
+            if os.path.samestat(os.fstat(stream.fileno()), file.stat()):
+                return stream
+        except FileNotFoundError:
+            pass
+        except BaseException:
+            stream.close()
+            raise
+        stream.close()
+
+
+# --- What is given as a file, as a regular file: one that a reader may open again and search ---
+
+
+MOST = 2**30
+"""Most bytes that a pipe may give; they lie in a temporary file while they are read."""
+
+_BLOCK = 2**20
+# Seconds for whoever waits to write to a named pipe, and now can.
+_PATIENCE = 1.0
+
+
+@contextmanager
+def as_regular_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a regular file for as long as the block takes."""
+    path = Path(path)
+    mode = path.stat().st_mode
+    if stat.S_ISFIFO(mode):
+        with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+            copy = Path(folder) / path.name
+            _copy(path, copy)
+            yield copy
+    elif stat.S_ISREG(mode):
+        yield path
+    else:
+        raise FormatError(f"{path} is no regular file; copy it into one")
+
+
+def _copy(pipe: Path, target: Path) -> None:
+    """Write all that a pipe gives into a file."""
+    size, written_to = 0, False
+    end = time.monotonic() + _PATIENCE
+    # With O_NONBLOCK a named pipe opens at once, and reading tells whether anybody writes to it.
+    with os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source:
+        with target.open("xb") as copy:
+            while size <= MOST:
+                block = source.read(_BLOCK)
+                if block:
+                    size += copy.write(block)
+                elif block is None:
+                    written_to = True
+                    select.select([source], [], [])
+                elif size or written_to:
+                    return
+                elif time.monotonic() > end:
+                    raise FormatError(
+                        f"{pipe} is a pipe that nobody writes to; start what writes to it, or "
+                        "give a file"
+                    )
+                else:
+                    time.sleep(0.01)
+    raise FormatError(
+        f"{pipe} is a pipe that gives more than {MOST / 2**30:.0f} GiB; write that into a file"
+    )

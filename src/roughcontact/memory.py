@@ -1,13 +1,19 @@
-"""How much memory is free, and what to say where a job needs more."""
+"""How much memory is free, and what to say where a job needs more.
+
+`left_in_containers`: A group is bound by the limits of those around it. Inside a container its
+own group may be mounted as the outermost one, so that the path that the kernel names does not
+exist there: the groups that do are looked at. See the kernel's documentation,
+https://docs.kernel.org/admin-guide/cgroup-v2.html and …/cgroup-v1/memory.html.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from roughcontact.errors import InsufficientMemoryError, Part
+from roughcontact.errors import FormatError, InputError, InsufficientMemoryError, Part
 
 GIB = 2**30
 
@@ -36,18 +42,15 @@ _GROUPS = (
 
 
 def free() -> int:
-    """Return the bytes that a new array may take now.
-
-    Returns
-    -------
-    int
-        The least of what the machine has left, the containers around this process, and its own
-        limits of address space and data (``ulimit -v``, ``ulimit -d``).
-    """
+    """Return the bytes that a new array may take now."""
     import psutil
 
-    left = [int(psutil.virtual_memory().available), *left_in_containers(Path("/")), *_left_to_us()]
-    return max(0, min(left))
+    remaining = [
+        int(psutil.virtual_memory().available),
+        *left_in_containers(Path("/")),
+        *_left_to_us(),
+    ]
+    return max(0, min(remaining))
 
 
 def held() -> int:
@@ -58,26 +61,7 @@ def held() -> int:
 
 
 def left_in_containers(root: Path) -> Iterator[int]:
-    """Yield the bytes that each control group around this process leaves it.
-
-    Parameters
-    ----------
-    root : Path
-        Folder that holds ``proc`` and ``sys``.
-
-    Yields
-    ------
-    int
-        Limit less use, files that can be dropped not counted as used; of every group that has a
-        limit, from the innermost out. Nothing where there are no control groups.
-
-    Notes
-    -----
-    A group is bound by the limits of those around it. Inside a container its own group may be
-    mounted as the outermost one, so that the path that the kernel names does not exist there: the
-    groups that do are looked at. See the kernel's documentation,
-    https://docs.kernel.org/admin-guide/cgroup-v2.html and …/cgroup-v1/memory.html.
-    """
+    """Yield the bytes that each control group around this process leaves it."""
     try:
         lines = (root / "proc/self/cgroup").read_text("utf-8").splitlines()
     except OSError:
@@ -128,33 +112,16 @@ def _left_to_us() -> Iterator[int]:
         # Windows has none.
         return
     for limit, kind in ((resource.RLIMIT_AS, "vms"), (resource.RLIMIT_DATA, "data")):
-        most, _ = resource.getrlimit(limit)
-        if most != resource.RLIM_INFINITY:
+        maximum, _ = resource.getrlimit(limit)
+        if maximum != resource.RLIM_INFINITY:
             used = psutil.Process().memory_info()
-            yield most - int(getattr(used, kind, used.vms))
+            yield maximum - int(getattr(used, kind, used.vms))
 
 
 def require(
     needed: int, *what: Part, advice: tuple[Part, ...], most: tuple[str, int] = ("", 0)
 ) -> None:
-    """Raise an error with advice unless a job fits into the memory that is free.
-
-    Parameters
-    ----------
-    needed : int
-        Bytes, by the job's own estimate.
-    *what : str or Mention
-        The job, as the subject of a sentence: ``"a map of 512 × 512 points needs"``.
-    advice : tuple of str or Mention
-        What would fit.
-    most : (str, int)
-        The worst case and its bytes, where the job may turn out to need more.
-
-    Raises
-    ------
-    InsufficientMemoryError
-        If the estimate exceeds the memory that is free.
-    """
+    """Raise an error with advice unless a job fits into the memory that is free."""
     there = free()
     if needed > there:
         worst = f" ({most[1] / GIB:.1f} GiB {most[0]})" if most[1] > needed else ""
@@ -166,20 +133,89 @@ def require(
 
 
 def square_side(needed: int, shape: tuple[int, int]) -> int:
-    """Return the points along the largest square grid that fits, by an estimate for another.
-
-    Parameters
-    ----------
-    needed : int
-        Bytes for a grid of ``shape``, taken as proportional to its points.
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    """
+    """Return the points along the largest square grid that fits, by an estimate for another."""
     return int(math.sqrt(free() / needed * shape[0] * shape[1]))
 
 
-def taken() -> int:
+def address_space_bytes() -> int:
     """Return the bytes of address space that this process takes."""
     import psutil
 
     return int(psutil.Process().memory_info().vms)
+
+
+# --- How much a file or an argument may ask for: one rule, applied before anything is made ---
+
+
+POINTS = 2**30
+"""Most points of one map: 32768 × 32768, or 8 GiB of heights."""
+
+BYTES = 8 * POINTS
+"""Most bytes that a file with a map, or all that is packed in it, may take."""
+
+TEXT = 16 * 2**20
+"""Most bytes of a text that is taken apart as a whole, such as a header or a project file."""
+
+STEPS = 10_000
+"""Most loads, increments or stages of one run that a count may ask for."""
+
+ITERATIONS = 1_000_000
+"""Most iterations that a solver may be allowed."""
+
+# Heights that were measured pack a few times smaller. What packs a hundred times smaller is made
+# to fill memory, unless it is small anyway.
+_PACKED, _SMALL = 100, 2**30
+
+
+def require_points(name: str, shape: Sequence[int], each: int) -> None:
+    """Refuse a map that a file announces where it is too large for any map, or for the memory."""
+    grid = " × ".join(map(str, shape))
+    if math.prod(shape) > POINTS:
+        raise FormatError(
+            f"{name} announces {grid} points, more than the {POINTS} (2³⁰) that a map may have; "
+            "check that the file is complete, or export a part of it"
+        )
+    require(
+        math.prod(shape) * each,
+        f"reading the {grid} points of {name} needs",
+        advice=("export a part of it",),
+    )
+
+
+def require_size(name: str, size: int, packed: int | None = None) -> None:
+    """Refuse a file that takes, or unpacks to, more bytes than any map or than the memory."""
+    text = f"{name} holds {size / GIB:.1f} GiB"
+    if size > BYTES:
+        raise FormatError(
+            f"{text}, more than the {BYTES / GIB:.0f} GiB that a map may take; export a part of it"
+        )
+    if packed is not None:
+        require_packing(name, size, packed)
+    require(size, f"reading {name} needs", advice=("export a part of it",))
+
+
+def require_packing(name: str, size: int, packed: int) -> None:
+    """Raise `FormatError` for bytes that are packed into so few as nothing that was measured is."""
+    if size > most_unpacked(packed):
+        raise FormatError(
+            f"{name} holds {size / GIB:.1f} GiB or more, packed into "
+            f"{packed / 2**20:.1f} MiB as no measurement is; check where the file is from"
+        )
+
+
+def most_unpacked(packed: int) -> int:
+    """Return the most bytes that a file of so many may unpack to."""
+    return min(BYTES, max(_SMALL, _PACKED * packed))
+
+
+def require_grid(argument: str, shape: Sequence[float], value: object = None) -> None:
+    """Raise `InputError`, naming argument and value, for more points than a map may have."""
+    # NumPy's integers would overflow, and floats may be infinite.
+    points = [n if isinstance(n, float) else int(n) for n in shape]
+    if math.prod(points) > POINTS:
+        grid = " × ".join(f"{n:.6g}" if isinstance(n, float) else str(n) for n in points)
+        raise InputError(
+            f"asks for {grid} points, more than the {POINTS} (2³⁰) that a map may have",
+            argument=argument,
+            value=tuple(shape) if value is None else value,
+        )

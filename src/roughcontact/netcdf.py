@@ -1,12 +1,21 @@
-"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error."""
+"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error.
+
+`write`: HDF5 does not get over a full disk: it fails again when something is closed, and ends
+the process with a segmentation fault. So it writes to memory first, as many bytes as the file
+will have; straight to the disk only where they would take more than half of what is free.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import io
 import math
+import mmap
 import os
 import shutil
+import struct
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -16,12 +25,162 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import checksums, files, hdf5, limits, memory
+from roughcontact import files, memory
 from roughcontact.errors import FormatError
 from roughcontact.ranks import Ranks
 
 if TYPE_CHECKING:
     import xarray
+
+
+# Deflate packs 1032 to 1 at most.
+_DEFLATED = 1032
+
+
+class Stored(NamedTuple):
+    """What a file says of one array."""
+
+    shape: tuple[int, ...]  # Its points along each axis
+    size: int  # Bytes of all of them
+    kind: str  # NumPy's letter for its numbers
+
+
+def check(path: Path) -> dict[str, Stored]:
+    """Refuse an HDF5 file that would be read for ever, or in which another file is read."""
+    _check_heaps(path)
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        # Errors do not come out of what HDF5 calls: the links are listed first. It follows the
+        # hard ones, each object once.
+        links: list[tuple[bytes, int]] = []
+        file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
+        return dict(_arrays(path, file, links))
+
+
+def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[tuple[str, Stored]]:
+    """Yield what a file says of its arrays, by name, if all of them lie in it."""
+    from h5py import h5d, h5l, h5o
+
+    for name, kind in links:
+        text = name.decode("utf-8", "backslashreplace")
+        if kind == h5l.TYPE_HARD:
+            result = h5o.open(file.id, name)
+            if isinstance(result, h5d.DatasetID):
+                yield text, _stored(path, text, result)
+        # A soft link leads to where the hard ones do.
+        elif kind != h5l.TYPE_SOFT:
+            raise _outside(path, text, "an external link")
+
+
+def _stored(path: Path, name: str, array: Any) -> Stored:
+    """Return what is said of an array, if it lies in the file."""
+    from h5py import h5d
+
+    layout = array.get_create_plist()
+    if layout.get_layout() == h5d.VIRTUAL:
+        raise _outside(path, name, "a virtual dataset")
+    if layout.get_layout() == h5d.CONTIGUOUS and layout.get_external_count():
+        raise _outside(path, name, "raw data outside")
+    each = array.get_type().get_size()
+    if layout.get_layout() == h5d.CHUNKED:
+        block = math.prod(layout.get_chunk()) * each
+        memory.require(
+            block,
+            f"one block of {name!r} in {path.name} needs",
+            advice=("check that the file is complete",),
+        )
+        if layout.get_nfilters():
+            _check_blocks(path, name, array, block)
+    kind = ""
+    with contextlib.suppress(TypeError):
+        kind = array.dtype.kind
+    size = math.prod(array.shape) * each
+    # What is never written takes no place; fields over the depth may be nearly all zero.
+    if len(array.shape) <= 2:
+        memory.require_packing(f"{name!r} in {path.name}", size, path.stat().st_size)
+    return Stored(array.shape, size, kind)
+
+
+def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
+    """Refuse a packed array of which a block unpacks to more than a block."""
+    if array.get_storage_size() <= memory.free() // _DEFLATED:
+        return
+    parts: list[Any] = []
+    array.chunk_iter(parts.append)
+    whole = path.stat().st_size
+    for part in parts:
+        if part.size > whole:
+            raise FormatError(
+                f"{path.name} states {part.size} bytes for a block of {name!r}, more than the file "
+                "has; check that the file is complete"
+            )
+        if part.size > block // _DEFLATED:
+            unpacked = b""
+            # What is not deflated ends here at once.
+            with contextlib.suppress(zlib.error):
+                packed = array.read_direct_chunk(part.chunk_offset)[1]
+                unpacked = zlib.decompressobj().decompress(packed, block + 1)
+            if len(unpacked) > block:
+                raise FormatError(
+                    f"{path.name} holds {name!r} in blocks that unpack to more than they state; "
+                    "check where the file is from"
+                )
+
+
+def _outside(path: Path, name: str, how: str) -> FormatError:
+    return FormatError(
+        f"{path.name} keeps {name!r} in another file ({how}), which is not followed; save it as "
+        "one file"
+    )
+
+
+def _check_heaps(path: Path) -> None:
+    """Refuse a file with a global heap that HDF5 would read for ever."""
+    size = path.stat().st_size
+    if size == 0:
+        return
+    with (
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
+    ):
+        for first, last in _filled(stream.fileno(), size):
+            start = content.find(b"GCOL", first, last)
+            while start >= 0:
+                _check_heap(content, start)
+                start = content.find(b"GCOL", start + 4, last)
+
+
+def _filled(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
+    """Yield where a file holds anything: it may have holes of terabytes."""
+    if not hasattr(os, "SEEK_DATA"):
+        yield 0, size
+        return
+    last = 0
+    # An error says that nothing more follows.
+    with contextlib.suppress(OSError):
+        while last < size:
+            first = os.lseek(descriptor, last, os.SEEK_DATA)
+            last = os.lseek(descriptor, first, os.SEEK_HOLE)
+            yield first, last
+
+
+def _check_heap(content: mmap.mmap, start: int) -> None:
+    if start + 16 > len(content) or content[start + 4] != 1:
+        return
+    (size,) = struct.unpack_from("<Q", content, start + 8)
+    place, end = start + 16, min(start + size, len(content))
+    while place + 16 <= end:
+        index, _, _, size = struct.unpack_from("<HHIQ", content, place)
+        if index == 0:
+            if place + size != end:
+                raise ValueError(f"the free space of a heap at byte {start} has a wrong size")
+            return
+        place += 16 + (size + 7) // 8 * 8
+
+
+# --- NetCDF files: sealed by checksums and whole; what is damaged opens with an error ---
+
 
 CHECKSUM = "checksum_sha256"
 """Attribute of every variable, and of the file, that holds a checksum."""
@@ -38,35 +197,12 @@ def write(
     path: str | os.PathLike[str],
     packed: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
-    """Write a dataset to a NetCDF file with checksums: the one door for all that is written.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        What the file shall hold.
-    path : str or path
-        File to write; an old one is replaced when the new one is complete.
-    packed : mapping, optional
-        How variables are compressed, by name, as xarray's ``encoding``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.nc``.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    Notes
-    -----
-    HDF5 does not get over a full disk: it fails again when something is closed, and ends the
-    process with a segmentation fault. So it writes to memory first, as many bytes as the file
-    will have; straight to the disk only where they would take more than half of what is free.
-    """
+    """Write a dataset to a NetCDF file with checksums: the one door for all that is written."""
     files.require_suffix(path, ".nc")
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    with files.replacing(path) as stream:
+    with files.atomic_write(path) as stream:
         place = io.BytesIO() if 2 * dataset.nbytes < memory.free() else stream
         with h5netcdf.File(place, "w") as file:
             sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
@@ -76,70 +212,35 @@ def write(
 
 @dataclass(frozen=True, eq=False)
 class Streamed:
-    """A map, or a stack of them, that is written in parts, as they come.
+    """A map, or a stack of them, that is written in parts, as they come."""
 
-    Parameters
-    ----------
-    name : str
-        Of the variable.
-    kind : str
-        Of its numbers, as NumPy writes it, such as ``"<f8"``.
-    shape : tuple of int
-        Of the whole, such as ``(ny, nx)``.
-    attributes : mapping
-        What describes it.
-    parts : iterable of ndarray, shape (rows, ...)
-        What stands one below the other along the first axis, in its order.
-    packed : bool
-        Whether it is compressed.
-    dims : tuple of str
-        Names of the axes.
-    """
-
-    name: str
-    kind: str
-    shape: tuple[int, ...]
-    attributes: Mapping[str, Any]
-    parts: Iterable[NDArray[Any]] = ()
-    packed: bool = False
-    dims: tuple[str, ...] = ("y", "x")
+    name: str  # Of the variable
+    kind: str  # Of its numbers, as NumPy writes it, such as `"<f8"`
+    shape: tuple[int, ...]  # Of the whole, such as `(ny, nx)`
+    attributes: Mapping[str, Any]  # What describes it
+    parts: Iterable[NDArray[Any]] = ()  # (rows, ...)
+    packed: bool = False  # Whether it is compressed
+    dims: tuple[str, ...] = ("y", "x")  # Names of the axes
 
 
 def write_streamed(
     frame: xarray.Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]
 ) -> None:
-    """Write maps that no process holds as a whole to a NetCDF file with checksums.
-
-    Parameters
-    ----------
-    frame : xarray.Dataset
-        All but the maps: axes such as ``(y, x)`` and the attributes.
-    maps : iterable of Streamed
-        The maps; one after the other is written.
-    path : str or path
-        File to write; an old one is replaced when the new one is complete.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.nc``.
-    OSError
-        If the file cannot be written, or the disk has no room for all maps; an old file survives.
-    """
+    """Write maps that no process holds as a whole to a NetCDF file with checksums."""
     files.require_suffix(path, ".nc")
     import h5netcdf
     import h5py
 
     maps = list(maps)
-    needed = sum(math.prod(one.shape) * np.dtype(one.kind).itemsize for one in maps)
+    needed = sum(math.prod(item.shape) * np.dtype(item.kind).itemsize for item in maps)
     # A disk that fills up while HDF5 writes would end the process.
     if needed > shutil.disk_usage(Path(path).absolute().parent).free:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     whole = sealed(frame)
-    with files.replacing(path) as stream, h5netcdf.File(stream, "w") as file:
+    with files.atomic_write(path) as stream, h5netcdf.File(stream, "w") as file:
         file.dimensions = dict(whole.sizes)
-        for one in maps:
-            for axis, size in zip(one.dims, one.shape, strict=True):
+        for item in maps:
+            for axis, size in zip(item.dims, item.shape, strict=True):
                 if axis not in file.dimensions:
                     file.dimensions[axis] = size
         for name, values in whole.variables.items():
@@ -148,29 +249,19 @@ def write_streamed(
             file.create_variable(str(name), values.dims, kind)[...] = values.values
             file.variables[name].attrs.update(values.attrs)
         described = _described(whole)
-        for one in maps:
-            attributes = {**one.attributes, CHECKSUM: _streamed(file, one)}
-            file.variables[one.name].attrs.update(attributes)
-            described["variables"][one.name] = [list(one.dims), attributes]
-        file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
+        for item in maps:
+            attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
+            file.variables[item.name].attrs.update(attributes)
+            described["variables"][item.name] = [list(item.dims), attributes]
+        file.attrs.update({**whole.attrs, CHECKSUM: files.of_words(described)})
 
 
 class Part(NamedTuple):
-    """A part of a map that one of several ranks has.
+    """A part of a map that one of several ranks has."""
 
-    Parameters
-    ----------
-    rank : int
-        Which has it.
-    length : int
-        Entries along the first axis.
-    take : callable
-        Returns it, on that rank.
-    """
-
-    rank: int
-    length: int
-    take: Callable[[], NDArray[Any]]
+    rank: int  # Which has it
+    length: int  # Entries along the first axis
+    take: Callable[[], NDArray[Any]]  # Returns it, on that rank
 
 
 def write_shared(
@@ -179,36 +270,17 @@ def write_shared(
     path: str | os.PathLike[str],
     ranks: Ranks,
 ) -> None:
-    """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it.
+    """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it."""
 
-    Parameters
-    ----------
-    frame : callable
-        Returns all but the maps, as for `write_streamed`, on the first rank.
-    maps : mapping of Streamed to sequence of Part
-        The maps, without parts of their own, and who has which part.
-    path : str or path
-        File to write, by the first rank; the others send it their parts and need not see it.
-    ranks : Ranks
-        Those that hold the maps.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.nc``.
-    OSError
-        As for `write_streamed`, on all ranks.
-    """
-
-    def received(one: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
+    def received(item: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
         for rank, length, take in parts:
             ranks.told(True)
-            there = np.empty((length, *one.shape[1:]), one.kind) if rank else take()
+            there = np.empty((length, *item.shape[1:]), item.kind) if rank else take()
             yield ranks.sent_to_first(there, rank)
 
     def written() -> None:
         try:
-            streamed = [replace(one, parts=received(one, parts)) for one, parts in maps.items()]
+            streamed = [replace(item, parts=received(item, parts)) for item, parts in maps.items()]
             write_streamed(frame(), streamed, path)
         except BaseException:
             # The others wait to be asked for their parts.
@@ -226,86 +298,51 @@ def write_shared(
     ranks.agreed(written if ranks.first else sent)
 
 
-def _streamed(file: Any, one: Streamed) -> str:
+def _streamed(file: Any, item: Streamed) -> str:
     """Write a map part by part; return its checksum."""
-    options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if one.packed else {}
-    count, *rest = one.shape
+    options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if item.packed else {}
+    count, *rest = item.shape
     # Rows as they come: chunks of many rows would be packed again and again.
     rows = max(1, min(count, _CHUNK // math.prod(rest)))
-    chunks = (rows, *rest) if one.packed else None
-    variable = file.create_variable(one.name, one.dims, one.kind, chunks=chunks, **options)
-    found, top = checksums.Running(one.kind, one.shape), 0
-    for part in one.parts:
+    chunks = (rows, *rest) if item.packed else None
+    variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
+    result, top = files.Running(item.kind, item.shape), 0
+    for part in item.parts:
         variable[top : top + len(part)] = part
-        found.add(part)
+        result.add(part)
         top += len(part)
-    return found.digest()
+    return result.digest()
 
 
 def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return a dataset with a checksum on every variable, and one on all that describes them.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        As it will be read again.
-
-    Returns
-    -------
-    xarray.Dataset
-        The same with attributes `CHECKSUM`: of each variable that of its values
-        (`checksums.of_array`), of the dataset that of all attributes, names and dimensions
-        (`checksums.of_words`), the checksums of the variables among them.
-    """
+    """Return a dataset with a checksum on every variable, and one on all that describes them."""
     marked = dataset.copy()
     for variable in marked.variables.values():
-        variable.attrs[CHECKSUM] = checksums.of_array(variable.values)
-    marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
+        variable.attrs[CHECKSUM] = files.of_array(variable.values)
+    marked.attrs[CHECKSUM] = files.of_words(_described(marked))
     return marked
 
 
 def mismatches(
     dataset: xarray.Dataset, names: Iterable[str] | None = None
 ) -> tuple[str, ...] | None:
-    """Return what of a dataset is not as it was written.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        As it was read.
-    names : iterable of str, optional
-        Variables to look into; all of them without it. The attributes are looked at in any case.
-
-    Returns
-    -------
-    tuple of str or None
-        Variables whose values differ from their checksum, and `ATTRIBUTES` if those do; nothing
-        where all is as it was written, ``None`` where there are no checksums.
-    """
+    """Return what of a dataset is not as it was written."""
     variables = {str(name): variable for name, variable in dataset.variables.items()}
     parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
     if not any(CHECKSUM in attributes for attributes in parts):
         return None
-    found = [
+    result = [
         name
         for name in (variables if names is None else names)
-        if checksums.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+        if files.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
     ]
-    if checksums.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
-        found.append(ATTRIBUTES)
-    return tuple(found)
+    if files.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+        result.append(ATTRIBUTES)
+    return tuple(result)
 
 
-def altered(name: str, changed: Sequence[str]) -> FormatError:
-    """Return the error about a file that is not as it was written.
-
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    changed : sequence of str
-        From `mismatches`.
-    """
+def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
+    """Return the error about a file that is not as it was written."""
     listed = " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)
     verb = "do" if changed[1:] or changed[0] == ATTRIBUTES else "does"
     return FormatError(
@@ -327,31 +364,12 @@ def _described(dataset: xarray.Dataset) -> dict[str, Any]:
 
 @contextmanager
 def opened(path: Path) -> Iterator[xarray.Dataset]:
-    """Give the dataset in a NetCDF file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Yields
-    ------
-    xarray.Dataset
-        Read when it is looked at; read what is wanted inside the block.
-
-    Raises
-    ------
-    FormatError, InsufficientMemoryError, ValueError
-        As `hdf5.check`; also if an axis has more values than fit into the memory, or a variable
-        other points than its axes.
-    Exception
-        Of almost any kind for other damage: OSError, KeyError, RuntimeError and more.
-    """
-    arrays = hdf5.check(path)
+    """Give the dataset in a NetCDF file."""
+    arrays = check(path)
     for name, stored in arrays.items():
         # xarray reads the axes as it opens a file.
         if len(stored.shape) == 1:
-            limits.require_size(f"{name!r} in {path.name}", stored.size)
+            memory.require_size(f"{name!r} in {path.name}", stored.size)
     import h5netcdf
     import h5py
     import xarray
@@ -369,11 +387,11 @@ def opened(path: Path) -> Iterator[xarray.Dataset]:
         variables, attributes = H5NetCDFStore(file).load()  # type: ignore[no-untyped-call]
         for key, variable in variables.items():
             # xarray takes the shape from the axes; what is read, and how much, is the array.
-            found = arrays.get(str(key))
-            if found is None:
+            result = arrays.get(str(key))
+            if result is None:
                 raise ValueError(f"{key} is no array of its own")
-            if found.shape[: variable.ndim] != variable.shape:
-                raise ValueError(f"{key} has {found.shape} points, its axes {variable.shape}")
+            if result.shape[: variable.ndim] != variable.shape:
+                raise ValueError(f"{key} has {result.shape} points, its axes {variable.shape}")
         # One by one: xarray's own function for all of them changes the process's warnings.
         decoded = {
             key: decode_cf_variable(key, variable, decode_times=False, decode_timedelta=False)

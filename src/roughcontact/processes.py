@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import multiprocessing
 import os
@@ -16,7 +17,67 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from roughcontact.interrupts import heard, quiet
+# Seconds after which an interrupt that was dropped comes again.
+_MOMENT = 0.01
+
+
+@contextmanager
+def redeliver_interrupts() -> Iterator[None]:
+    """Have an end that is asked for where Python drops exceptions come again a moment later."""
+    before = sys.unraisablehook
+    soon: list[threading.Timer] = []
+    main = threading.current_thread() is threading.main_thread()
+    undecided = main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+    def again(dropped: Any) -> None:
+        if not _is_end(dropped):
+            before(dropped)
+            return
+        requested = signal.SIGINT if dropped.exc_type is KeyboardInterrupt else signal.SIGTERM
+        soon.append(threading.Timer(_MOMENT, _ask, (requested,)))
+        soon[-1].daemon = True
+        soon[-1].start()
+
+    sys.unraisablehook = again
+    if undecided:
+        signal.signal(signal.SIGINT, _interrupted)
+    try:
+        yield
+    finally:
+        for timer in soon:
+            timer.cancel()
+        if undecided:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.unraisablehook = before
+
+
+def quiet() -> None:
+    """Tell of nothing else that Python drops, until the end of `heard`."""
+    before = sys.unraisablehook
+    sys.unraisablehook = lambda dropped: before(dropped) if _is_end(dropped) else None
+
+
+def _is_end(dropped: Any) -> bool:
+    return issubclass(dropped.exc_type, KeyboardInterrupt | SystemExit)
+
+
+def _ask(number: signal.Signals) -> None:
+    """Send a signal to the first thread, which it wakes where that can be done."""
+    first = threading.main_thread().ident
+    if first is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(first, number)
+    else:
+        _thread.interrupt_main(number)
+
+
+def _interrupted(number: int, frame: object) -> None:
+    """Do what Python does at Ctrl-C."""
+    quiet()
+    raise KeyboardInterrupt
+
+
+# --- Processes that work for this one: begun, and ended however it ends; none is left behind ---
+
 
 # Seconds that a process has to remove what it has begun to write when it is told to end.
 _GRACE = 0.5
@@ -27,21 +88,13 @@ _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
 def made(target: Callable[..., None], *args: Any) -> SpawnProcess:
-    """Return a process of its own, which `start` starts.
-
-    Parameters
-    ----------
-    target : callable
-        A function of a module; it works within `following`.
-    *args : object
-        What it is called with.
-    """
+    """Return a process of its own, which `start` starts."""
     return multiprocessing.get_context("spawn").Process(target=target, args=args, daemon=True)
 
 
 def start(process: SpawnProcess) -> None:
     """Start a process that Ctrl-C does not reach."""
-    with deaf():
+    with sigint_blocked():
         process.start()
 
 
@@ -50,7 +103,7 @@ def pipe(duplex: bool = False) -> tuple[Connection, Connection]:
     return multiprocessing.get_context("spawn").Pipe(duplex)
 
 
-def lost(process: SpawnProcess) -> str:
+def died_message(process: SpawnProcess) -> str:
     """Return what to say of a process that is gone without a word."""
     process.join()
     return f"its process ended with status {process.exitcode}; is there enough memory?"
@@ -69,7 +122,7 @@ def end(begun: Iterable[SpawnProcess]) -> None:
 
 
 @contextmanager
-def deaf() -> Iterator[None]:
+def sigint_blocked() -> Iterator[None]:
     """Keep Ctrl-C from what is begun, which it reaches too; the first process ends the others."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -104,14 +157,14 @@ def _later() -> Iterator[None]:
 
 
 @contextmanager
-def following() -> Iterator[None]:
+def exit_with_parent() -> Iterator[None]:
     """Do the work of a process: it ends with the one that began it, and in good order if asked."""
     # Where it could not be blocked.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _leave)
     threading.Thread(target=_follow, daemon=True).start()
     try:
-        with heard():
+        with redeliver_interrupts():
             yield
     except SystemExit:
         # What is half made goes now.
@@ -137,12 +190,7 @@ def _follow() -> None:
 
 
 def keep_freed() -> None:
-    """Have the memory of a freed array kept for the next one, where that can be asked for.
-
-    Dask sets ``MALLOC_TRIM_THRESHOLD_`` for its workers, so that each array gives its pages back
-    and the kernel clears those of the next: contacts of 512² and 1024² points took 1.4 and 1.6
-    times as long.
-    """
+    """Have the memory of a freed array kept for the next one, where that can be asked for."""
     if sys.platform == "linux" and "MALLOC_MMAP_THRESHOLD_" not in os.environ:
         # Other C libraries do not know it.
         with suppress(OSError, AttributeError):

@@ -31,19 +31,13 @@ _GRACE = 5.0
 _EXPECTED = (RoughcontactError, OSError, MemoryError)
 
 
-def several() -> bool:
+def is_parallel_run() -> bool:
     """Return whether this process was started by ``mpiexec`` with others beside it."""
     return any(os.environ.get(name, "1") not in ("", "1") for name in _SIZES)
 
 
 def world() -> Ranks:
-    """Return all processes that ``mpiexec`` started.
-
-    Raises
-    ------
-    InputError
-        If mpi4py is not installed, or belongs to another MPI than ``mpiexec``.
-    """
+    """Return all processes that ``mpiexec`` started."""
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
@@ -51,7 +45,7 @@ def world() -> Ranks:
             f"started by mpiexec, but mpi4py cannot be used ({error}); install "
             "roughcontact[mpi], or start a single process"
         ) from None
-    if several() and MPI.COMM_WORLD.Get_size() == 1:
+    if is_parallel_run() and MPI.COMM_WORLD.Get_size() == 1:
         raise InputError(
             "started by mpiexec, but mpi4py sees one process: it belongs to another MPI; start "
             "with the mpiexec of the MPI that mpi4py was installed with"
@@ -61,24 +55,12 @@ def world() -> Ranks:
 
 @dataclass
 class Exchange:
-    """Parts of arrays on their way between ranks.
+    """Parts of arrays on their way between ranks."""
 
-    Parameters
-    ----------
-    ranks : Ranks
-        Those that exchange.
-    request : object
-        What MPI waits for.
-    coming : ndarray, shape (n,)
-        Memory of what arrives.
-    sizes : sequence of int
-        Entries that come from each rank.
-    """
-
-    ranks: Ranks
-    request: Any
-    coming: NDArray[Any]
-    sizes: Sequence[int]
+    ranks: Ranks  # Those that exchange
+    request: Any  # What MPI waits for
+    coming: NDArray[Any]  # (n,) Memory of what arrives
+    sizes: Sequence[int]  # Entries that come from each rank
 
     def arrived(self) -> list[NDArray[Any]]:
         """Wait for all, and return what came from each rank."""
@@ -87,24 +69,7 @@ class Exchange:
 
 
 class Ranks:
-    """A communicator of MPI, with what is asked of one here.
-
-    Parameters
-    ----------
-    communicator : mpi4py.MPI.Comm
-        Its processes hold one map together.
-    end : mpi4py.MPI.Comm, optional
-        Another one of the same processes, over which they agree to end.
-
-    Attributes
-    ----------
-    number, count : int
-        Which this is, from 0 on, and how many there are.
-    seconds : float
-        Time that this rank has spent in communication, waiting for others included.
-    sent : int
-        Bytes that it has sent to others in exchanges.
-    """
+    """A communicator of MPI, with what is asked of one here."""
 
     def __init__(self, communicator: Any, end: Any = None) -> None:
         self.communicator = communicator
@@ -154,11 +119,7 @@ class Ranks:
         return whole
 
     def wait(self, request: Any) -> None:
-        """Wait until MPI has done what was begun, and leave the core to others if that takes long.
-
-        MPI itself waits by asking again and again: ranks that share cores, with each other or with
-        other programs, would keep those from working that they wait for.
-        """
+        """Wait until MPI has done what was begun, and leave the core to others if."""
         began = time.perf_counter()
         while not request.Test():
             if time.perf_counter() - began > _PATIENCE:
@@ -172,19 +133,7 @@ class Ranks:
         coming: NDArray[Any],
         sizes: Sequence[int],
     ) -> Exchange:
-        """Send parts of an array to the ranks, and begin to receive theirs.
-
-        Parameters
-        ----------
-        going : ndarray, shape (m,)
-            What goes to each rank, one after the other; not to be changed before it has arrived.
-        parts : sequence of int
-            Entries for each rank.
-        coming : ndarray, shape (n,)
-            Memory for what comes.
-        sizes : sequence of int
-            Entries that come from each.
-        """
+        """Send parts of an array to the ranks, and begin to receive theirs."""
         began = time.perf_counter()
         request = self.communicator.Ialltoallv([going, parts], [coming, sizes])
         self.seconds += time.perf_counter() - began
@@ -193,10 +142,10 @@ class Ranks:
 
     def following(self, part: NDArray[Any]) -> NDArray[Any]:
         """Return the array, of the same shape, of the next rank; of the last that of the first."""
-        found = np.empty_like(part)
+        result = np.empty_like(part)
         before, after = (self.number - 1) % self.count, (self.number + 1) % self.count
-        self.communicator.Sendrecv(np.ascontiguousarray(part), before, recvbuf=found, source=after)
-        return found
+        self.communicator.Sendrecv(np.ascontiguousarray(part), before, recvbuf=result, source=after)
+        return result
 
     def sent_to_first(self, part: NDArray[Any], sender: int) -> NDArray[Any]:
         """Return on the first rank what another has; only these two call it."""
@@ -213,16 +162,10 @@ class Ranks:
         return bool(flag[0])
 
     def agreed(self, task: Callable[[], Result]) -> Result:
-        """Return what a task gives that each rank does for itself, or raise on all what one raises.
-
-        Raises
-        ------
-        RoughcontactError, OSError, MemoryError
-            The error of the lowest rank that has one.
-        """
+        """Return what a task gives that each rank does for itself."""
         error: BaseException | None = None
         try:
-            found = task()
+            result = task()
         except _EXPECTED as raised:
             error = raised
         # Whoever is done first leaves its core to the others.
@@ -230,36 +173,26 @@ class Ranks:
         errors = [other for other in self.communicator.allgather(error) if other is not None]
         if errors:
             raise error or errors[0]
-        return found
+        return result
 
     def by_first(self, task: Callable[[], Result]) -> Result:
-        """Return on all ranks what a task gives that the first does, or raise there what it raises.
-
-        Raises
-        ------
-        RoughcontactError, OSError, MemoryError
-            Of the first rank.
-        """
-        told: tuple[Any, BaseException | None] = None, None
+        """Return on all ranks what a task gives that the first does."""
+        text: tuple[Any, BaseException | None] = None, None
         if self.first:
             try:
-                told = task(), None
+                text = task(), None
             except _EXPECTED as raised:
-                told = None, raised
+                text = None, raised
         # Whoever waits leaves its core to the first.
         self.wait(self.communicator.Ibarrier())
-        found, error = self.communicator.bcast(told)
+        answer, error = self.communicator.bcast(text)
         if error is not None:
             raise error
-        result: Result = found
+        result: Result = answer
         return result
 
     def all_end(self) -> bool:
-        """Return whether all ranks come here, within a few seconds.
-
-        Asked where the program ends with an error: whoever has it alone leaves the others waiting
-        in the middle of their work.
-        """
+        """Return whether all ranks come here, within a few seconds."""
         if self._end is None:
             return False
         request, began = self._end.Ibarrier(), time.perf_counter()

@@ -20,37 +20,17 @@ _OTHERS = "others"  # as BibTeX has it
 
 @dataclass(frozen=True)
 class Reference:
-    """A paper, book or standard.
+    """A paper, book or standard."""
 
-    Parameters
-    ----------
-    key : str
-        Of BibTeX: first family name and year, or the number of a standard.
-    authors : tuple of str
-        ``"Family, I. N."``; empty for a standard, or where they are not known.
-    year : int or None
-        Of publication.
-    title : str
-        Of the work, a standard's with its number before it.
-    where : str
-        Journal; of a book its publisher; empty for a standard.
-    volume, pages : str
-        In the journal; pages may be one number. Empty for books and standards.
-    doi : str
-        Without the address before it; empty where it is not confirmed.
-    note : str
-        What a reader has to know of the entry itself.
-    """
-
-    key: str
-    authors: tuple[str, ...]
-    year: int | None
-    title: str
-    where: str = ""
-    volume: str = ""
-    pages: str = ""
-    doi: str = ""
-    note: str = ""
+    key: str  # Of BibTeX: first family name and year, or the number of a standard
+    authors: tuple[str, ...]  # `"Family, I
+    year: int | None  # Of publication
+    title: str  # Of the work, a standard's with its number before it
+    where: str = ""  # Journal
+    volume: str = ""  # In the journal
+    pages: str = ""  # In the journal
+    doi: str = ""  # Without the address before it
+    note: str = ""  # What a reader has to know of the entry itself
 
     @property
     def short(self) -> str:
@@ -65,8 +45,8 @@ class Reference:
     @property
     def text(self) -> str:
         """As a list of references holds it, in one line."""
-        *most, last = self.authors or ("",)
-        names = f"{', '.join(most)} and {last}" if most else last
+        *maximum, last = self.authors or ("",)
+        names = f"{', '.join(maximum)} and {last}" if maximum else last
         names = names.replace(f" and {_OTHERS}", " et al.")
         first = f"{names} ({self.year})" if names else ""
         place = " ".join(part for part in (self.where, self.volume) if part)
@@ -103,19 +83,13 @@ class Reference:
             "doi": self.doi,
             "note": self.note,
         }
-        told = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
-        return f"@{kind}{{{self.key},\n" + ",\n".join(told) + "\n}"
+        text = [f"  {name} = {{{value}}}" for name, value in fields.items() if value]
+        return f"@{kind}{{{self.key},\n" + ",\n".join(text) + "\n}"
 
 
 @dataclass(frozen=True)
 class References:
-    """What is cited, and for what.
-
-    Parameters
-    ----------
-    uses : tuple of (str, tuple of Reference)
-        What they are cited for, such as ``"ceiling of the pressure"``, and the works.
-    """
+    """What is cited, and for what."""
 
     uses: tuple[tuple[str, tuple[Reference, ...]], ...]
 
@@ -155,20 +129,7 @@ class References:
         return "\n\n".join(work.bibtex for work in self) + "\n"
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write them to a file.
-
-        Parameters
-        ----------
-        path : str or path
-            ``.bib`` for BibTeX, ``.txt`` for text; it appears only once it is complete.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OSError
-            If the file cannot be written.
-        """
+        """Write them to a file."""
         require_suffix(path, ".bib", ".txt")
         bib = Path(path).suffix.lower() == ".bib"
         write(path, self.bibtex if bib else self.text + "\n")
@@ -189,19 +150,6 @@ def works() -> dict[str, Reference]:
 
 
 def cited(purpose: str, *keys: str) -> tuple[str, tuple[Reference, ...]]:
-    """Return one entry of ``References.uses``.
-
-    Parameters
-    ----------
-    purpose : str
-        What the works are cited for.
-    *keys : str
-        Keys of `works`.
-
-    Returns
-    -------
-    (str, tuple of Reference)
-        The purpose and the works.
-    """
+    """Return one entry of ``References.uses``."""
     known = works()
     return purpose, tuple(known[key] for key in keys)

@@ -1,4 +1,8 @@
-"""What all results and maps share: how a session shows, draws, saves, reports and cites them."""
+"""What all results and maps share: how a session shows, draws, saves, reports and cites them.
+
+`Result.report`: Where a contact reaches its ceiling, the same problem is solved without one for
+comparison.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +84,7 @@ def face() -> Face:
     return _loaded[0]()
 
 
-class Shown:
+class Displayable:
     """An object that a session shows by its headline numbers, and that offers its figures."""
 
     def __repr__(self) -> str:
@@ -97,27 +101,7 @@ class Shown:
         return face().plots(self)
 
     def save(self, path: Path) -> None:
-        """Write it in the format that the suffix of the file names.
-
-        Parameters
-        ----------
-        path : str or path
-            File to write; it appears only once it is complete. A map has ``.npz``, ``.nc``,
-            ``.x3p`` and ``.csv``, which keep every bit of the heights, ``.sur``, which keeps 32 of
-            them, and ``.vti`` for ParaView. A contact has ``.nc``, which keeps everything,
-            ``.vti`` (maps), ``.csv`` (the pressure) and ``.json`` (the numbers), with plasticity
-            of the volume also ``.vtr``, and repeated passes ``.pvd``. A result of many loads or
-            maps has ``.csv`` (one row a step, SI units in the head) and ``.json``, a law besides
-            ``.npz``, ``.inp``, ``.ccx`` and ``.txt``; see `roughcontact.formats.export`.
-
-        Raises
-        ------
-        InputError
-            If nothing of this kind is written with this suffix, or a map does not fit into the
-            format; the error lists the suffixes.
-        OSError
-            If the file cannot be written; an old file survives.
-        """
+        """Write it in the format that the suffix of the file names."""
         face().save(self, path)
 
     def explore(self) -> Any:
@@ -125,7 +109,7 @@ class Shown:
         return face().explore(self)
 
 
-class Result(Shown):
+class Result(Displayable):
     """A solved problem: numbers with units, their papers, and a report."""
 
     if TYPE_CHECKING:
@@ -150,28 +134,5 @@ class Result(Shown):
     def report(
         self, path: Path, command: str = "", additions: Sequence[Any] = (), study: Any = None
     ) -> None:
-        """Write a report that needs no other file and prints to A4.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file to write; it appears only once it is complete.
-        command : str
-            What was typed to get this result; without it the report gives a script.
-        additions : sequence of `roughcontact.report.page.Addition`
-            Further chapters of the report on a contact.
-        study : ResolutionStudy, optional
-            The same contact on other grids: a chapter, and part of how sure its numbers are.
-
-        Raises
-        ------
-        InputError
-            If the suffix is another one, or there is no report on this kind of result.
-        OSError
-            If the file cannot be written; an old file survives.
-
-        Notes
-        -----
-        Where a contact reaches its ceiling, the same problem is solved without one for comparison.
-        """
+        """Write a report that needs no other file and prints to A4."""
         face().report(self, path, command, additions=additions, study=study)

@@ -2,6 +2,8 @@
 
 The steps are those of SciPy's ``brentq``, to the same bits; to import that with the rest of
 ``scipy.optimize`` takes longer than most contacts.
+
+`brentq`: Brent, Algorithms for Minimization Without Derivatives (1973), ch. 4
 """
 
 from __future__ import annotations
@@ -18,38 +20,7 @@ def brentq(
     function: Callable[[float], float], low: float, high: float,
     *, xtol: float = _XTOL, rtol: float = _RTOL,
 ) -> float:  # fmt: skip
-    """Return a zero between two places, by Brent's method with inverse quadratic interpolation.
-
-    Parameters
-    ----------
-    function : callable
-        A continuous function.
-    low, high : float
-        Places at which it has different signs, or is zero.
-    xtol, rtol : float
-        The zero is found to within ``xtol`` plus ``rtol`` of itself.
-
-    Returns
-    -------
-    float
-        The place.
-
-    Raises
-    ------
-    ValueError
-        If the signs are alike, or a value is NaN.
-    RuntimeError
-        If a hundred steps are not enough.
-
-    References
-    ----------
-    Brent, Algorithms for Minimization Without Derivatives (1973), ch. 4
-
-    Examples
-    --------
-    >>> round(brentq(lambda x: x**2 - 2, 0.0, 2.0), 12)
-    1.414213562373
-    """
+    """Return a zero between two places, by Brent's method with inverse quadratic interpolation."""
     before, here = float(low), float(high)
     f_before, f_here = _value(function, before), _value(function, here)
     if f_before == 0:
@@ -67,28 +38,28 @@ def brentq(
         if abs(f_across) < abs(f_here):
             before, here, across = here, across, here
             f_before, f_here, f_across = f_here, f_across, f_here
-        least = (xtol + rtol * abs(here)) / 2
+        minimum = (xtol + rtol * abs(here)) / 2
         half = (across - here) / 2
-        if f_here == 0 or abs(half) < least:
+        if f_here == 0 or abs(half) < minimum:
             return here
         tried = math.inf
-        if abs(step_before) > least and abs(f_here) < abs(f_before):
+        if abs(step_before) > minimum and abs(f_here) < abs(f_before):
             tried = _tried((before, here, across), (f_before, f_here, f_across))
-        if 2 * abs(tried) < min(abs(step_before), 3 * abs(half) - least):
+        if 2 * abs(tried) < min(abs(step_before), 3 * abs(half) - minimum):
             step_before, step = step, tried
         else:
             step_before = step = half
         before, f_before = here, f_here
-        here += step if abs(step) > least else (least if half > 0 else -least)
+        here += step if abs(step) > minimum else (minimum if half > 0 else -minimum)
         f_here = _value(function, here)
     raise RuntimeError(f"no zero was found to within {xtol} in {_MOST_STEPS} steps")
 
 
 def _value(function: Callable[[float], float], place: float) -> float:
-    found = float(function(place))
-    if math.isnan(found):
+    result = float(function(place))
+    if math.isnan(result):
         raise ValueError(f"the function is NaN at {place}")
-    return found
+    return result
 
 
 def _tried(places: tuple[float, float, float], values: tuple[float, float, float]) -> float:

@@ -2,6 +2,23 @@
 
 Everything here is about numbers alone. Intervals are those of Student, Welch, Games and Howell:
 they take the scatter of a group as normal, and no two groups as equally scattered.
+
+`differences`: Two groups: Welch's t, with its own degrees of freedom. More: the intervals are
+so wide that all of them hold together with confidence `LEVEL` (Games and Howell 1976,
+doi:10.3102/10769986001002113), from the distribution of the studentized range; for two groups
+both are the same.
+
+`components`: The interval of the share is that of F, exact for groups of one size; for others
+it takes the mean size of Searle, Casella and McCulloch (1992), section 3.6.
+
+`of_whole`: Neighbors that long waves join scatter together. The variance of means over squares
+of side L is S/L² (1 - a/L) where waves are short beside L: two sizes of parts give S, and that
+is taken where it is larger. Where the sixteen parts scatter more beside the 64 than chance
+would have it once in ten times, waves are not short, and the quarters count, if they tell more.
+
+Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of a
+sixteenth, the intervals hold in 93 to 97 of a hundred maps. Without 64 parts nothing tells
+whether neighbors are independent: the half is the least that it may be.
 """
 
 from __future__ import annotations
@@ -29,46 +46,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean and where that of all that could be measured lies.
+    """A mean and where that of all that could be measured lies."""
 
-    Parameters
-    ----------
-    count : int
-        Measurements.
-    value : float
-        Their mean.
-    deviation : float
-        Their standard deviation, n - 1 in the denominator; NaN of a single one.
-    low, high : float
-        Ends of the interval of confidence `LEVEL`; NaN of a single measurement.
-    """
-
-    count: int
-    value: float
-    deviation: float
-    low: float
-    high: float
+    count: int  # Measurements
+    value: float  # Their mean
+    deviation: float  # Their standard deviation, n - 1 in the denominator
+    low: float  # Ends of the interval of confidence `LEVEL`
+    high: float  # Ends of the interval of confidence `LEVEL`
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A difference of two means.
+    """A difference of two means."""
 
-    Parameters
-    ----------
-    value : float
-        Second mean less first.
-    low, high : float
-        Ends of its interval of confidence `LEVEL`, which all pairs of groups share; NaN where it
-        cannot be told.
-    p : float
-        How often chance alone would make some pair of groups differ as much, if none did.
-    """
-
-    value: float
-    low: float
-    high: float
-    p: float
+    value: float  # Second mean less first
+    low: float  # Ends of its interval of confidence `LEVEL`, which all pairs of groups share
+    high: float  # Ends of its interval of confidence `LEVEL`, which all pairs of groups share
+    p: float  # How often chance alone would make some pair of groups differ as much, if none did
 
     @property
     def known(self) -> bool:
@@ -83,72 +77,30 @@ class Difference:
 
 @dataclass(frozen=True)
 class Components:
-    """The two parts of a scatter: between groups, and within them.
+    """The two parts of a scatter: between groups, and within them."""
 
-    Parameters
-    ----------
-    between, within : float
-        Standard deviations.
-    share : float
-        Of the variance, what is between groups; NaN where nothing scatters.
-    low, high : float
-        Ends of its interval of confidence `LEVEL`, cut at 0 and 1.
-    groups, count : int
-        Groups, and measurements in all of them.
-    """
-
-    between: float
-    within: float
-    share: float
-    low: float
-    high: float
-    groups: int
-    count: int
+    between: float  # Standard deviations
+    within: float  # Standard deviations
+    share: float  # Of the variance, what is between groups
+    low: float  # Ends of its interval of confidence `LEVEL`, cut at 0 and 1
+    high: float  # Ends of its interval of confidence `LEVEL`, cut at 0 and 1
+    groups: int  # Groups, and measurements in all of them
+    count: int  # Groups, and measurements in all of them
 
 
 @dataclass(frozen=True)
 class Whole:
-    """How sure the number of a whole is, as the scatter of its parts tells.
+    """How sure the number of a whole is, as the scatter of its parts tells."""
 
-    Parameters
-    ----------
-    half : float
-        Half of its interval of confidence `LEVEL`.
-    divisions, parts : int
-        Parts along a side, and in all, whose scatter it comes from.
-    scaling : float
-        Variance of sixteen parts over that of 64, times four: 1 where neighbors are independent,
-        more where long waves join them. NaN where there are no 64.
-    falls : bool
-        Whether chance alone explains that it is not 1; false where there are no 64 to tell.
-    """
-
-    half: float
-    divisions: int
-    parts: int
+    half: float  # Half of its interval of confidence `LEVEL`
+    divisions: int  # Parts along a side, and in all, whose scatter it comes from
+    parts: int  # Parts along a side, and in all, whose scatter it comes from
     scaling: float
-    falls: bool
+    falls: bool  # Whether chance alone explains that it is not 1
 
 
 def mean(values: ArrayLike) -> Mean:
-    """Return the mean of measurements with its interval (Student).
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Measurements, one at least.
-
-    Returns
-    -------
-    Mean
-        Mean, deviation and interval.
-
-    Examples
-    --------
-    >>> found = mean([1.0, 2.0, 3.0])
-    >>> found.value, found.deviation, round(found.high, 3)
-    (2.0, 1.0, 4.484)
-    """
+    """Return the mean of measurements with its interval (Student)."""
     x = np.asarray(values, dtype=np.float64)
     average = float(x.mean())
     if x.size < 2:
@@ -159,54 +111,19 @@ def mean(values: ArrayLike) -> Mean:
 
 
 def paired(first: ArrayLike, second: ArrayLike) -> Difference:
-    """Return the mean difference of measurements that belong together in pairs (Student).
-
-    Parameters
-    ----------
-    first, second : array_like, shape (n,)
-        The same pieces before and after.
-
-    Returns
-    -------
-    Difference
-        Second less first; no interval of a single pair.
-    """
+    """Return the mean difference of measurements that belong together in pairs (Student)."""
     from scipy.special import stdtr
 
-    found = mean(np.subtract(np.asarray(second, float), np.asarray(first, float)))
-    if math.isnan(found.low):
-        return Difference(found.value, math.nan, math.nan, math.nan)
-    error = found.deviation / math.sqrt(found.count)
-    p = 2 * float(stdtr(found.count - 1, -_ratio(found.value, error)))
-    return Difference(found.value, found.low, found.high, p)
+    result = mean(np.subtract(np.asarray(second, float), np.asarray(first, float)))
+    if math.isnan(result.low):
+        return Difference(result.value, math.nan, math.nan, math.nan)
+    error = result.deviation / math.sqrt(result.count)
+    p = 2 * float(stdtr(result.count - 1, -_ratio(result.value, error)))
+    return Difference(result.value, result.low, result.high, p)
 
 
 def differences(groups: Sequence[ArrayLike]) -> dict[tuple[int, int], Difference]:
-    """Return the differences of all pairs of groups (Welch; of more than two Games and Howell).
-
-    Parameters
-    ----------
-    groups : sequence of array_like
-        Measurements of each group.
-
-    Returns
-    -------
-    dict
-        By the numbers of first and second group, first < second.
-
-    Notes
-    -----
-    Two groups: Welch's t, with its own degrees of freedom. More: the intervals are so wide that
-    all of them hold together with confidence `LEVEL` (Games and Howell 1976,
-    doi:10.3102/10769986001002113), from the distribution of the studentized range; for two
-    groups both are the same.
-
-    Examples
-    --------
-    >>> found = differences([[1.0, 2.0, 3.0], [5.0, 6.0, 7.5]])[0, 1]
-    >>> round(found.value, 3), found.excludes_zero
-    (4.167, True)
-    """
+    """Return the differences of all pairs of groups (Welch; of more than two Games and Howell)."""
     taken = [np.asarray(group, dtype=np.float64) for group in groups]
     return {
         (i, j): _difference(taken[i], taken[j], len(taken))
@@ -237,10 +154,7 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
 
 @lru_cache(maxsize=1024)
 def _of_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
-    """Return how many errors wide intervals of all pairs are, and how often chance has as many.
-
-    Kept, since the distribution of the studentized range takes a tenth of a second.
-    """
+    """Return how many errors wide intervals of all pairs are, and how often chance has as many."""
     from scipy.stats import studentized_range
 
     width = float(studentized_range.ppf(LEVEL, groups, freedom)) / math.sqrt(2)
@@ -248,30 +162,7 @@ def _of_range(groups: int, freedom: float, ratio: float) -> tuple[float, float]:
 
 
 def components(groups: Sequence[ArrayLike]) -> Components:
-    """Return how a scatter splits into that between groups and that within (one-way, random).
-
-    Parameters
-    ----------
-    groups : sequence of array_like
-        Measurements of each group: two groups at least, and two measurements in one of them.
-
-    Returns
-    -------
-    Components
-        What is between groups is estimated from mean squares, and zero where they are smaller
-        than those within.
-
-    Notes
-    -----
-    The interval of the share is that of F, exact for groups of one size; for others it takes the
-    mean size of Searle, Casella and McCulloch (1992), section 3.6.
-
-    Examples
-    --------
-    >>> found = components([[1.0, 1.2], [3.0, 3.1], [5.2, 5.0]])
-    >>> found.share > 0.99, found.low < found.share < found.high
-    (True, True)
-    """
+    """Return how a scatter splits into that between groups and that within (one-way, random)."""
     from scipy.special import fdtri
 
     taken = [np.asarray(group, dtype=np.float64) for group in groups]
@@ -294,42 +185,13 @@ def components(groups: Sequence[ArrayLike]) -> Components:
 
 
 def single(values: ArrayLike) -> float:
-    """Return half of the interval about the true mean in which one measurement lies.
-
-    Parameters
-    ----------
-    values : array_like, shape (n,)
-        Measurements whose deviation is taken, two at least.
-    """
+    """Return half of the interval about the true mean in which one measurement lies."""
     x = np.asarray(values, dtype=np.float64)
     return _student(x.size - 1) * _deviation(x)
 
 
 def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
-    """Return how sure the number of a whole is, from the scatter of its equal parts.
-
-    Parameters
-    ----------
-    levels : mapping of int to array_like
-        The number of each part, by how many parts there are along a side: 2 and 4, and as far as
-        there are, 8.
-
-    Returns
-    -------
-    Whole
-        Half of its interval, from the deviation of sixteen parts over √16.
-
-    Notes
-    -----
-    Neighbors that long waves join scatter together. The variance of means over squares of side L
-    is S/L² (1 - a/L) where waves are short beside L: two sizes of parts give S, and that is taken
-    where it is larger. Where the sixteen parts scatter more beside the 64 than chance would have
-    it once in ten times, waves are not short, and the quarters count, if they tell more.
-
-    Over Gaussian fields whose correlation has fallen to 1/e within three quarters of the width of
-    a sixteenth, the intervals hold in 93 to 97 of a hundred maps. Without 64 parts nothing tells
-    whether neighbors are independent: the half is the least that it may be.
-    """
+    """Return how sure the number of a whole is, from the scatter of its equal parts."""
     many, few = (np.asarray(levels[n], dtype=np.float64) for n in (USUAL, USUAL // 2))
     variance = _deviation(many) ** 2 / many.size
     if 2 * USUAL not in levels:
@@ -338,8 +200,8 @@ def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
     small = np.asarray(levels[2 * USUAL], dtype=np.float64)
     variance += max(variance - _deviation(small) ** 2 / small.size, 0.0)
     half = _student(many.size - 1) * math.sqrt(variance)
-    ratio, least, most = scaling(many, small)
-    falls = least <= ratio <= most
+    ratio, minimum, maximum = scaling(many, small)
+    falls = minimum <= ratio <= maximum
     if ratio > scaling(many, small, 1 - 2 * _ODD)[2]:
         coarse = _student(few.size - 1) * _deviation(few) / math.sqrt(few.size)
         if coarse > half:
@@ -348,14 +210,7 @@ def of_whole(levels: Mapping[int, ArrayLike]) -> Whole:
 
 
 def spread_of(count: int) -> tuple[float, float]:
-    """Return between which multiples of the deviation of so many values the true one lies.
-
-    Examples
-    --------
-    >>> low, high = spread_of(16)
-    >>> round(low, 2), round(high, 2)
-    (0.74, 1.55)
-    """
+    """Return between which multiples of the deviation of so many values the true one lies."""
     from scipy.special import chdtri
 
     freedom = count - 1
@@ -366,22 +221,7 @@ def spread_of(count: int) -> tuple[float, float]:
 
 
 def scaling(coarse: ArrayLike, fine: ArrayLike, level: float = LEVEL) -> tuple[float, float, float]:
-    """Return how the variance falls from small parts to large ones, over what independence gives.
-
-    Parameters
-    ----------
-    coarse, fine : array_like
-        A number of each part, of large parts and of small ones that make them up.
-    level : float
-        Confidence of the ends.
-
-    Returns
-    -------
-    (float, float, float)
-        Variance of the large parts over that of the small ones, times how many small ones make up
-        a large one: 1 where neighbors are independent, more where long waves join them; and
-        between which values chance keeps it there (F).
-    """
+    """Return how the variance falls from small parts to large ones."""
     from scipy.special import fdtri
 
     large, small = (np.asarray(x, dtype=np.float64) for x in (coarse, fine))

@@ -96,44 +96,13 @@ _PREFIXES = {
 def parse(
     text: str, dimension: str, name: str, positive: bool = True, needs: str | None = None
 ) -> float:
-    """Return the SI value of a number with its unit.
-
-    Parameters
-    ----------
-    text : str
-        A number and a unit, such as ``"1e3 N"``, ``"210 GPa"``, ``"5 µm"`` or ``"3 N/mm^2"``.
-        The case of the letters counts: ``mPa`` is a thousandth of a pascal.
-    dimension : {"length", "force", "pressure", "moment", "line load"}
-        What the quantity must be.
-    name : str
-        The argument that it is given for, which errors carry.
-    positive : bool
-        Whether zero and negative values are refused.
-    needs : str, optional
-        What the message says is needed, with an example; by default the dimension.
-
-    Returns
-    -------
-    float
-        The value [m], [N], [Pa], [N m] or [N/m]; finite.
-
-    Raises
-    ------
-    InputError
-        If the text is not one finite number with a unit of that dimension, or is not positive
-        where it must be.
-
-    Examples
-    --------
-    >>> parse("210 GPa", "pressure", "young")
-    210000000000.0
-    """
+    """Return the SI value of a number with its unit."""
     if dimension not in _SI_UNITS:
         raise ValueError(f"dimension must be one of {', '.join(_SI_UNITS)}, got {dimension!r}")
     wanted = f"needs {needs or f'a {dimension} with its unit such as {_EXAMPLES[dimension]}'}"
 
-    def refused(found: str) -> InputError:
-        return InputError(f"{wanted}, got {found}", argument=name, value=text)
+    def refused(result: str) -> InputError:
+        return InputError(f"{wanted}, got {result}", argument=name, value=text)
 
     if not isinstance(text, str):
         raise refused(f"{text!r} which has no unit")
@@ -152,38 +121,9 @@ def parse(
 
 
 def quantity(value: Any, dimension: str, name: str) -> Any:
-    """Return what was given for an argument in SI units: the one door of the public face.
-
-    Parameters
-    ----------
-    value : object
-        A number or an array in SI units, a text with a unit, a quantity of pint, or a list or
-        tuple of these.
-    dimension : {"length", "force", "pressure", "moment", "line load"}
-        What it must be.
-    name : str
-        The argument, which errors carry.
-
-    Returns
-    -------
-    object
-        Text and quantities as numbers [m], [N], [Pa], [N m] or [N/m], all else as it was given,
-        for the checks of whoever takes it.
-
-    Raises
-    ------
-    InputError
-        If a text is not one number with a unit, or the dimension is another.
-
-    Examples
-    --------
-    >>> quantity("50 N", "force", "load"), quantity(50.0, "force", "load")
-    (50.0, 50.0)
-    >>> quantity(("0 um", 5e-6), "length", "shift")
-    (0.0, 5e-06)
-    """
+    """Return what was given for an argument in SI units: the one door of the public face."""
     if isinstance(value, (list, tuple)):
-        return type(value)(_single(one, dimension, name) for one in value)
+        return type(value)(_single(item, dimension, name) for item in value)
     return _single(value, dimension, name)
 
 
@@ -217,37 +157,7 @@ def _times(number: float | str, factor: float) -> float:
 
 
 def engineering(value: float, unit: str, digits: int = 4) -> str:
-    """Return a quantity as text with an SI prefix.
-
-    Parameters
-    ----------
-    value : float
-        The quantity in the unit without prefix.
-    unit : str
-        ``"m"``, ``"N"``, ``"Pa"``, or one with a power or of several factors, ``"m²"``,
-        ``"Ω m²"``, ``"W/(m² K)"``, of which the first has the prefix; empty for a pure number.
-    digits : int
-        Significant digits; trailing zeros are left out.
-
-    Returns
-    -------
-    str
-        The number from 1 up to 1000 (where the first factor is a square, whose prefixes are further
-        apart, from 0.1 up to 10⁵) with the prefixed unit, in powers of ten where no prefix from f
-        to P fits or the unit begins with none that has one. A length below 1 pm is 0 m.
-
-    Raises
-    ------
-    ValueError
-        If ``digits`` is below 1.
-
-    Examples
-    --------
-    >>> engineering(2.31e-7, "m"), engineering(3e9, "Pa"), engineering(1.233e-7, "m²")
-    ('231 nm', '3 GPa', '0.1233 mm²')
-    >>> engineering(2e-13, "Ω m²"), engineering(2.5e4, "W/(m² K)"), engineering(2e3, "1/m")
-    ('200 fΩ m²', '25 kW/(m² K)', '2000 1/m')
-    """
+    """Return a quantity as text with an SI prefix."""
     if digits < 1:
         raise ValueError(f"digits must be at least 1, got {digits}")
     return _prefixed(0.0 if unit == "m" and abs(value) < _SMALLEST_LENGTH else value, unit, digits)
@@ -271,48 +181,13 @@ def _prefixed(value: float, unit: str, digits: int = 4) -> str:
 
 
 def lengths(values: Sequence[float], between: str = " × ") -> str:
-    """Return lengths as text, each with its SI prefix.
-
-    Parameters
-    ----------
-    values : sequence of float
-        Lengths [m].
-    between : str
-        What stands between two of them.
-
-    Returns
-    -------
-    str
-        Four digits of each.
-
-    Examples
-    --------
-    >>> lengths((1.0982520279867458e-06, 2e-6)), lengths((0.0, -5e-6), ", ")
-    ('1.098 µm × 2 µm', '0 m, -5 µm')
-    """
+    """Return lengths as text, each with its SI prefix."""
     # Sides and pixels as they were given, a wrong unit included.
     return between.join(_prefixed(value, "m") for value in values)
 
 
 def percent(share: float) -> str:
-    """Return a share as text in per cent.
-
-    Parameters
-    ----------
-    share : float
-        From 0 to 1; more than the whole is given in whole per cent.
-
-    Returns
-    -------
-    str
-        Three digits of the share, or of what it lacks to the whole: neither a little nor nearly
-        everything reads as nothing or all.
-
-    Examples
-    --------
-    >>> percent(0.0338058), percent(0.99967), percent(1e-8), percent(1.0), percent(1.16)
-    ('3.38 %', '99.9670 %', '< 0.0001 %', '100 %', '116 %')
-    """
+    """Return a share as text in per cent."""
     rest = min(share, 1 - share)
     if rest <= 1e-12:
         return f"{100 * share:.0f} %"
@@ -325,25 +200,7 @@ def percent(share: float) -> str:
 
 
 def plain(value: float, digits: int = 4) -> str:
-    """Return a number as text without a power of ten, down to a millionth.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    digits : int
-        Significant digits; trailing zeros are left out.
-
-    Returns
-    -------
-    str
-        The number; below a millionth that, as a bound.
-
-    Examples
-    --------
-    >>> plain(4.561e-5), plain(12.3456), plain(2e-9), plain(0.0), plain(-1.5)
-    ('0.00004561', '12.35', '< 0.000001', '0', '-1.5')
-    """
+    """Return a number as text without a power of ten, down to a millionth."""
     if value == 0 or not math.isfinite(value):
         return f"{abs(value):g}" if value == 0 else f"{value:g}"
     if 0 < value < 1e-6:
@@ -353,25 +210,7 @@ def plain(value: float, digits: int = 4) -> str:
 
 
 def changed_by(change: float) -> str:
-    """Return a relative change as text.
-
-    Parameters
-    ----------
-    change : float
-        New over old value, less one; infinite where the old one is zero.
-
-    Returns
-    -------
-    str
-        In per cent with its sign, from tenfold on as a factor; a tenth where it is below a half.
-
-    Examples
-    --------
-    >>> changed_by(0.124), changed_by(-0.5), changed_by(63.94), changed_by(float("inf"))
-    ('+12 %', '-50 %', '65-fold', 'from zero')
-    >>> changed_by(-0.0049), changed_by(0.0002)
-    ('-0.5 %', '0 %')
-    """
+    """Return a relative change as text."""
     if math.isinf(change):
         return "from zero"
     if change >= 9:
@@ -381,25 +220,7 @@ def changed_by(change: float) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a number with its noun.
-
-    Parameters
-    ----------
-    number : int
-        How many.
-    noun : str
-        Of what; its plural ends in s.
-
-    Returns
-    -------
-    str
-        Both, the noun in the plural where it is not just one.
-
-    Examples
-    --------
-    >>> counted(1, "pixel"), counted(0, "pixel")
-    ('1 pixel', '0 pixels')
-    """
+    """Return a number with its noun."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 

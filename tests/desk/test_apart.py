@@ -16,8 +16,8 @@ import psutil
 import pytest
 
 import roughcontact as rc
-from roughcontact.desk import apart
-from roughcontact.desk.apart import Bench, End, Limits, Stage
+from roughcontact.desk import workers
+from roughcontact.desk.workers import JobResult, Limits, Stage, WorkerPool
 from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
 from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
@@ -28,8 +28,8 @@ BALL = {"body": "sphere 1 mm", "points": "32", "size": "60 um", **STEEL}
 
 
 @pytest.fixture(scope="module")
-def bench() -> Iterator[Bench]:
-    bench = Bench()
+def bench() -> Iterator[WorkerPool]:
+    bench = WorkerPool()
     yield bench
     bench.close()
 
@@ -63,7 +63,7 @@ def lasting(tell: Callable[[Any], None], folder: Path | None = None) -> None:
         return
     from roughcontact import files
 
-    with files.replacing(folder / "whole.nc") as stream:
+    with files.atomic_write(folder / "whole.nc") as stream:
         stream.write(b"half")
         tell("writing")
         time.sleep(600)
@@ -75,7 +75,7 @@ def stubborn(tell: Callable[[Any], None]) -> None:
     time.sleep(600)
 
 
-def told_first(bench: Bench, *work: Any, **more: Any) -> tuple[apart.Job, str]:
+def told_first(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job, str]:
     """Begin a job, and return it with the last thing it tells before it waits."""
     first = threading.Event()
     words: list[str] = []
@@ -90,15 +90,15 @@ def told_first(bench: Bench, *work: Any, **more: Any) -> tuple[apart.Job, str]:
     return job, words[0]
 
 
-def ended(job: apart.Job) -> End:
+def ended(job: workers.Job) -> JobResult:
     end = job.wait(PATIENCE)
     assert end is not None
     return end
 
 
-def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: Bench) -> None:
+def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> None:
     stages: list[Stage] = []
-    ends: list[End] = []
+    ends: list[JobResult] = []
     end = ended(bench.begin(adding, 2, 3, told=stages.append, ended=ends.append))
     assert end.value == 5
     assert ends == [end]
@@ -111,20 +111,20 @@ def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: Bench) -> None:
     assert 0 <= stages[0].seconds <= stages[2].seconds <= end.seconds
 
 
-def test_an_error_comes_with_what_it_speaks_of(bench: Bench) -> None:
+def test_an_error_comes_with_what_it_speaks_of(bench: WorkerPool) -> None:
     error = ended(bench.begin(refusing)).error
     assert isinstance(error, InputError)
     assert error.argument == "load"
     assert str(error) == "load must be less"
 
 
-def test_a_process_that_is_gone_is_told_of(bench: Bench) -> None:
+def test_a_process_that_is_gone_is_told_of(bench: WorkerPool) -> None:
     error = ended(bench.begin(dying)).error
     assert str(error) == "its process ended with status 7; is there enough memory?"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
-def test_a_job_takes_no_more_memory_than_it_may(bench: Bench) -> None:
+def test_a_job_takes_no_more_memory_than_it_may(bench: WorkerPool) -> None:
     limits = Limits(memory=2**28)
     assert ended(bench.begin(devouring, 2**24, limits=limits)).value == 2**24
     error = ended(bench.begin(devouring, 2**29, limits=limits)).error
@@ -132,7 +132,7 @@ def test_a_job_takes_no_more_memory_than_it_may(bench: Bench) -> None:
     assert str(error) == "the memory of 0.25 GiB is used up; crop the map"
 
 
-def test_a_job_takes_no_longer_than_it_may(bench: Bench) -> None:
+def test_a_job_takes_no_longer_than_it_may(bench: WorkerPool) -> None:
     job = bench.begin(lasting, limits=Limits(seconds=0.05))
     error = ended(job).error
     assert isinstance(error, RoughcontactError)
@@ -140,7 +140,7 @@ def test_a_job_takes_no_longer_than_it_may(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("work", [lasting, stubborn])
-def test_a_job_that_nobody_wants_ends(bench: Bench, work: Any) -> None:
+def test_a_job_that_nobody_wants_ends(bench: WorkerPool, work: Any) -> None:
     job, number = told_first(bench, work)
     job.cancel()
     job.cancel()
@@ -151,7 +151,7 @@ def test_a_job_that_nobody_wants_ends(bench: Bench, work: Any) -> None:
     job.cancel()
 
 
-def test_nothing_is_left_half_written(bench: Bench, tmp_path: Path) -> None:
+def test_nothing_is_left_half_written(bench: WorkerPool, tmp_path: Path) -> None:
     job, _ = told_first(bench, lasting, tmp_path, folders=(tmp_path,))
     assert list(tmp_path.iterdir()) != []
     job.cancel()
@@ -161,7 +161,7 @@ def test_nothing_is_left_half_written(bench: Bench, tmp_path: Path) -> None:
 
 def test_closing_ends_what_is_under_way_and_what_waits() -> None:
     before = set(psutil.Process().children())
-    bench = Bench()
+    bench = WorkerPool()
     job, number = told_first(bench, lasting)
     bench.close()
     assert ended(job).canceled
@@ -170,7 +170,7 @@ def test_closing_ends_what_is_under_way_and_what_waits() -> None:
 
 
 def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPatch) -> None:
-    bench = Bench(spare=False)
+    bench = WorkerPool(spare=False)
 
     def told(stage: Stage) -> None:
         raise ValueError("not wanted")
@@ -183,7 +183,7 @@ def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPat
     assert len(ignored) == 1
 
 
-def test_a_request_gives_the_same_as_here(bench: Bench, tmp_path: Path) -> None:
+def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> None:
     from roughcontact.request import run
 
     request = from_text(
@@ -192,7 +192,7 @@ def test_a_request_gives_the_same_as_here(bench: Bench, tmp_path: Path) -> None:
     )  # fmt: skip
     stages: list[Stage] = []
     job = bench.begin(
-        apart.carry_out, request, told=stages.append, folders=apart.folders_of(request)
+        workers.carry_out, request, told=stages.append, folders=workers.folders_of(request)
     )
     outcome = ended(job).value
     here = run.run(request, lambda text: None)
@@ -201,15 +201,15 @@ def test_a_request_gives_the_same_as_here(bench: Bench, tmp_path: Path) -> None:
     assert outcome.written == (tmp_path / "out.csv",)
     assert any(isinstance(stage.at, Progress) for stage in stages)
     assert {stage.share for stage in stages} <= {None, 0.0, 0.5}
-    assert apart.folders_of(request) == [tmp_path]
+    assert workers.folders_of(request) == [tmp_path]
 
 
 @pytest.mark.process
-def test_a_map_is_read_apart(bench: Bench, tmp_path: Path) -> None:
+def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)
     shapes: list[tuple[int, int]] = []
-    read = apart.reader(bench)
+    read = workers.reader(bench)
     surface = read(tmp_path / "map.npy", shapes.append, None, None, "m", "8 um x 9 um", False)
     here = rc.read_surface(tmp_path / "map.npy", unit="m", size="8 um x 9 um")
     np.testing.assert_array_equal(surface.heights, here.heights)
@@ -219,14 +219,14 @@ def test_a_map_is_read_apart(bench: Bench, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"map\.npy gives no unit"):
         read(tmp_path / "map.npy", shapes.append)
     found, channels = ended(
-        bench.begin(apart.read, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
+        bench.begin(workers.read, tmp_path / "map.npy", {"unit": "m", "size": "8 um x 9 um"})
     ).value
     assert found.shape == channels[0].shape == (8, 9)
-    assert ended(bench.begin(apart.channels, tmp_path / "map.npy")).value == channels
+    assert ended(bench.begin(workers.channels, tmp_path / "map.npy")).value == channels
 
 
-def test_a_file_that_takes_too_long_is_refused(bench: Bench, tmp_path: Path) -> None:
+def test_a_file_that_takes_too_long_is_refused(bench: WorkerPool, tmp_path: Path) -> None:
     np.save(tmp_path / "map.npy", np.ones((4, 4)))
-    read = apart.reader(bench, Limits(seconds=0.0))
+    read = workers.reader(bench, Limits(seconds=0.0))
     with pytest.raises(RoughcontactError, match="took longer"):
         read(tmp_path / "map.npy", lambda shape: None)

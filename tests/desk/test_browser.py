@@ -148,7 +148,7 @@ def test_a_measured_file_from_drop_to_download(
     shutil.copy(measured, tmp_path)
     monkeypatch.chdir(tmp_path)
     assert app.main([*words[1:], "--output", "own.nc", "--quiet"]) == app.SOLVED
-    ours, theirs = rc.load_result(result), rc.load_result("own.nc")
+    ours, theirs = rc.read_result(result), rc.read_result("own.nc")
     for name in ("pressure", "gap", "residual_indentation"):
         assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=True)
     assert (ours.load, ours.approach, ours.certificate) == (
@@ -340,7 +340,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
         page.keyboard.press("Enter")
     path = tmp_path / coming.value.suggested_filename
     coming.value.save_as(path)
-    assert rc.load_result(path).converged
+    assert rc.read_result(path).converged
 
 
 def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_end(

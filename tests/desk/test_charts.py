@@ -10,10 +10,15 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact import plots
-from roughcontact.desk.charts import Bearing, Histogram, Spectrum
-from roughcontact.desk.curves import Curve, History, Study
-from roughcontact.desk.spots import SpotTable, box_around, listed
-from roughcontact.desk.stress import Stress
+from roughcontact.desk.detail_panel import (
+    Bearing,
+    Histogram,
+    Spectrum,
+    SpotTable,
+    box_around,
+    listed,
+)
+from roughcontact.desk.result_plots import Curve, History, Stress, Study
 from roughcontact.surface.spectrum import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -105,7 +110,7 @@ def test_a_spot_across_an_edge_is_shown_at_its_peak():
 
 
 def test_a_load_curve_and_the_load_now(surface):
-    curve = rc.load_curve(surface, material=STEEL, loads=[0.1, 0.3, 1.0])
+    curve = rc.sweep(surface, material=STEEL, loads=[0.1, 0.3, 1.0])
     shown = Curve()
     shown.mark(0.3)
     shown.show(curve)
@@ -120,7 +125,7 @@ def test_a_load_curve_and_the_load_now(surface):
 
 
 def test_a_load_history(surface):
-    history = rc.load_history(surface, [0.3, 1.0, 0.1], material=STEEL)
+    history = rc.history(surface, [0.3, 1.0, 0.1], material=STEEL)
     shown = History()
     assert shown.energy.xaxis[0].ticker.min_interval == 1, "there is no step 1.5"
     shown.show(history)
@@ -163,10 +168,10 @@ def test_stress_and_the_depth_one_chooses(surface):
 
 
 def test_what_a_file_is_called_is_no_markup():
-    from roughcontact.desk import look
+    from roughcontact.desk import style
 
-    assert "<img" not in look.patch("#000000", "<img src=x>")
-    model = look.markup()
-    look.put(model, look.patch("#000000", "<img src=x>"))
+    assert "<img" not in style.patch("#000000", "<img src=x>")
+    model = style.markup()
+    style.put(model, style.patch("#000000", "<img src=x>"))
     assert "&lt;img" not in model.text  # escaped once more on the way
     assert "&amp;lt;img" in model.text

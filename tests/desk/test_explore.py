@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.desk.state import from_script
+from roughcontact.desk.session import from_script
 from roughcontact.errors import InputError
 from roughcontact.request.run import run
 

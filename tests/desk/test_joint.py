@@ -12,11 +12,11 @@ import roughcontact as rc
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
-from roughcontact.desk.answers import JOINTS, answers
-from roughcontact.desk.apart import Bench
-from roughcontact.desk.joint import Joint
+from roughcontact.desk.analysis_jobs import JOINTS, answers
+from roughcontact.desk.analysis_panel import Joint
 from roughcontact.desk.session import Session
-from roughcontact.request import joints
+from roughcontact.desk.workers import WorkerPool
+from roughcontact.request import contacts
 
 PATIENCE = 60.0
 GIVEN = {
@@ -31,7 +31,7 @@ class Seat:
     """A tab on a session that has solved its contact."""
 
     def __init__(
-        self, folder: Path, bench: Bench, heights: np.ndarray | None = None, **more: str
+        self, folder: Path, bench: WorkerPool, heights: np.ndarray | None = None, **more: str
     ) -> None:
         if heights is None:
             heights = 1e-7 * np.random.default_rng(1).standard_normal((24, 32))
@@ -69,14 +69,14 @@ class Seat:
 
 
 @pytest.fixture
-def bench() -> Iterator[Bench]:
-    made = Bench(spare=False)
+def bench() -> Iterator[WorkerPool]:
+    made = WorkerPool(spare=False)
     yield made
     made.close()
 
 
 @pytest.mark.long
-def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Bench) -> None:
+def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench)
     for name, text in RANGE.items():
         seat.joint._give(name.strip("_"), text)
@@ -96,7 +96,7 @@ def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: Benc
     seat.session.close()
 
 
-def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: Bench) -> None:
+def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: WorkerPool) -> None:
     heights = rc.self_affine(
         (128, 128), (1e-6, 1e-6), rms_height=0.3e-6, rolloff_wavelength=16e-6,
         cutoff_wavelength=4e-6, rng=np.random.default_rng(1),
@@ -111,7 +111,7 @@ def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: B
     seat.session.close()
 
 
-def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: Bench) -> None:
+def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench, **{"counter-material": "PEEK"})
     for name, box in seat.joint._boxes.items():
         box.value = name == "What it conducts"
@@ -128,18 +128,18 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: Bench) -> No
 
 @pytest.mark.long
 def test_all_that_is_asked_at_once_is_solved_once(
-    tmp_path: Path, bench: Bench, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, bench: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Elastic, so that the law has no second branch of its own.
     seat = Seat(tmp_path, bench, ceiling="none")
     solved: list[float] = []
-    fresh = joints.solve_afresh
+    fresh = contacts.solve_afresh
 
     def counted(surface: rc.Surface, **options: Any) -> Any:
         solved.append(options["load"])
         return fresh(surface, **options)
 
-    monkeypatch.setattr(joints, "solve_afresh", counted)
+    monkeypatch.setattr(contacts, "solve_afresh", counted)
     requests = [seat.session.state.request(task, **RANGE) for task, question in JOINTS]
     found = answers(lambda _: None, *requests)
     assert len(found) == len(JOINTS)

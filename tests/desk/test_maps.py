@@ -9,9 +9,9 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-from roughcontact.desk import maps, pictures
+from roughcontact.desk import maps, rasters
 from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
-from roughcontact.desk.pictures import Box
+from roughcontact.desk.rasters import Box
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 
@@ -85,7 +85,7 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     assert tall > 0  # row 0 is at the top
     height = shown.figures[HEIGHTS].height - maps._ABOVE_AND_BELOW
     assert wide / tall == pytest.approx(maps._DOTS / height)
-    wanted, seen = box or pictures.box_of(surface), shown.seen
+    wanted, seen = box or rasters.box_of(surface), shown.seen
     assert seen.left <= wanted.left + 1e-12
     assert seen.right >= wanted.right - 1e-12
 

@@ -12,7 +12,7 @@ pytest.importorskip("panel")
 from bokeh.events import SelectionGeometry
 
 from roughcontact.desk.maps import PRESSURE, Maps
-from roughcontact.desk.pictures import Box
+from roughcontact.desk.rasters import Box
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ import roughcontact as rc
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
-from roughcontact.desk.apart import Bench
+from roughcontact.desk.contact_view import ContactView
 from roughcontact.desk.page import Page
+from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
-from roughcontact.desk.sight import Sight
-from roughcontact.desk.works import Work, Works
+from roughcontact.desk.workers import WorkerPool
 
 PATIENCE = 60.0
 GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
@@ -41,13 +41,13 @@ def settle(page: Page) -> None:
 
 
 @pytest.fixture
-def work(tmp_path: Path) -> Work:
-    return Works(tmp_path / "works").create()
+def work(tmp_path: Path) -> SavedProject:
+    return ProjectStore(tmp_path / "works").create()
 
 
 @pytest.fixture
-def page(work: Work, tmp_path: Path) -> Iterator[Page]:
-    bench = Bench(spare=False)
+def page(work: SavedProject, tmp_path: Path) -> Iterator[Page]:
+    bench = WorkerPool(spare=False)
     visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [])
     made = Page(visit)
     made._document = Loop()
@@ -120,8 +120,10 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
 
 
 @pytest.mark.long
-def test_two_pages_on_one_work_follow_each_other(page: Page, work: Work, tmp_path: Path) -> None:
-    bench = Bench(spare=False)
+def test_two_pages_on_one_work_follow_each_other(
+    page: Page, work: SavedProject, tmp_path: Path
+) -> None:
+    bench = WorkerPool(spare=False)
     seen: list[Visit] = []
     visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [], lambda: seen)
     first = Page(visit)
@@ -147,7 +149,7 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
     assert page.sight.maps.heights.data["x"]
 
 
-def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: Work) -> None:
+def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
     page._do(lambda: page.session.bring(path, "mine.opd"))
@@ -164,7 +166,9 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: Work) -> N
     assert work.key not in text_of(take._working._said)
 
 
-def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(page: Page, work: Work) -> None:
+def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
+    page: Page, work: SavedProject
+) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
     page._do(lambda: page.session.bring(path))
@@ -234,7 +238,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
 
 def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
     surface = rc.read_surface(map_file(tmp_path))
-    sight = Sight(lambda line: None, lambda rows, columns: None)
+    sight = ContactView(lambda line: None, lambda rows, columns: None)
     sight.clear()
     assert len(sight.root) == 1
     sight.show(surface, None, None)
@@ -256,21 +260,21 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
 
 
 def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
-    from roughcontact.desk import scale
+    from roughcontact.desk import load_panel
 
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
-    page._load.form.value = scale.NOMINAL
+    page._load.form.value = load_panel.NOMINAL
     assert page.session.state.given["load"] == "13 MPa"
     page._load.text.value = "13 furlongs"
     assert page._load._wrong.visible
     assert page.session.state.given["load"] == "13 MPa"
 
 
-def test_a_work_that_is_removed_says_so(work: Work, tmp_path: Path) -> None:
+def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
-    bench = Bench(spare=False)
+    bench = WorkerPool(spare=False)
     made = Page(Visit(work, None, tmp_path, bench, 1, lambda: gone.append(True), lambda: []))
     made._bring._about_works()[1].value = "remove"
     assert gone == [True]
@@ -300,7 +304,7 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
 def test_controls_show_defaults_as_one_types_them() -> None:
     from roughcontact.desk.controls import Control
     from roughcontact.request.load_history import TASK as HISTORY
-    from roughcontact.request.subsurface import TASK as STRESS
+    from roughcontact.request.subsurface_stress import TASK as STRESS
 
     shown = {}
     for name, task in (("friction", STRESS), ("shift", HISTORY), ("passes", HISTORY)):

@@ -28,7 +28,7 @@ from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
 from roughcontact.cli import app
-from roughcontact.desk import server, starting
+from roughcontact.desk import server
 from roughcontact.desk.server import Server, Settings, Visit
 from roughcontact.errors import InputError
 
@@ -374,7 +374,7 @@ def test_a_page_that_cannot_be_made_says_why_and_keeps_nothing(
 def test_the_scripts_that_are_read_ahead_are_those_of_the_page(desk: Desk) -> None:
     page = desk.ask(desk.home).text
     found = re.findall(r'src="(static/[^"]*[?]v=[^"]*)"', page)
-    ahead = set(starting.addresses())
+    ahead = set(server.addresses())
     assert set(found) <= ahead
     # Bokeh 3.10 no longer asks for its tables here.
     assert all("bokeh-tables" in one for one in ahead - set(found))
@@ -397,7 +397,7 @@ def test_who_comes_before_the_page_is_there_is_told_so(tmp_path: Path) -> None:
         answer = connection.getresponse()
         first = answer.read1().decode()
         assert "starting" in first
-        assert all(address in first for address in starting.addresses())
+        assert all(address in first for address in server.addresses())
         go_on.set()
         assert "location.replace" in answer.read().decode()
         connection.request("GET", way, headers={"Sec-Fetch-Dest": "iframe"})

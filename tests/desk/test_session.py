@@ -12,11 +12,10 @@ from hypothesis import HealthCheck, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import roughcontact as rc
-from roughcontact.desk.live import Failed, Live, Prepared
-from roughcontact.desk.session import Session
-from roughcontact.desk.state import PINNED, from_script
+from roughcontact.batch import project
+from roughcontact.desk.live_solver import Failed, Live, Prepared
+from roughcontact.desk.session import PINNED, Session, from_script
 from roughcontact.errors import InputError, RoughcontactError
-from roughcontact.fleet import project
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.run import run

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, strategies as st
 
 import roughcontact as rc
-from roughcontact.desk.state import State, from_script
+from roughcontact.batch import project
+from roughcontact.desk.session import State, from_script
 from roughcontact.errors import FormatError, InputError
-from roughcontact.fleet import project
-from roughcontact.report import script
+from roughcontact.report import python_script
 from roughcontact.request.load_curve import TASK as SWEEP
 from roughcontact.request.run import run
-from roughcontact.request.subsurface import TASK as STRESS
+from roughcontact.request.subsurface_stress import TASK as STRESS
 
 
 @pytest.fixture
@@ -142,4 +142,4 @@ def test_what_is_taken_away_has_the_names_of_the_user(complete: State, map_file:
     result = run(request, lambda _: None).contact
     assert result is not None
     assert result.surface.provenance.source == "from <me>.opd"
-    assert 'rc.read_surface("from <me>.opd")' in script.repeating(result)
+    assert 'rc.read_surface("from <me>.opd")' in python_script.repeating(result)

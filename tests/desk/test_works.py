@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from roughcontact.desk import works
-from roughcontact.desk.works import Works, shown, state_folder, suffix_of
+from roughcontact.desk import projects
+from roughcontact.desk.projects import ProjectStore, shown, state_folder, suffix_of
 from roughcontact.errors import InputError
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes")
@@ -19,7 +19,7 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no modes
 
 @POSIX
 def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
-    desk = Works(tmp_path / "desk")
+    desk = ProjectStore(tmp_path / "desk")
     one, other = desk.create(), desk.create()
     assert one.key != other.key
     assert len(one.key) == 32
@@ -30,7 +30,7 @@ def test_a_work_is_private_and_its_key_long(tmp_path: Path) -> None:
 
 
 def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
-    desk = Works(tmp_path / "desk")
+    desk = ProjectStore(tmp_path / "desk")
     work = desk.create()
     assert desk.find(work.key) == work
     (tmp_path / ("x" * 32)).mkdir()
@@ -44,7 +44,7 @@ def test_a_work_is_found_by_its_key_and_nothing_else(tmp_path: Path) -> None:
 
 
 def test_a_file_is_kept_whole_under_a_name_of_our_own(tmp_path: Path) -> None:
-    work = Works(tmp_path).create()
+    work = ProjectStore(tmp_path).create()
     with work.receiving("../../<b>ground\n.OPD", 100) as upload:
         upload.take(b"abc")
         upload.take(b"def")
@@ -56,7 +56,7 @@ def test_a_file_is_kept_whole_under_a_name_of_our_own(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_too_large_leaves_nothing(tmp_path: Path) -> None:
-    work = Works(tmp_path).create()
+    work = ProjectStore(tmp_path).create()
 
     def receive() -> None:
         with work.receiving("map.npy", 5) as upload:
@@ -84,7 +84,7 @@ def test_names_are_one_line_without_folders() -> None:
 
 
 def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
-    work = Works(tmp_path).create()
+    work = ProjectStore(tmp_path).create()
     with work.page() as page:
         (page / "result.nc").write_bytes(b"x")
     assert not page.exists()
@@ -94,7 +94,7 @@ def test_what_a_page_made_goes_with_it(tmp_path: Path) -> None:
 
 
 def test_what_nobody_used_goes(tmp_path: Path) -> None:
-    desk = Works(tmp_path)
+    desk = ProjectStore(tmp_path)
     old, new = desk.create(), desk.create()
     stranger = tmp_path / "not-a-key"
     stranger.mkdir()
@@ -111,8 +111,8 @@ def test_what_nobody_used_goes(tmp_path: Path) -> None:
 def test_pages_of_a_server_that_was_killed_go_and_others_stay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(works, "_SETTLED", -1.0)
-    desk = Works(tmp_path)
+    monkeypatch.setattr(projects, "_SETTLED", -1.0)
+    desk = ProjectStore(tmp_path)
     work = desk.create()
     left = work.folder / "page-0123456789abcdef"
     left.mkdir()
@@ -137,12 +137,12 @@ def test_the_folder_is_where_the_system_keeps_state(
 def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="cannot be made") as caught:
-        Works(tmp_path / "file" / "desk")
+        ProjectStore(tmp_path / "file" / "desk")
     assert caught.value.argument == "folder"
 
 
 def test_works_in_which_something_was_done_are_told_the_last_first(tmp_path: Path) -> None:
-    works = Works(tmp_path)
+    works = ProjectStore(tmp_path)
     first, empty, last = (works.create() for _ in range(3))
     for age, work in ((100, first), (1, last)):
         work.project.write_text("")

@@ -18,8 +18,8 @@ import pytest
 
 import roughcontact as rc
 from fleets import ABSENT, LARGE, ended, items, wait_for, write_large, write_project
+from roughcontact.batch.executors import connected
 from roughcontact.cli import app
-from roughcontact.fleet.cluster import connected
 
 pytest.importorskip("distributed", reason="Dask is absent")
 
@@ -64,7 +64,7 @@ class Cluster:
         """Start to work through a project."""
         given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
         return self.start(
-            "-c", "import sys; from roughcontact.fleet import cluster, engines; "
+            "-c", "import sys; from roughcontact.batch import cluster, engines; "
             "cluster._PATIENCE = 8; engines._UNNOTICED = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
             *given, cwd=project.parent, env=ENVIRONMENT, **more,
@@ -277,7 +277,7 @@ def test_what_does_not_fit_is_refused(
     words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: Capture,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("roughcontact.fleet.cluster._PATIENCE", 1)
+    monkeypatch.setattr("roughcontact.batch.executors._PATIENCE", 1)
     path = write_project(tmp_path, 1)
     assert app.main(["run", str(path), *words]) == app.BAD_INPUT
     out, err = capsys.readouterr()

@@ -11,8 +11,8 @@ from concurrent.futures import wait
 import pytest
 
 from fleets import ended, wait_for
+from roughcontact.batch.executors import LocalExecutor, LostWorkerError
 from roughcontact.errors import InputError
-from roughcontact.fleet.local import LocalExecutor, LostWorkerError
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from items import items_of_file, normal
-from roughcontact.fleet import engines, keeping, plan, project, work
-from roughcontact.fleet.engine import Engine
-from roughcontact.request import outputs, pieces
+from roughcontact.batch import jobs, plan, project, runner
+from roughcontact.batch.executors import Engine
+from roughcontact.request import outputs, subtasks
 
 HEAD = """\
 folder = "results"
@@ -44,7 +44,7 @@ class Backwards(Executor):
     """Calls on what has been sent, the last task first: only when it is asked for an answer."""
 
     def __init__(self) -> None:
-        self.tasks: list[work.Task] = []
+        self.tasks: list[jobs.Task] = []
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         self.tasks.append(args[0])
@@ -86,13 +86,13 @@ def bits(folder: Path) -> dict[str, dict[str, str]]:
     }
 
 
-def run(path: Path, slots: int = 10) -> tuple[list[plan.Report], list[work.Task], list[str]]:
+def run(path: Path, slots: int = 10) -> tuple[list[plan.Report], list[jobs.Task], list[str]]:
     far, said = Backwards(), []
     engine = Engine(far, partial(answer, slots), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
         # What is asked is answered with the next look.
-        patch.setattr(engines, "_LOOKS", 0.0)
-        reports = engines.run(project.load(path), lambda report: None, engine, say=said.append)
+        patch.setattr(runner, "_LOOKS", 0.0)
+        reports = runner.run(project.load(path), lambda report: None, engine, say=said.append)
     return reports, far.tasks, said
 
 
@@ -105,11 +105,11 @@ def test_pieces_in_any_order_give_the_bits_of_the_whole(
     reports, tasks, said = run(path)
     assert [report.state for report in reports] == [plan.SOLVED]
     words = [task.piece for task in tasks]
-    assert words == [*pieces.of(tasks[0].parts[0].entry.request), ""]
+    assert words == [*subtasks.subtask_ids(tasks[0].parts[0].entry.request), ""]
     assert len(words) == count + 1
     assert said[-1] == f"{count} of {count} pieces of one found"
     alone = written(tmp_path / "whole", text)
-    monkeypatch.setattr(pieces, "of", lambda request: ())
+    monkeypatch.setattr(subtasks, "subtask_ids", lambda request: ())
     reports, tasks, _ = run(alone)
     assert [report.state for report in reports] == [plan.SOLVED]
     assert [task.piece for task in tasks] == [""]
@@ -164,8 +164,8 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
     far = Changing()
     engine = Engine(far, partial(answer, 10), 1, far.shutdown)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engines, "_LOOKS", 0.0)
-        (report,) = engines.run(project.load(path), lambda report: None, engine)
+        patch.setattr(runner, "_LOOKS", 0.0)
+        (report,) = runner.run(project.load(path), lambda report: None, engine)
     assert report.state == plan.FAILED
     assert "r1.npy changed while the project ran; run it again" in report.reason
     (again,), _, _ = run(path)
@@ -185,10 +185,10 @@ def test_pieces_that_were_found_are_not_done_again(
     path = written(tmp_path / "here", text)
     summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
     with monkeypatch.context() as patch:
-        patch.setattr(keeping, "drop", lambda entry, but: None)
+        patch.setattr(plan, "drop", lambda entry, but: None)
         assert [report.state for report in run(path)[0]] == [plan.SOLVED]
     (entry,) = project.load(path)
-    words = pieces.of(entry.request)
+    words = subtasks.subtask_ids(entry.request)
     place = summary.with_suffix(".pieces")
     files = {word: place / f"{plan.digest_of(entry, piece=word)}.json" for word in words}
     assert sorted(place.iterdir()) == sorted(files.values())
@@ -286,10 +286,10 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 
     far = Backwards()
     with monkeypatch.context() as patch:
-        patch.setattr(engines, "_LOOKS", 0.0)
+        patch.setattr(runner, "_LOOKS", 0.0)
         engine = Engine(far, partial(answer, 1), 1, far.shutdown)
         with pytest.raises(outputs.UnfinishedError) as caught:
-            engines.run(project.load(path), lambda report: None, engine, say=said)
+            runner.run(project.load(path), lambda report: None, engine, say=said)
     assert caught.value.written == [place]
     waiting.clear()
     _, tasks, _ = run(path)
@@ -304,7 +304,7 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
     (entry,) = project.load(path)
-    assert pieces.of(entry.request) == ()
+    assert subtasks.subtask_ids(entry.request) == ()
 
 
 def test_pieces_are_shared_by_the_processes_of_a_machine(
@@ -312,8 +312,10 @@ def test_pieces_are_shared_by_the_processes_of_a_machine(
 ) -> None:
     path = written(tmp_path / "here", PROBLEMS["groups"][0])
     counts = []
-    monkeypatch.setattr(engines, "default_workers", lambda: 4)
-    monkeypatch.setattr(engines, "processes", lambda count: pytest.fail(str(counts.append(count))))
+    monkeypatch.setattr(runner, "default_workers", lambda: 4)
+    monkeypatch.setattr(
+        runner, "local_processes", lambda count: pytest.fail(str(counts.append(count)))
+    )
     with pytest.raises(pytest.fail.Exception):
-        engines.run(project.load(path), lambda report: None)
+        runner.run(project.load(path), lambda report: None)
     assert counts == [4]

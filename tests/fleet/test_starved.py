@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 
 from fleets import LARGE, limited, write_large, write_project
+from roughcontact.batch import runner
+from roughcontact.batch.executors import Engine, LocalExecutor
 from roughcontact.cli import app
-from roughcontact.fleet import engines
-from roughcontact.fleet.engine import Engine
-from roughcontact.fleet.local import LocalExecutor
 
 resource = pytest.importorskip("resource", reason="this system limits no address space")
 
@@ -51,7 +50,7 @@ def test_a_contact_that_fills_the_memory_of_a_process_fails_alone(
 ) -> None:
     path = write_project(tmp_path, 2, LARGE)
     write_large(tmp_path, 1024)
-    monkeypatch.setattr(engines, "processes", narrow)
+    monkeypatch.setattr(runner, "local_processes", narrow)
     assert app.main(["run", str(path)]) == app.NOT_CONVERGED
     out, err = capsys.readouterr()
     rows = {line.split()[0]: line for line in out.splitlines() if line[:1].isalpha()}

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from fleets import items, write_project
-from roughcontact.fleet import engines, plan, project, work
-from roughcontact.fleet.engine import Engine
-from roughcontact.fleet.plan import FAILED, KEPT, SOLVED
+from roughcontact.batch import jobs, plan, project, runner
+from roughcontact.batch.executors import Engine
+from roughcontact.batch.plan import FAILED, KEPT, SOLVED
 
 
 class Here(Executor):
@@ -28,7 +28,7 @@ class Elsewhere(Here):
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self._folder, self._patch = folder.resolve(), monkeypatch
-        self.tasks: list[work.Task] = []
+        self.tasks: list[jobs.Task] = []
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         self.tasks.append(args[0])
@@ -74,14 +74,14 @@ def test_files_that_are_sent_give_the_same_bits(
     engine = Engine(near, lambda: 1, 1, near.shutdown)
     for name, count in (("project.toml", 4), ("drawn.toml", 1)):
         entries = project.load(name)
-        assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED] * count
+        assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED] * count
     monkeypatch.chdir(there)
     far = Elsewhere(there, monkeypatch)
     engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
     (drawn,), entries = project.load("drawn.toml"), project.load("project.toml")
-    assert states(engines.run([drawn], lambda report: None, engine)) == [SOLVED]
+    assert states(runner.run([drawn], lambda report: None, engine)) == [SOLVED]
     far.tasks.clear()
-    assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED] * 4
+    assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED] * 4
     told, same = items(here), items(there)
     assert told.keys() == same.keys()
     assert len([name for name in told if name.endswith(".svg")]) > 3
@@ -93,7 +93,7 @@ def test_files_that_are_sent_give_the_same_bits(
     sent = [bool(way.content) for way in ways if way is not None]
     assert sent == sorted(sent)
     assert sent.count(False) == 2
-    assert states(engines.run(entries, lambda report: None, engine)) == [KEPT] * 4
+    assert states(runner.run(entries, lambda report: None, engine)) == [KEPT] * 4
 
 
 def test_the_steps_of_a_sweep_are_sent_and_come_back(
@@ -103,13 +103,13 @@ def test_the_steps_of_a_sweep_are_sent_and_come_back(
     far = Elsewhere(tmp_path / "there", monkeypatch)
     engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
     entries = project.load(path)[1:]
-    engines.run(entries, lambda report: None, engine)
+    runner.run(entries, lambda report: None, engine)
     steps = tmp_path / "there" / "kept" / "curve"
     first = steps / "step-0001.npz"
     stamp, before = first.stat().st_mtime_ns, first.read_bytes()
     (steps / "step-0002.npz").unlink()
     (tmp_path / "there" / "results" / "curve.csv").unlink()
-    assert states(engines.run(entries, lambda report: None, engine)) == [SOLVED]
+    assert states(runner.run(entries, lambda report: None, engine)) == [SOLVED]
     assert (first.stat().st_mtime_ns, first.read_bytes()) == (stamp, before)
     assert (steps / "step-0002.npz").exists()
 
@@ -120,48 +120,48 @@ def test_what_is_too_large_to_be_sent_is_said(
     path = write_project(tmp_path / "there", 1)
     far = Elsewhere(tmp_path / "there", monkeypatch)
     engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    monkeypatch.setattr(engines, "MOST", 1000)
-    (report,) = engines.run(project.load(path)[:1], lambda report: None, engine)
+    monkeypatch.setattr(runner, "MOST", 1000)
+    (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
     assert report.state == FAILED
     assert "put the project where all workers see it" in report.reason
-    monkeypatch.setattr(engines, "MOST", 2**20)
-    monkeypatch.setattr(work, "MOST", 1000)
-    (report,) = engines.run(project.load(path)[:1], lambda report: None, engine)
+    monkeypatch.setattr(runner, "MOST", 2**20)
+    monkeypatch.setattr(jobs, "MOST", 1000)
+    (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
     assert "the files that it leaves have" in report.reason
 
 
 @pytest.fixture
-def task(tmp_path: Path) -> work.Task:
+def task(tmp_path: Path) -> jobs.Task:
     """One contact, and what a worker of another machine has to know of it."""
     entry = project.load(write_project(tmp_path, 1))[0]
     entry.summary.parent.mkdir()
     (tmp_path / "mark").touch()
     sums = {path: str(plan.content_of(path)) for path in entry.request.inputs}
     places = tuple(str(path) for _, path in entry.request.places)
-    part = work.Part(0, entry, plan.digest_of(entry), places)
-    return work.Task((part,), 1, work.Journey(tmp_path / "mark", sums))
+    part = jobs.Part(0, entry, plan.digest_of(entry), places)
+    return jobs.Task((part,), 1, jobs.FileTransfer(tmp_path / "mark", sums))
 
 
-def test_a_file_of_other_content_is_another_file(task: work.Task) -> None:
+def test_a_file_of_other_content_is_another_file(task: jobs.Task) -> None:
     (path,) = task.parts[0].entry.request.inputs
     content = path.read_bytes()
     path.write_bytes(content[:-1] + b"\0")
     assert task.journey is not None
-    assert work.done(task).lacking == (path,)
-    sent = work.Journey(task.journey.mark, task.journey.sums, (), {path: content[:-1] + b"\1"})
-    answer = work.done(work.Task(task.parts, 1, sent))
+    assert jobs.run_task(task).lacking == (path,)
+    sent = jobs.FileTransfer(task.journey.mark, task.journey.sums, (), {path: content[:-1] + b"\1"})
+    answer = jobs.run_task(jobs.Task(task.parts, 1, sent))
     assert "changed while the project ran; run it again" in answer.reports[0].reason
     path.write_bytes(content)
-    assert work.done(task).reports[0].state == SOLVED
+    assert jobs.run_task(task).reports[0].state == SOLVED
 
 
-def test_a_worker_of_another_version_refuses(task: work.Task) -> None:
-    other = work.Task(task.parts, 1, None, "0.0.1")
-    assert "not 0.0.1; install the same" in work.done(other).reports[0].reason
+def test_a_worker_of_another_version_refuses(task: jobs.Task) -> None:
+    other = jobs.Task(task.parts, 1, None, "0.0.1")
+    assert "not 0.0.1; install the same" in jobs.run_task(other).reports[0].reason
     assert not task.parts[0].entry.summary.exists()
 
 
-def test_a_contact_keeps_to_its_cores(task: work.Task, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_contact_keeps_to_its_cores(task: jobs.Task, monkeypatch: pytest.MonkeyPatch) -> None:
     from roughcontact.halfspace import fft
 
     monkeypatch.setattr(fft.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
@@ -187,13 +187,13 @@ def test_workers_are_not_waited_for_without_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = write_project(tmp_path, 3)
-    monkeypatch.setattr(engines, "_LOOKS", 0.02)
-    monkeypatch.setattr(engines, "_UNNOTICED", 0.05)
+    monkeypatch.setattr(runner, "_LOOKS", 0.02)
+    monkeypatch.setattr(runner, "_UNNOTICED", 0.05)
     executor, warned = Nobody(), []
     engine = Engine(
         executor, lambda: 0, 1, executor.shutdown, workers="of tcp://head:8786", patience=0.3
     )
-    reports = engines.run(project.load(path), lambda report: None, engine, warn=warned.append)
+    reports = runner.run(project.load(path), lambda report: None, engine, warn=warned.append)
     assert {report.reason for report in reports} == {
         "there were no workers of tcp://head:8786 for 0.005 min"
     }

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 import roughcontact as rc
 from roughcontact.contact import archive
-from roughcontact.contact.slab import bands
+from roughcontact.contact.share import bands
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.ranks import Ranks
@@ -73,18 +73,27 @@ def whole(folder, ranks):
     """What needs the map in one process is refused, and numbers are no matter of all ranks."""
     result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
     refused = {
-        "spots": result.spots, "elastic": result.elastic, "stiffness": result.stiffness,
-        "figures": lambda: result.plot, "surface": lambda: result.surface,
-        "page": result.explore, "csv": lambda: result.save(folder / "out.csv"),
-        "centre": lambda: result.centre_of_pressure, "slope": lambda: result.pair.rms_slope,
+        "spots": result.spots,
+        "elastic": result.elastic,
+        "stiffness": result.stiffness,
+        "figures": lambda: result.plot,
+        "surface": lambda: result.surface,
+        "page": result.explore,
+        "csv": lambda: result.save(folder / "out.csv"),
+        "centre": lambda: result.centre_of_pressure,
+        "slope": lambda: result.pair.rms_slope,
         "tilt": lambda: rc.solve(result.share, material=STEEL, load=0.3, moments=(0.0, 0.0)),
-        "start": lambda: rc.solve(result.share, material=STEEL, load=0.3, start=result.pressure),
+        "start": lambda: rc.solve(
+            result.share, material=STEEL, load=0.3, initial_guess=result.pressure
+        ),
         "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="recommended"),
         "counter": lambda: rc.solve(
-            result.share, material=STEEL, load=0.3,
+            result.share,
+            material=STEEL,
+            load=0.3,
             counter_surface=rc.Surface(heights("free, ceiling"), PIXEL),
         ),
-    }  # fmt: skip
+    }
     for ask in refused.values():
         with pytest.raises(rc.InputError, match="whole map in one process"):
             ask()
@@ -159,7 +168,7 @@ def die_solving(folder, ranks):
 
 
 def die_writing(folder, ranks):
-    archive._PART = 4096
+    archive._ARCHIVE_PART = 4096
     result = rc.solve(slab_of("free, ceiling", ranks), **asked("free, ceiling"))
     if not ranks.first:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
@@ -185,16 +194,16 @@ def fail_writing(folder, ranks):
 def fail_alone(folder, ranks):
     """One rank of the command line fails by itself."""
     from roughcontact.cli import app
-    from roughcontact.request import slabs
+    from roughcontact.request import slab_mpi
 
-    run = slabs.run
+    run = slab_mpi.run
 
     def failing(request, ranks, *more):
         if not ranks.first:
             raise MemoryError("no room")
         return run(request, ranks, *more)
 
-    slabs.run = failing
+    slab_mpi.run = failing
     arguments = ["--unit", "m", "--size", "0.1 mm", "--load", "1 N", "--material", "100Cr6"]
     sys.exit(app.main(["solve", str(folder / "map.npy"), *arguments]))
 

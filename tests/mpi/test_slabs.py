@@ -53,7 +53,7 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr
     for name, expected in alone.items():
-        found = rc.load_result(tmp_path / f"{name}.nc", verify=True)
+        found = rc.read_result(tmp_path / f"{name}.nc", verify=True)
         # Single precision promises a certificate of 1e-4, and that all the same.
         loose = 1e6 if name == "single" else 1
         np.testing.assert_array_equal(found.contact, expected.contact)
@@ -128,7 +128,7 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
         assert told[key] == pytest.approx(expected[key], rel=1e-5), key
     assert told["shape"] == expected["shape"]
     assert told["pixel"] == pytest.approx(expected["pixel"])
-    found = rc.load_result(output, verify=True)
+    found = rc.read_result(output, verify=True)
     assert found.contact_area == told["contact_area"]
     assert "least-squares plane" in " ".join(found.surface.provenance.steps)
     page = report.read_text(encoding="utf-8")
@@ -158,7 +158,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     run = command(2, *shlex.split(words.replace("\\\n", " ")))
     assert run.returncode == 0, run.stderr
     assert "ranks" in run.stdout
-    first = rc.load_result("contact.nc", verify=True)
+    first = rc.read_result("contact.nc", verify=True)
     assert Path("contact.html").exists()
     Path("script.py").write_text(script)
     # A sphere of 20 mm on the same 2 mm.
@@ -166,11 +166,11 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     np.save("map.npy", -(x**2 + y**2) * 25)
     run = command(2, *shlex.split(volume.replace("\\\n", " ")))
     assert run.returncode == 0, run.stderr
-    assert rc.load_elastoplastic("contact.nc", verify=True).converged
+    assert rc.read_result("contact.nc", verify=True).converged
     np.save("map.npy", rough)
     run = mpiexec(2, "-m", "mpi4py", "script.py")
     assert run.returncode == 0, run.stderr
-    again = rc.load_result("contact.nc", verify=True)
+    again = rc.read_result("contact.nc", verify=True)
     # One line, of the first rank; 100Cr6 is harder.
     assert len(run.stdout.splitlines()) == 1
     assert float(run.stdout.split()[0]) == again.max_pressure

@@ -49,7 +49,7 @@ def test_any_number_of_ranks_finds_the_same_bits(tmp_path, problems, alone, coun
     run = case(count, "solve", tmp_path)
     assert run.returncode == 0, run.stderr
     for name, expected in alone.items():
-        found = rc.load_elastoplastic(tmp_path / f"{name}.nc", verify=True)
+        found = rc.read_result(tmp_path / f"{name}.nc", verify=True)
         for maps in ("pressure", "gap"):
             mine, theirs = (getattr(one.solution, maps) for one in (found, expected))
             np.testing.assert_array_equal(mine, theirs)
@@ -102,7 +102,7 @@ def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
         assert one["volume"].pop("seconds") > 0
         del one["written"]
     assert told == expected
-    found = rc.load_elastoplastic(output, verify=True)
+    found = rc.read_result(output, verify=True)
     assert found.max_plastic_strain == told["volume"]["max_plastic_strain"]
     assert report.read_text(encoding="utf-8").count("data:image/png") > 5
 

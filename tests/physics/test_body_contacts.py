@@ -11,7 +11,7 @@ from scipy.special import ellipe, ellipk
 
 import roughcontact as rc
 from roughcontact.contact.ceiling import combined_ceiling
-from roughcontact.surface import nominal, registration
+from roughcontact.surface import nominal_bodies, placement
 from roughcontact.theory import hertz, indenters
 
 STEEL = rc.Material(young=210e9, poisson=0.3)
@@ -80,8 +80,8 @@ def test_the_ellipse_of_equal_radii_is_hertz():
 @pytest.mark.parametrize("angle", [0.0, 30.0])
 def test_crossed_cylinders_are_a_sphere(independent, angle):
     on = grid((150, 130), (3 * A, 3 * A))
-    first = nominal.cylinder(radius=RADIUS, angle=angle, **on)
-    second = nominal.cylinder(radius=RADIUS, angle=angle + 90, **on)
+    first = nominal_bodies.cylinder(radius=RADIUS, angle=angle, **on)
+    second = nominal_bodies.cylinder(radius=RADIUS, angle=angle + 90, **on)
     pair = solve(first, counter_surface=second)
     independent.assert_solved(pair, LOAD)
     # 46 pixels a radius: the peak is met to 1e-4, the area to a tenth of a pixel ring.
@@ -89,7 +89,7 @@ def test_crossed_cylinders_are_a_sphere(independent, angle):
     assert math.sqrt(pair.contact_area / math.pi) == pytest.approx(A, rel=5e-3)
     assert pair.approach == pytest.approx(hertz.approach(LOAD, RADIUS, MODULUS), rel=5e-4)
     # The two bodies differ by the fourth order, (a/2R)² = 6e-6 of the heights.
-    ball = solve(nominal.sphere(radius=RADIUS, **on))
+    ball = solve(nominal_bodies.sphere(radius=RADIUS, **on))
     assert misfit(pair.pressure, ball.pressure) < 1e-4
 
 
@@ -104,8 +104,8 @@ def test_cylinders_at_an_angle_are_an_ellipsoid():
     a, b, p0, approach = elliptic(LOAD, larger, smaller)
     on = grid((160, 160), (2.6 * a, 2.6 * a))
     result = solve(
-        nominal.cylinder(radius=r1, angle=20.0, **on),
-        counter_surface=nominal.cylinder(radius=r2, angle=20.0 + angle, **on),
+        nominal_bodies.cylinder(radius=r1, angle=20.0, **on),
+        counter_surface=nominal_bodies.cylinder(radius=r2, angle=20.0 + angle, **on),
     )
     got = axes_of(result.contact, result.surface)
     # b has 21 pixels.
@@ -122,7 +122,7 @@ def test_an_ellipsoid_makes_hertz_s_ellipse(independent, ratio, angle):
     a, b, p0, approach = elliptic(LOAD, larger, smaller)
     on = grid((170, 150), (2.6 * a, 2.6 * a))
     # The larger radius along x, then turned.
-    result = solve(nominal.ellipsoid(radii=(smaller, larger), angle=angle, **on))
+    result = solve(nominal_bodies.ellipsoid(radii=(smaller, larger), angle=angle, **on))
     independent.assert_solved(result, LOAD)
     got = axes_of(result.contact, result.surface)
     # A pixel of the rim counts whole or not at all: a tenth of a pixel in b = 19 pixels.
@@ -151,8 +151,8 @@ def test_parallel_cylinders_make_a_line(independent, axis):
     sides = (1e-4, period) if axis == 90 else (period, 1e-4)
     on = grid(shape, sides)
     result = solve(
-        nominal.cylinder(radius=r1, angle=axis, **on),
-        counter_surface=nominal.cylinder(radius=r2, angle=axis, **on),
+        nominal_bodies.cylinder(radius=r1, angle=axis, **on),
+        counter_surface=nominal_bodies.cylinder(radius=r2, angle=axis, **on),
         load=line_load * 1e-4,
         boundary="periodic",
     )
@@ -170,7 +170,7 @@ def test_parallel_cylinders_make_a_line(independent, axis):
 def test_a_round_punch(independent):
     side = 1e-4
     a = 0.3 * side
-    surface = nominal.punch(radius=a, **grid((200, 220), (side, side)))
+    surface = nominal_bodies.punch(radius=a, **grid((200, 220), (side, side)))
     result = solve(surface, load=1.0)
     independent.assert_solved(result, 1.0)
     # No pixel outside, none inside left out.
@@ -198,7 +198,7 @@ def test_a_punch_with_a_rounded_edge():
     approach = a * quad(slope, start, math.pi / 2)[0]
     load = 2 * MODULUS * quad(lambda t: (a * math.sin(t)) ** 2 * slope(t), start, math.pi / 2)[0]
     on = grid((220, 200), (7e-5, 7e-5))
-    result = solve(nominal.punch(radius=radius, edge_radius=rho, **on), load=load)
+    result = solve(nominal_bodies.punch(radius=radius, edge_radius=rho, **on), load=load)
     # 75 pixels a radius.
     assert math.sqrt(result.contact_area / math.pi) == pytest.approx(a, rel=5e-3)
     assert result.approach == pytest.approx(approach, rel=5e-4)
@@ -214,7 +214,7 @@ def test_a_square_punch():
     side = 4e-5
     stiffness = []
     for n in (100, 200):
-        surface = nominal.rectangular_punch(sides=(side, side), **grid((n, n), (1e-4, 1e-4)))
+        surface = nominal_bodies.rectangular_punch(sides=(side, side), **grid((n, n), (1e-4, 1e-4)))
         result = solve(surface, load=1.0)
         assert result.contact_area == pytest.approx(side**2, rel=1e-12)
         stiffness.append(1.0 / result.approach / (MODULUS * side))
@@ -223,7 +223,7 @@ def test_a_square_punch():
 
 def test_a_rectangular_punch_lies_as_it_is_said():
     on = grid((100, 120), (1e-4, 1.2e-4))
-    result = solve(nominal.rectangular_punch(sides=(2e-5, 6e-5), **on), load=1.0)
+    result = solve(nominal_bodies.rectangular_punch(sides=(2e-5, 6e-5), **on), load=1.0)
     assert (result.contact.any(axis=1).sum(), result.contact.any(axis=0).sum()) == (20, 60)
 
 
@@ -231,7 +231,7 @@ def test_a_cone():
     slope, load = 0.02, 1.0
     a = indenters.cone_contact_radius(load, slope, MODULUS)
     # The tip on a point; coarse as it is there, the contact around it does not feel it.
-    surface = nominal.cone(slope=slope, **grid((201, 211), (3 * a, 3 * a)))
+    surface = nominal_bodies.cone(slope=slope, **grid((201, 211), (3 * a, 3 * a)))
     result = solve(surface, load=load)
     assert abs(math.sqrt(result.contact_area / math.pi) - a) <= max(surface.pixel)
     assert result.approach == pytest.approx(indenters.cone_approach(a, slope), rel=1e-3)
@@ -251,7 +251,7 @@ def test_a_wedge(axis):
     line_load = a * MODULUS * slope
     n = 1536
     shape, sides = ((4, n), (1e-5, period)) if axis == 90 else ((n, 4), (period, 1e-5))
-    surface = nominal.wedge(slope=slope, angle=axis, **grid(shape, sides))
+    surface = nominal_bodies.wedge(slope=slope, angle=axis, **grid(shape, sides))
     result = solve(surface, load=line_load * 1e-5, boundary="periodic")
     profile = result.pressure[0] if axis == 90 else result.pressure[:, 0]
     position = np.abs(np.arange(n) - (n - 1) / 2) * period / n
@@ -276,7 +276,7 @@ def test_a_rough_ball_touches_within_the_smooth_one_and_a_little_around(independ
         rng=np.random.default_rng(5),
     )
     roughness = rc.Surface(rough, pixel)
-    ball = nominal.parse("sphere 10 mm")(shape=(n, n), pixel=pixel)
+    ball = nominal_bodies.parse("sphere 10 mm")(shape=(n, n), pixel=pixel)
     on_the_ball = solve(ball.with_form(roughness))
     independent.assert_solved(on_the_ball, LOAD)
     # Roughness on one body or on the other is the same contact.
@@ -299,7 +299,7 @@ def test_roughness_under_a_punch(independent):
     n = 128
     heights, pixel = rc.reference_map(n)
     surface = rc.Surface(heights, pixel)
-    under = surface.with_form(nominal.punch(radius=3e-5, shape=(n, n), pixel=pixel))
+    under = surface.with_form(nominal_bodies.punch(radius=3e-5, shape=(n, n), pixel=pixel))
     result = solve(under, load=0.5, ceiling=3e9)
     independent.assert_solved(result, 0.5)
     r = np.hypot(*from_center(surface))
@@ -335,7 +335,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     motion = ((4e-6, -7e-6), 20.0, True)
     other_pixel = (1.1e-6, 1.2e-6)
     second = rc.Surface(on_points((90, 110), other_pixel, 1.1), other_pixel)
-    one, two = registration.matched(first, second, *motion)
+    one, two = placement.matched(first, second, *motion)
     got = solve(one, counter_surface=two, load=0.2)
     independent.assert_solved(got, 0.2)
     # What both would have measured on the grid of the first.
@@ -349,7 +349,7 @@ def test_two_maps_of_other_pixels_make_the_contact_of_one_grid(independent):
     assert got.approach == pytest.approx(expected.approach, rel=1e-3)
     assert got.contact_fraction == pytest.approx(expected.contact_fraction, rel=0.01)
     # Not by chance: another angle is another contact.
-    one, two = registration.matched(first, second, motion[0], 25.0, True)
+    one, two = placement.matched(first, second, motion[0], 25.0, True)
     wrong = solve(one, counter_surface=two, load=0.2)
     assert abs(wrong.approach / expected.approach - 1) > 0.01
 
@@ -358,7 +358,9 @@ def test_a_soft_inclusion_saturates_first():
     on = grid((96, 96), (3 * A, 3 * A))
     soft = np.full((96, 96), np.inf)
     soft[:, :48] = 0.5 * P0
-    result = solve(nominal.sphere(radius=RADIUS, **on), ceiling=combined_ceiling(0.9 * P0, soft))
+    result = solve(
+        nominal_bodies.sphere(radius=RADIUS, **on), ceiling=combined_ceiling(0.9 * P0, soft)
+    )
     left, right = np.hsplit(result.pressure, 2)
     assert left.max() == 0.5 * P0
     assert right.max() == 0.9 * P0

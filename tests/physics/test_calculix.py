@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.unloading import indented_surface
-from roughcontact.joint.interface import LOADING, UNLOADING
+from roughcontact.contact.sliding_pair import indented_surface
+from roughcontact.joint.interface_law import LOADING, UNLOADING
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is absent")
 

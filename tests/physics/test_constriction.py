@@ -9,8 +9,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 import roughcontact as rc
 from roughcontact.contact.result import ContactResult
-from roughcontact.joint.filling import AIR, OIL
-from roughcontact.joint.spread import greenwood
+from roughcontact.joint.conductance import AIR, OIL, greenwood
 from roughcontact.theory import constriction, hertz
 
 STEEL = rc.Material(210e9, 0.3)
@@ -253,7 +252,7 @@ def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> f
 
 
 def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
-    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, seed=1)
+    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, rng=1)
     metal = rc.Material(206e9, 0.3, 0.3e9)
     steel, aluminium = rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167)
     resistivity = 1 / 42.6 + 1 / 167

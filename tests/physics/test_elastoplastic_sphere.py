@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.cautions import Kind
+from roughcontact.cautions import Kind
+from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Swift
-from roughcontact.theory import yielding_sphere
-from roughcontact.volume.solve import solve_elastoplastic
+from roughcontact.theory import indenters
 
 YOUNG, POISSON, YIELD, RADIUS = 210e9, 0.3, 1e9, 1e-3
 MODULUS = YOUNG / (1 - POISSON**2)
@@ -165,7 +165,7 @@ def test_the_law_of_the_sphere_beside_jackson_and_green(poisson: float) -> None:
     # for which they computed nothing, they are 8 % higher.
     first = 1.295 * math.exp(0.736 * poisson)
     for index in (2.5, 4.0, 8.0, 16.0, 24.0):
-        mean = yielding_sphere.mean_pressure(index * first / 1.615, first)
+        mean = indenters.mean_pressure(index * first / 1.615, first)
         ratio = 6 * (index * first / 1.615) ** 2 * mean / (math.pi**2 * first**3)
         allowed = 0.085 if poisson < 0.1 else 0.055
         _, area = jackson_green(ratio, first)

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, stats
 
 import roughcontact as rc
-from roughcontact.theory import greenwood_williamson as gw, heights, persson
+from roughcontact.theory import greenwood_williamson as gw, height_distribution, persson
 
 HEIGHTS = {
     "normal": stats.norm(),
@@ -24,7 +24,7 @@ def test_the_gap_below_a_plane_is_its_integral(name: str, ratio: float) -> None:
     _, variance, skewness, kurtosis = map(float, of.stats("mvsk"))
     plane = of.isf(ratio)
     expected, _ = integrate.quad(lambda z: (plane - z) * of.pdf(z), of.ppf(1e-14), plane, limit=200)
-    found = heights.gap_below_plane(
+    found = height_distribution.gap_below_plane(
         np.array([ratio]), np.array([skewness]), np.array([kurtosis + 3])
     )
     assert found[0] == pytest.approx(expected / np.sqrt(variance), rel=1e-3, abs=1e-4)
@@ -45,7 +45,7 @@ def test_summits_are_those_that_one_counts() -> None:
     n, pixel = 1024, 1e-6
     surface = rc.generate(
         (n, n), (pixel, pixel), Sq=1e-6, rolloff_wavelength=24 * pixel,
-        cutoff_wavelength=16 * pixel, seed=5,
+        cutoff_wavelength=16 * pixel, rng=5,
     )  # fmt: skip
     z: NDArray[np.float64] = surface.heights
     m0 = float(np.mean(z * z))

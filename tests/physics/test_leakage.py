@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.errors import InputError
-from roughcontact.joint import percolation
-from roughcontact.joint.flow import Flow, flow
+from roughcontact.joint.flow import Constriction, Flow, constriction, flow, percolating_points
 
 Array = NDArray[np.float64]
 
@@ -223,7 +222,7 @@ def test_steps_do_not_grow_with_the_grid() -> None:
         heights, pixel = rc.reference_map(n)
         result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=3.0, ceiling=3e9,
                           boundary="periodic")  # fmt: skip
-        steps.append(rc.leakage(result, direction="y").steps[0].steps)
+        steps.append(rc.leakage(result, flow_axis="y").steps[0].steps)
     assert max(steps) <= 30
 
 
@@ -247,7 +246,7 @@ def closing_fraction(seed: int, n: int = 256) -> float:
     for _ in range(7):
         middle = math.sqrt(low * high)
         result = rc.solve(surface, material=STEEL, load=middle * area, boundary="periodic")
-        if percolation.through(~result.contact, 0, BOTH).any():
+        if percolating_points(~result.contact, 0, BOTH).any():
             low = middle
         else:
             high = middle
@@ -258,34 +257,34 @@ def closing_fraction(seed: int, n: int = 256) -> float:
 def test_a_way_may_need_more_than_one_period() -> None:
     # Diagonal stripe on a torus: it winds around y and x at once.
     opened = np.eye(6, dtype=bool) | np.roll(np.eye(6, dtype=bool), 1, axis=1)
-    assert percolation.through(opened, 0, BOTH).all() == opened.all()
-    assert percolation.through(opened, 0, BOTH).sum() == opened.sum()
-    assert percolation.through(opened, 1, BOTH).sum() == opened.sum()
+    assert percolating_points(opened, 0, BOTH).all() == opened.all()
+    assert percolating_points(opened, 0, BOTH).sum() == opened.sum()
+    assert percolating_points(opened, 1, BOTH).sum() == opened.sum()
     # From side to side it leads without periods, too; a ring that closes on itself does not.
-    assert percolation.through(opened, 0).any()
+    assert percolating_points(opened, 0).any()
     ring = np.zeros((6, 6), bool)
     ring[0, :3] = ring[-1, :3] = True
-    assert not percolation.through(ring, 0, BOTH).any()
-    assert not percolation.through(ring, 0, (0,)).any()
+    assert not percolating_points(ring, 0, BOTH).any()
+    assert not percolating_points(ring, 0, (0,)).any()
     # A single path that winds once around both, over both seams; without any one pixel around none.
     winding = np.zeros((4, 8), bool)
     path = [(0, 5), (0, 6), (0, 7), (1, 7), (2, 7), *((2, x) for x in range(6)), (3, 5)]
     winding[tuple(zip(*path, strict=True))] = True
     for axis in BOTH:
-        assert percolation.through(winding, axis, BOTH).sum() == len(path)
+        assert percolating_points(winding, axis, BOTH).sum() == len(path)
         for place in path:
             cut = winding.copy()
             cut[place] = False
-            assert not percolation.through(cut, axis, BOTH).any()
+            assert not percolating_points(cut, axis, BOTH).any()
 
 
 def test_the_narrowest_place_of_the_widest_way() -> None:
     gap = np.zeros((9, 9))
     gap[:, 2], gap[4, 2] = 5.0, 2.0
     gap[:, 6], gap[7, 6] = 4.0, 3.0
-    found = percolation.constriction(gap, 0)
-    assert found == percolation.Constriction(3.0, (7, 6))
-    assert percolation.constriction(gap, 1) is None
+    found = constriction(gap, 0)
+    assert found == Constriction(3.0, (7, 6))
+    assert constriction(gap, 1) is None
 
 
 def test_no_flow_without_a_way() -> None:

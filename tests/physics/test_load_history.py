@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.history import Stage
-from roughcontact.contact.load_history import load_history
+from roughcontact.studies.load_history import Stage, history
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 MODULUS = 210e9 / 0.91
@@ -31,7 +30,7 @@ def test_imprint_of_a_ball_under_a_low_ceiling(fraction: float) -> None:
     a = math.sqrt(load / (math.pi * ceiling))
     depth = a**2 / (2 * RADIUS) - (2 - 4 / math.pi) * ceiling * a / MODULUS
     volume = math.pi * a**4 / (4 * RADIUS) - 4 * ceiling * a**3 / (3 * MODULUS)
-    found = load_history(
+    found = history(
         ball(128), [load, 0.0], material=rc.RIGID, counter_material=STEEL, ceiling=ceiling
     )
     # A pixel is 2 to 3 % of the radius, and the outermost ones are not saturated: measured
@@ -51,7 +50,7 @@ def test_imprint_of_a_ball_under_a_low_ceiling(fraction: float) -> None:
 def test_conforming_contact_after_indentation() -> None:
     # The imprint has the shape of the ball: at the same load more area carries less pressure.
     path = [0.3, 1.0, 0.3, 0.0, 0.3]
-    found = load_history(ball(128), path, material=rc.RIGID, counter_material=STEEL, ceiling=3e9)
+    found = history(ball(128), path, material=rc.RIGID, counter_material=STEEL, ceiling=3e9)
     area, pressure = found.column("contact_area"), found.column("max_pressure")
     assert area[2] > 1.2 * area[0]
     assert pressure[2] < 0.9 * pressure[0]
@@ -71,7 +70,7 @@ def test_work_is_what_is_stored_and_dissipated(control: str) -> None:
         cycle = [*up, *up[-2::-1], 0.0, *(1.5 * up), *(1.5 * up[-2 : steps // 2 : -1])]
         scale = 1.0 if control == "load" else 2e-7
         path = [Stage(**{control: scale * value}) for value in cycle]
-        found = load_history(surface, path, material=STEEL)
+        found = history(surface, path, material=STEEL)
         approach, load = (np.concatenate([[0.0], values]) for values in found.hysteresis)
         work = float((0.5 * (load[1:] + load[:-1]) * np.diff(approach)).sum())
         stored = found.steps[-1].elastic_energy
@@ -86,7 +85,7 @@ def test_cycles_dissipate_once() -> None:
     # A closed loop between two loads: all of its area is dissipated in the first cycle.
     surface = rc.Surface(*rc.reference_map(32))
     cycle = [*np.linspace(0.2, 2.0, 10), *np.linspace(1.8, 0.2, 9)]
-    found = load_history(surface, cycle * 3, material=STEEL)
+    found = history(surface, cycle * 3, material=STEEL)
     approach, load = found.hysteresis
 
     def loop(first: int, last: int) -> float:
@@ -102,8 +101,8 @@ def test_cycles_dissipate_once() -> None:
 def test_one_step_or_many_make_the_same_imprint() -> None:
     # While the load only grows no pixel leaves the ceiling here, and the path does not matter.
     surface = rc.Surface(*rc.reference_map(48))
-    one = load_history(surface, [2.0], material=STEEL)
-    many = load_history(surface, [0.5, 0.9, 1.3, 1.7, 2.0], material=STEEL)
+    one = history(surface, [2.0], material=STEEL)
+    many = history(surface, [0.5, 0.9, 1.3, 1.7, 2.0], material=STEEL)
     deepest = one.indentation.max()
     np.testing.assert_allclose(many.indentation, one.indentation, atol=1e-7 * deepest)
     assert many.steps[-1].approach == pytest.approx(one.steps[0].approach, rel=1e-8)

@@ -8,7 +8,7 @@ Mindlin's solution over it, its stress C applied to the gradient of that. R. D. 
 import numpy as np
 import pytest
 
-from roughcontact.halfspace import layers, plastic, tensors
+from roughcontact.halfspace import layers, plastic_halfspace, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
@@ -153,7 +153,7 @@ def test_periods_converge_to_mindlin() -> None:
 
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_free_boundary_against_mindlin(precision) -> None:
-    operator = plastic.HalfSpace(
+    operator = plastic_halfspace.HalfSpace(
         SHAPE, (PIXEL, PIXEL), THICKNESS, shear_modulus=MU, poisson=NU, precision=precision
     )
     displacement, stress = errors(found(operator, SHAPE, PICK))

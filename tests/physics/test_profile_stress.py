@@ -47,7 +47,7 @@ def test_a_cylinder_first_yields_where_and_when_theory_says():
     steel = rc.Material(210e9, RATIO, yield_strength=1e9)
     x = (np.arange(801) - 400) * A / 200
     surface = rc.Surface(-(x**2) / 0.02, A / 200)
-    found = rc.yield_onset(surface, material=steel)
+    found = rc.first_yield_load(surface, material=steel)
     # 0.5575 p₀ at 0.704 a (ν = 0.3).
     assert found.solution.max_pressure == pytest.approx(1.7937e9, rel=2e-3)
     half_width = found.solution.contact_area / 2

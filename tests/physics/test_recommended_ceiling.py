@@ -10,12 +10,12 @@ import pytest
 
 import ceiling_rule
 import roughcontact as rc
-from roughcontact.contact import imprint
-from roughcontact.contact.advice import RecommendedCeiling
-from roughcontact.contact.cautions import Caution, Kind
+from roughcontact.cautions import Caution, Kind
+from roughcontact.contact import plausibility
+from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import recommended_ceiling
-from roughcontact.contact.load_history import load_history
-from roughcontact.theory import yielding_sphere
+from roughcontact.studies.load_history import history as load_history
+from roughcontact.theory import indenters
 
 # Quick ones: half a dozen loads, a contact of six pixels in radius whose middle lies on none.
 POINTS, STEP = 26, 1.6
@@ -71,7 +71,7 @@ def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: 
             rc.solve(case.surface, load=found["load"], ceiling=ceiling, **case.bodies)
         )
         limit = 3e9 if ceiling == "auto" else told["factor"] * 1e9
-        depth, energy = imprint.over_volume(advice, limit)
+        depth, energy = plausibility.ratio_to_elastoplastic(advice, limit)
         assert told["depth"] == pytest.approx(depth, abs=0.1)
         assert told["energy"] == pytest.approx(energy, abs=0.1)
     # With the recommended ceiling, as it is told.
@@ -97,8 +97,8 @@ def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
 
 def test_a_ceiling_is_not_recommended_where_it_leaves_more_that_is_wrong() -> None:
     # At 400 times first yield three yield strengths leave 1.0 and 1.1 times what plasticity does.
-    advice = RecommendedCeiling(400, 0.1, 1e9, 1.615e9, 2.68e9, 2.68)
-    caution = imprint.doubt(advice, 3e9)
+    advice = CalibratedCeiling(400, 0.1, 1e9, 1.615e9, 2.68e9, 2.68)
+    caution = plausibility.indentation_caution(advice, 3e9)
     assert caution is not None
     assert "12 % above the recommended one" in caution.text
     assert "about 1.0 and 1.1 times" in caution.text
@@ -135,9 +135,9 @@ def test_a_line_contact() -> None:
 
 
 def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
-    assert yielding_sphere.mean_pressure(1.0) == 4 / (3 * math.pi)
-    assert yielding_sphere.mean_pressure(1e6) == pytest.approx(3, abs=1e-9)
+    assert indenters.mean_pressure(1.0) == 4 / (3 * math.pi)
+    assert indenters.mean_pressure(1e6) == pytest.approx(3, abs=1e-9)
     for first in (1.295, 1.615, 1.87):
-        means = [yielding_sphere.mean_pressure(1.05**n, first) for n in range(150)]
+        means = [indenters.mean_pressure(1.05**n, first) for n in range(150)]
         assert means == sorted(means)
         assert all(m <= 4 * 1.05**n / (3 * math.pi) + 1e-12 for n, m in enumerate(means))

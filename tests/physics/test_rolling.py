@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from rollers import PIXEL, STRENGTH, Line
-from roughcontact.contact.cautions import Caution, Kind, Severity
+from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.elastoplastic import plausibility
+from roughcontact.elastoplastic.rolling import Pass, RollingResult, Shakedown
 from roughcontact.errors import InputError
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Linear, Perfect
-from roughcontact.report import script
-from roughcontact.surface import nominal
-from roughcontact.surface.shifting import shifted
-from roughcontact.volume import rolling_judgment
-from roughcontact.volume.rolling import Pass, Rolling, Shakedown
+from roughcontact.report import python_script
+from roughcontact.surface import nominal_bodies
+from roughcontact.surface.placement import shifted
 
 
 def strain_of(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
@@ -102,7 +102,7 @@ def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     for one, other in zip(whole.bodies, parts.bodies, strict=True):
         assert one.plastic_strain.tobytes() == other.plastic_strain.tobytes()
         assert one.stress.tobytes() == other.stress.tobytes()
-    again = rc.load_elastoplastic(tmp_path / "parts" / "step-0004.nc")
+    again = rc.read_result(tmp_path / "parts" / "step-0004.nc")
     assert [step.point for step in again.increments] == path
     with pytest.raises(InputError, match="holds another run"):
         line.solved([line.at(x, 0.2) for x in (0, 3, 6, 9)], folder=tmp_path / "parts")
@@ -136,7 +136,7 @@ def test_what_is_told_of_a_path(tmp_path: Path) -> None:
     np.save(tmp_path / "surface.npy", line.flat.heights)
     names: dict[str, Any] = {}
     with contextlib.chdir(tmp_path):
-        exec(script.repeating_volume(result), names)
+        exec(python_script.repeating_volume(result), names)
     again = names["result"].bodies[0].plastic_strain
     np.testing.assert_allclose(
         again, result.bodies[0].plastic_strain, atol=2e-3 * result.max_plastic_strain
@@ -183,7 +183,7 @@ def test_paths_that_no_model_has() -> None:
         rc.PathPoint(1.0, (None, 1e-6))
 
 
-def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> Rolling:
+def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResult:
     return rc.roll(
         line.flat, counter_surface=line.roller, material=line.steel, load=line.load, passes=passes,
         steps=steps, boundary="periodic", layers=line.layers, tolerance=1e-3, **more,
@@ -233,7 +233,7 @@ def test_answers(flows: list[float], gains: list[float], answer: str) -> None:
     passes = tuple(
         Pass(flow, gain, 1e9, 0.0, 0.0, 0.0) for flow, gain in zip(flows, gains, strict=True)
     )
-    assert Rolling(result, passes).answer == answer
+    assert RollingResult(result, passes).answer == answer
 
 
 def test_bad_passes() -> None:
@@ -256,7 +256,7 @@ def test_limit_by_bisection() -> None:
     line = Line(1.0, half_width=7, points=64)
     # The pressure goes with the root of the load; the radius is that for 1 k.
     low, high = rc.shakedown_load(
-        line.flat, low=9 * line.load, high=25 * line.load, within=0.06, passes=4, steps=16,
+        line.flat, low=9 * line.load, high=25 * line.load, rel_tol=0.06, passes=4, steps=16,
         counter_surface=line.roller, material=line.steel, boundary="periodic", tolerance=1e-3,
     )  # fmt: skip
     assert math.sqrt(low / line.load) < 4.0 * 1.06
@@ -272,8 +272,8 @@ def test_surfaces_that_move() -> None:
     assert np.isnan(out.heights[:2]).all()
     assert out.holes_masked
     np.testing.assert_array_equal(out.heights[2:], heights[:-2])
-    ball = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL)
-    exact = nominal.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(4.3, 3.6))
+    ball = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL)
+    exact = nominal_bodies.sphere(radius=1e-3, shape=(9, 9), pixel=PIXEL, center=(4.3, 3.6))
     np.testing.assert_allclose(shifted(ball, (0.3e-6, -0.4e-6)).heights, exact.heights, atol=1e-20)
     # It does not end where the map does.
     assert not shifted(ball, (3e-6, -2e-6)).missing
@@ -313,7 +313,7 @@ def test_a_map_that_moves_by_part_of_a_pixel_is_a_cubic_spline():
 # What passes are judged by besides their last state
 
 
-def cautions_of(found: Rolling) -> dict[str, Caution]:
+def cautions_of(found: RollingResult) -> dict[str, Caution]:
     return {caution.kind: caution for caution in found.cautions}
 
 
@@ -332,7 +332,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     assert caution.numbers["half_width"] == pytest.approx(4.5 * PIXEL[1], rel=0.12)
     assert caution.numbers["step_over_half_width"] == pytest.approx(2.4, rel=0.12)
     found.save(tmp_path / "out.nc")
-    again = rc.load_rolling(tmp_path / "out.nc")
+    again = rc.read_result(tmp_path / "out.nc")
     assert again.cautions == found.cautions
     assert again.answer == found.answer
     assert caution.text in found.summary()["warnings"]
@@ -373,13 +373,13 @@ def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
 def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) -> None:
     line = Line(1.5, half_width=5, points=40)
     result = line.solved([line.at(0)])
-    found = Rolling(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
+    found = RollingResult(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
     assert (Kind.AXIS in cautions_of(found)) == slides
 
 
 def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
     line = Line(3.0, half_width=5, points=40)
-    lying = nominal.cylinder(radius=1e-3, shape=(8, 40), pixel=PIXEL)
+    lying = nominal_bodies.cylinder(radius=1e-3, shape=(8, 40), pixel=PIXEL)
     found = rc.roll(
         line.flat, counter_surface=lying, material=line.steel, load=1e-3, passes=1, steps=2,
         boundary="periodic", layers=line.layers,
@@ -389,7 +389,7 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
     assert caution.text.endswith("'cylinder 2 mm 90 deg', or give direction=90.0")
     measured = rc.Surface(lying.heights, PIXEL)
     for other in (line.flat, measured, lying.rotated(90), shifted(lying, (0, 1e-6))):
-        assert rolling_judgment.axis_of(other) is None
+        assert plausibility.axis_of(other) is None
 
 
 @pytest.mark.parametrize(
@@ -405,14 +405,14 @@ def test_the_half_width_is_that_of_the_patch_round_the_period(boundary, directio
     pressure[3, [30, 31, 0]] = pressure[6, [2, 4]] = 1e8
     pair = replace(result.solution.pair, boundary=Boundary(boundary))
     patch = replace(result, solution=replace(result.solution, pressure=pressure, pair=pair))
-    found = rolling_judgment.half_width(patch, direction) / PIXEL[1]
+    found = plausibility.half_width(patch, direction) / PIXEL[1]
     assert found == pytest.approx(pixels)
     # One pixel alone: a step to the next is fine, though it is two half-widths.
     single = np.zeros((8, 32))
     single[3, 5] = 1e8
     alone = replace(result, solution=replace(result.solution, pressure=single))
-    assert rolling_judgment.half_width(alone, 0.0) == pytest.approx(0.5 * PIXEL[1])
-    assert not rolling_judgment.too_long(alone, PIXEL[1], 0.0)
-    assert rolling_judgment.too_long(alone, 2 * PIXEL[1], 0.0)
+    assert plausibility.half_width(alone, 0.0) == pytest.approx(0.5 * PIXEL[1])
+    assert not plausibility.too_long(alone, PIXEL[1], 0.0)
+    assert plausibility.too_long(alone, 2 * PIXEL[1], 0.0)
     whole = replace(result, solution=replace(result.solution, pressure=np.ones((8, 32))))
-    assert rolling_judgment.half_width(whole, direction) == math.inf
+    assert plausibility.half_width(whole, direction) == math.inf

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact import load_curve
+from roughcontact.studies import load_curve
 from roughcontact.theory import persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -18,7 +18,7 @@ MODULUS = 210e9 / 0.91
 def curve() -> rc.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
     loads = load_curve.spaced(0.03, 30, 13)
-    return rc.load_curve(surface, material=STEEL, loads=loads, ceiling=None)
+    return rc.sweep(surface, material=STEEL, loads=loads, ceiling=None)
 
 
 def test_area_grows_with_the_load_over_three_decades(curve: rc.LoadCurve) -> None:
@@ -81,7 +81,7 @@ def test_low_load_slope_of_rough_maps():
     # (Hyun et al. 2004), theories 1.6 (Persson) and 2.5 (Bush, Gibson and Thomas).
     loads = np.geomspace(0.01, 10, 7)
     curves = [
-        rc.load_curve(reference(512, seed), material=ELASTIC, loads=loads, boundary="periodic")
+        rc.sweep(reference(512, seed), material=ELASTIC, loads=loads, boundary="periodic")
         for seed in (0, 1, 2)
     ]
     for curve in curves:

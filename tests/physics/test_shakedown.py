@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 import melan
 import roughcontact as rc
 from rollers import PIXEL, POISSON, SHEAR, STRENGTH, YOUNG, Line
-from roughcontact.halfspace.plastic import HalfSpace
+from roughcontact.elastoplastic.problem import ContactSolver
+from roughcontact.halfspace.plastic_halfspace import HalfSpace
 from roughcontact.material.hardening import Hardening, Kinematic, Perfect
-from roughcontact.surface import nominal
-from roughcontact.volume.contact_solver import ContactSolver
+from roughcontact.surface import nominal_bodies
 
 # Of pressures below and above what theory gives, 3 % apart.
 BELOW, ABOVE = 0.985, 1.015
@@ -154,7 +154,7 @@ def test_limit_of_a_line_contact(
 def sphere(peak: float, radius: int, points: int) -> tuple[rc.Surface, float]:
     """Return a ball and its load: Hertz pressure over k, radius of the contact in pixels."""
     pressure, width = peak * SHEAR, radius * PIXEL[0]
-    ball = nominal.sphere(
+    ball = nominal_bodies.sphere(
         radius=width * MODULUS * 2 / (math.pi * pressure), shape=(points, points), pixel=PIXEL
     )
     return ball, 2 / 3 * math.pi * width**2 * pressure

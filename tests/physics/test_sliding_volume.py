@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from rollers import PIXEL, Line
+from roughcontact.elastoplastic.plastic_flow import carried
 from roughcontact.errors import InputError
-from roughcontact.volume.body import carried
 
 FRICTION = 0.2
 PLACES = (0, 2.5, 6)

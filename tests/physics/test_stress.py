@@ -58,7 +58,7 @@ def test_hertz_at_the_rim_and_outside():
 
 def test_largest_equivalent_stress_under_a_sphere():
     a = 40
-    found = stress_summary.summarise(hertz(129, a), (1.0, 1.0), NU)
+    found = stress_summary.summarize(hertz(129, a), (1.0, 1.0), NU)
     # Johnson (1985), sec. 4.2; on the axis Tresca and von Mises agree.
     assert found.max_von_mises == pytest.approx(0.620, rel=0.01)
     assert found.max_tresca == pytest.approx(0.620, rel=0.01)
@@ -74,7 +74,7 @@ def test_largest_equivalent_stress_under_a_sphere():
 
 @pytest.mark.parametrize("poisson", [0.2, 0.3, 0.4])
 def test_yield_onset_of_a_sphere(poisson):
-    found = stress_summary.summarise(hertz(129, 40), (1.0, 1.0), poisson, yield_strength=1.0)
+    found = stress_summary.summarize(hertz(129, 40), (1.0, 1.0), poisson, yield_strength=1.0)
     expected = Material(1.0, poisson, yield_strength=1.0).first_yield_pressure
     if poisson == 0.3:
         assert expected == pytest.approx(1.615, rel=1e-3)
@@ -90,7 +90,7 @@ def test_yielded_volume_under_a_sphere():
     fine = volume(hertz(2 * 64 + 1, 2 * a), 2 * depths)
     cells = (von_mises(fine.swapaxes(0, 1)) > strength).sum()
     expected = cells / 4 * (depths[1] - depths[0])
-    found = stress_summary.summarise(hertz(65, a), (1.0, 1.0), NU, yield_strength=strength)
+    found = stress_summary.summarize(hertz(65, a), (1.0, 1.0), NU, yield_strength=strength)
     # Graded depths: the trapezoidal rule of a bell-shaped curve with a dozen points.
     assert found.yielded_volume == pytest.approx(expected, rel=0.05)
 
@@ -144,7 +144,7 @@ def test_line_contact():
     np.testing.assert_allclose(found[:, ZZ], down, atol=2e-3)
     # Along the strip the ends count to the next order as well, z a/l² or 2e-3.
     np.testing.assert_allclose(found[:, YY], NU * (across + down) - missing, atol=4e-3)
-    summary = stress_summary.summarise(
+    summary = stress_summary.summarize(
         strip(shape, a), (1.0, 1.0), NU, depths=a * np.array([0.4, 0.5, 0.6])
     )
     # Lundberg and Palmgren: half the range of the orthogonal shear is p0/4, at a/2.
@@ -187,8 +187,8 @@ def test_sliding_sphere_is_stretched_behind():
 def test_friction_brings_first_yield_to_the_surface():
     # Johnson (1985), sec. 7.1: below μ of about 0.3 a sphere yields first below the surface.
     pressure = hertz(97, 30)
-    low = stress_summary.summarise(pressure, (1.0, 1.0), NU, friction=0.2)
-    high = stress_summary.summarise(pressure, (1.0, 1.0), NU, friction=0.4)
+    low = stress_summary.summarize(pressure, (1.0, 1.0), NU, friction=0.2)
+    high = stress_summary.summarize(pressure, (1.0, 1.0), NU, friction=0.4)
     assert low.depth_of_max > 0.2 * 30
     assert high.depth_of_max < 1
     assert high.max_von_mises > low.max_von_mises > 0.62

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import stress, tensors
-from roughcontact.halfspace.plastic import HalfSpace
+from roughcontact.halfspace.plastic_halfspace import HalfSpace
 
 PIXEL = (0.1, 0.1)
 THICKNESS = np.array([0.2, 0.3, 0.5, 0.8])

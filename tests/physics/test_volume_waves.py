@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, expm, schur
 
-from roughcontact.halfspace import layers, plastic, tensors
+from roughcontact.halfspace import layers, plastic_halfspace, tensors
 from roughcontact.halfspace.fft import Workspace
 
 MU, NU = 1.7, 0.3
@@ -79,7 +79,7 @@ def reference(wave, strains, pressure):
 def found(strain, pressure):
     """Return displacement, and stress tensors, shape (nz, ny, nx, 3, 3), by the operator."""
     shape = pressure.shape
-    operator = plastic.HalfSpace(
+    operator = plastic_halfspace.HalfSpace(
         shape, PIXEL, THICKNESS, shear_modulus=MU, poisson=NU, boundary="periodic",
         workspace=Workspace(2),
     )  # fmt: skip

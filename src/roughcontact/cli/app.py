@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib.util
 import inspect
 import logging
 import sys
@@ -15,28 +16,40 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from roughcontact._version import __version__
-from roughcontact.cli import guide, terminal
+from roughcontact.cli import help_format, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
-from roughcontact.errors import ConvergenceError, Mention, RoughcontactError, Sentence
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    RoughcontactError,
+    Sentence,
+)
 from roughcontact.files import to_json
-from roughcontact.interrupts import heard
-from roughcontact.request import desk_options, fleet_options, making
+from roughcontact.processes import redeliver_interrupts
+from roughcontact.request import desk, generation as making
 from roughcontact.request.option import Option
 from roughcontact.request.options import JSON, QUIET, READING
 from roughcontact.request.outputs import UnfinishedError
+from roughcontact.request.project import COMMAND, ENGINE, SCHEDULER, WORKERS
 from roughcontact.request.task import Command, Task, Values
 from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 
 if TYPE_CHECKING:
-    from roughcontact.fleet.plan import Report
+    from roughcontact.batch.plan import Report
+    from roughcontact.desk.server import Page
     from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
+
 
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
 SIGNALED, INTERRUPTED, PIPE_CLOSED = 128, 130, 141
 
 _NO_MEMORY = Sentence(
-    "the memory is used up; ", Mention("crop"), " the map or try ", Mention("precision", "single")
+    "the memory is used up; ",
+    ArgumentRef("crop"),
+    " the map or try ",
+    ArgumentRef("precision", "single"),
 )
 
 Given = dict[str, Any]
@@ -46,24 +59,12 @@ Act = Callable[[Subject, Given], None]
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line.
-
-    Parameters
-    ----------
-    argv : list of str, optional
-        Arguments without the program's name; by default those of the process.
-
-    Returns
-    -------
-    int
-        Exit status: 0 solved, 1 not converged, 2 bad input or usage, 130 interrupted (143 by
-        SIGTERM), 141 where nobody reads what is printed.
-    """
+    """Run the command line."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     terminal.open_streams()
     # Libraries log what they do not like in a damaged file; one sentence says what it means.
     logging.basicConfig(handlers=[logging.NullHandler()])
-    with heard(), terminal.stoppable() as stopped:
+    with redeliver_interrupts(), terminal.stoppable() as stopped:
         return _status(arguments, stopped)
 
 
@@ -115,7 +116,7 @@ def _told(written: Sequence[Path]) -> str:
 
 _app = typer.Typer(
     name="roughcontact",
-    cls=guide.Commands,
+    cls=help_format.Commands,
     pretty_exceptions_enable=False,
     # Plain text: what draws boxes takes longer to import than all of the help.
     rich_markup_mode=None,
@@ -137,21 +138,16 @@ def _root(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Contact of measured rough surfaces: pressure, real contact area, yielding and gap.
-
-    Every quantity takes its unit, in quotes: "1 N", "210 GPa", "0.1 mm".
-
-    Exit status: 0 solved, 1 not converged, 2 bad input or usage.
-    """
+    """Contact of measured rough surfaces: pressure, real contact area, yielding and gap."""
 
 
 # Commands from the table
 
 
-def _reported(command: Command, work: Act, subject: Subject, given: Given) -> None:
+def _reported(command: Command, work: Act, subject: Subject, specified: Given) -> None:
     """Do the work of a command; end every expected failure with one sentence and a status."""
     try:
-        work(subject, given)
+        work(subject, specified)
         sys.stdout.flush()
     except RoughcontactError as error:
         terminal.complain(f"error: {error.worded(command.spelled)}")
@@ -178,21 +174,13 @@ def _unwritten(error: OSError) -> int:
 
 
 def _command(command: Command, argument: inspect.Parameter | None = None) -> Callable[[Act], Act]:
-    """Give a function the options of a command, and make it that command.
-
-    Parameters
-    ----------
-    command : Command
-        What it does.
-    argument : Parameter, optional
-        What it takes besides options.
-    """
+    """Give a function the options of a command, and make it that command."""
 
     def registered(work: Act) -> Act:
         def called(subject: Subject = None, **words: Any) -> None:
-            given = {option.name: words[_identifier(option.name)] for option in command.options}
-            given = {option: value for option, value in given.items() if value}
-            _reported(command, work, subject, given)
+            specified = {option.name: words[_identifier(option.name)] for option in command.options}
+            specified = {option: value for option, value in specified.items() if value}
+            _reported(command, work, subject, specified)
 
         parameters = [
             *([] if argument is None else [argument]),
@@ -203,7 +191,9 @@ def _command(command: Command, argument: inspect.Parameter | None = None) -> Cal
         called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
         epilog = f"Example:\n\n{command.example}" if command.example else None
-        _app.command(command.name, cls=guide.Command, help=command.help, epilog=epilog)(called)
+        _app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
+            called
+        )
         return work
 
     return registered
@@ -222,7 +212,7 @@ def _parameter(option: Option[Any]) -> inspect.Parameter:
         help=option.help,
         rich_help_panel=option.panel,
         show_default=False,
-        autocompletion=guide.completion(option),
+        autocompletion=help_format.completion(option),
     )
     default = False if option.is_flag else None
     return inspect.Parameter(
@@ -240,11 +230,14 @@ _ALL = inspect.Parameter(
     annotation=Annotated[
         bool,
         typer.Option(
-            f"--{guide.ALL}", help="Show this message with all options and exit.", is_eager=True,
-            callback=guide.show_all, expose_value=False,
+            f"--{help_format.ALL}",
+            help="Show this message with all options and exit.",
+            is_eager=True,
+            callback=help_format.show_all,
+            expose_value=False,
         ),
     ],
-)  # fmt: skip
+)
 
 
 def _argument(
@@ -272,39 +265,39 @@ _MAP = _argument(Path | None, "FILE", _FILE, None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one surface.", None)
 
 
-def _shown(given: Given) -> tuple[bool, bool]:
+def _shown(specified: Given) -> tuple[bool, bool]:
     """Take out of options how the result is shown: as JSON, or not at all."""
-    return given.pop(JSON.name, False), given.pop(QUIET.name, False)
+    return specified.pop(JSON.name, False), specified.pop(QUIET.name, False)
 
 
-def _carry_out(task: Task, subject: Subject, given: Given) -> None:
+def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     """Carry out a task, and show what it gave."""
     from roughcontact import ranks
     from roughcontact.request.request import Request
 
-    as_json, quiet = _shown(given)
+    as_json, quiet = _shown(specified)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
     request = functools.partial(
-        Request.from_text, task, file, given, tuple(map(Path, subject)) if several else ()
+        Request.from_text, task, file, specified, tuple(map(Path, subject)) if several else ()
     )
-    if ranks.several():
-        from roughcontact.cli import slabs
+    if ranks.is_parallel_run():
+        from roughcontact.cli import mpi
 
-        return slabs.carry_out(request, as_json, quiet)
+        return mpi.carry_out(request, as_json, quiet)
     _carry_out_here(request(), as_json, quiet)
 
 
 def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     """Carry out a request in this process, and show what it gave."""
-    from roughcontact.cli import shown
-    from roughcontact.report import underway
+    from roughcontact.cli import console
+    from roughcontact.report import phrases
     from roughcontact.request.run import run
 
-    left = underway.Forecast()
+    remaining = phrases.Forecast()
     with terminal.progress(quiet) as say:
-        outcome = run(request, say, lambda at: say(underway.described(at) + left(at)))
-    shown.show(outcome, as_json, quiet)
+        outcome = run(request, say, lambda index: say(phrases.described(index) + remaining(index)))
+    console.show_outcome(outcome, as_json, quiet)
 
 
 for _task in TASKS:
@@ -312,27 +305,27 @@ for _task in TASKS:
 
 
 @_command(making.COMMAND)
-def _generate(_: Subject, given: Given) -> None:
+def _generate(_: Subject, specified: Given) -> None:
     from roughcontact.cli import console
-    from roughcontact.report import generated
+    from roughcontact.report.generation import record
 
-    as_json, quiet = _shown(given)
+    as_json, quiet = _shown(specified)
     with terminal.progress(quiet) as say:
-        surface, written = making.made(given, say)
+        surface, written = making.run_generate(specified, say)
     if as_json:
-        print(to_json(generated.record(surface)))
+        print(to_json(record(surface)))
     elif not quiet:
         console.show_generated(surface, written)
 
 
-@_command(fleet_options.COMMAND, _argument(Path, "PROJECT", "Project file (TOML)."))
-def _run(file: Path | str | None, given: Given) -> None:
+@_command(COMMAND, _argument(Path, "PROJECT", "Project file (TOML)."))
+def _run(file: Path | str | None, specified: Given) -> None:
+    from roughcontact.batch import plan
     from roughcontact.cli import console
-    from roughcontact.fleet import plan
 
-    as_json, quiet = _shown(given)
+    as_json, quiet = _shown(specified)
     with terminal.progress(quiet) as say:
-        reports, folder = _worked_through(str(file), fleet_options.COMMAND.read(given), say, quiet)
+        reports, folder = _worked_through(str(file), COMMAND.read(specified), say, quiet)
     if as_json:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
     elif not quiet:
@@ -348,39 +341,45 @@ def _run(file: Path | str | None, given: Given) -> None:
         raise typer.Exit(NOT_CONVERGED)
 
 
-def _worked_through(file: str, asked: Values, say: Say, quiet: bool) -> tuple[list[Report], Path]:
+def _worked_through(
+    file: str, requested: Values, say: Say, quiet: bool
+) -> tuple[list[Report], Path]:
     """Work through a project; return how its contacts ended, and the folder of what they left."""
-    from roughcontact.fleet import engines, plan, project
-    from roughcontact.report import underway
+    from roughcontact.batch import plan, project, runner
+    from roughcontact.report import phrases
 
     load = functools.partial(project.load, file)
-    scheduler, workers = asked[fleet_options.SCHEDULER], asked[fleet_options.WORKERS]
-    with engines.opened(
-        load, engines.tasks, asked[fleet_options.ENGINE], scheduler=scheduler, workers=workers
-    ) as (engine, entries):
+    scheduler, workers = requested[SCHEDULER], requested[WORKERS]
+    with runner.opened(
+        load, runner.tasks, requested[ENGINE], scheduler=scheduler, workers=workers
+    ) as (
+        engine,
+        entries,
+    ):
         states: list[str] = []
         start = time.monotonic()
-        at = f"; {engine.dashboard}" if engine.dashboard else ""
+        index = f"; {engine.dashboard}" if engine.dashboard else ""
 
         def told(report: plan.Report) -> None:
             states.append(report.state)
             fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
-            left = underway.left(fresh, to_do, time.monotonic() - start)
+            remaining = phrases.time_remaining_text(fresh, to_do, time.monotonic() - start)
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
             of = f"{len(states)} of {len(entries)} done{failed}"
-            say(f"{of}, {report.name} {report.state}{left}{at}")
+            say(f"{of}, {report.name} {report.state}{remaining}{index}")
 
-        say(f"working through {len(entries)} contacts{at}")
+        say(f"working through {len(entries)} contacts{index}")
         warn = (lambda text: None) if quiet else terminal.complain
-        reports = engines.run(entries, told, engine, say=lambda text: say(f"{text}{at}"), warn=warn)
+        reports = runner.run(
+            entries, told, engine, say=lambda text: say(f"{text}{index}"), warn=warn
+        )
         return reports, entries[0].summary.parent
 
 
-@_command(desk_options.COMMAND, _MAP)
-def _desk(file: Subject, given: Given) -> None:
-    from roughcontact.cli import desk
+@_command(desk.COMMAND, _MAP)
+def _desk(file: Subject, specified: Given) -> None:
 
-    desk.run(file, desk_options.COMMAND.read(given))
+    run(file, desk.COMMAND.read(specified))
 
 
 @_command(
@@ -389,37 +388,37 @@ def _desk(file: Subject, given: Given) -> None:
         list[Path], "FILE...", "Results in NetCDF (.nc), as --output and --folder leave them."
     ),
 )
-def _verify(files: Subject, given: Given) -> None:
+def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.cli import console
-    from roughcontact.volume import verification
+    from roughcontact.elastoplastic import archive
 
-    as_json, quiet = _shown(given)
+    as_json, quiet = _shown(specified)
     with terminal.progress(quiet) as say:
         checked = []
         for path in files:
             say(f"verifying {path}")
-            checked.append(verification.check_file(Path(path)))
+            checked.append(archive.check_file(Path(path)))
     if as_json:
-        print(to_json({"files": [dataclasses.asdict(one) for one in checked]}))
+        print(to_json({"files": [dataclasses.asdict(item) for item in checked]}))
     elif not quiet:
         console.show_verified(checked)
-    failed = [one for one in checked if one.reason]
-    for one in failed:
-        terminal.complain(f"error: {one.reason}")
+    failed = [item for item in checked if item.reason]
+    for item in failed:
+        terminal.complain(f"error: {item.reason}")
     if failed:
         raise typer.Exit(BAD_INPUT)
 
 
 @_command(INFO, _argument(Path, "FILE", _FILE))
-def _info(file: Path | str | None, given: Given) -> None:
+def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.report import inputs
-    from roughcontact.report.quantities import stored
+    from roughcontact.report.fields import stored
 
-    reading = {one.argument: given[one.name] for one in READING if one.name in given}
+    reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     surface, channels = read.read_with_channels(str(file), **reading)
     measured = inputs.measured(surface)
-    if _shown(given)[0]:
+    if _shown(specified)[0]:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
@@ -432,25 +431,58 @@ def _info(file: Path | str | None, given: Given) -> None:
 
 
 @_command(
-    MATERIALS, _argument(str | None, "NAME", "Show one, with its sources.", None, guide.materials)
+    MATERIALS,
+    _argument(str | None, "NAME", "Show one, with its sources.", None, help_format.materials),
 )
-def _materials(name: Path | str | None, given: Given) -> None:
+def _materials(name: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console
-    from roughcontact.material import catalogue
+    from roughcontact.material import catalog
 
-    found = catalogue.entries() if name is None else (catalogue.entry(str(name)),)
-    if _shown(given)[0]:
-        told = [dataclasses.asdict(entry) for entry in found]
-        print(to_json({"materials": told}))
+    result = catalog.entries() if name is None else (catalog.entry(str(name)),)
+    if _shown(specified)[0]:
+        text = [dataclasses.asdict(entry) for entry in result]
+        print(to_json({"materials": text}))
     elif name is None:
-        console.show_catalogue(found)
+        console.show_catalogue(result)
     else:
-        console.show_entry(found[0])
+        console.show_entry(result[0])
 
 
 @_command(DEMO)
-def _demo(_: Path | str | None, given: Given) -> None:
+def _demo(_: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import demo
 
-    asked = DEMO.read(given)
-    demo.run(asked[FOLDER], asked[POINTS])
+    requested = DEMO.read(specified)
+    demo.run(requested[FOLDER], requested[POINTS])
+
+
+# --- The desk, started: a page in the browser, served until Ctrl-C ---
+
+
+def run(file: Path | None, requested: Values) -> None:
+    """Serve the page."""
+    if importlib.util.find_spec("panel") is None:
+        raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
+    from roughcontact.desk import server
+    from roughcontact.formats.source import existing
+
+    if file is not None:
+        with existing(file):
+            file = Path(file).resolve()
+    settings = server.Settings(
+        file,
+        requested[desk.ADDRESS],
+        requested[desk.PORT],
+        requested[desk.ALLOW_ORIGIN],
+        requested[desk.FOLDER],
+        requested[desk.UPLOAD_LIMIT],
+        not requested[desk.NO_BROWSER],
+    )
+    server.serve(_page, settings, lambda text: print(text, flush=True))
+
+
+def _page() -> Page:
+    """Return what makes a page, which takes a second to import."""
+    from roughcontact.desk.page import page
+
+    return page

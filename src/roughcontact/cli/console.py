@@ -8,27 +8,33 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from roughcontact import units
 from roughcontact.cli import terminal
+from roughcontact.cli.terminal import NOT_CONVERGED
+from roughcontact.files import to_json
+from roughcontact.request.options import FOLDER
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
 from roughcontact.request.tasks import INFO
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
-    from roughcontact.contact.cautions import Caution
+    from roughcontact.batch.plan import Report
+    from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
-    from roughcontact.fleet.plan import Report
+    from roughcontact.elastoplastic.archive import Checked
     from roughcontact.formats.source import Channel
-    from roughcontact.material.catalogue import Entry
+    from roughcontact.material.catalog import Entry
     from roughcontact.report.inputs import Measured
     from roughcontact.request.outcome import Outcome
     from roughcontact.surface.surface import Surface
-    from roughcontact.volume.verification import Checked
+
 
 Cells = tuple[str, ...]
 
@@ -44,12 +50,12 @@ def show(outcome: Outcome) -> None:
     show_result(outcome.found, outcome.request.task, outcome.written, **outcome.beside)
 
 
-def show_result(result: Any, task: Command, written: Sequence[Path] = (), **beside: Any) -> None:
+def show_result(result: Any, task: Command, written: Sequence[Path] = (), **reference: Any) -> None:
     """Print what there is to tell of a result, then its files."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
     from roughcontact.report.blocks import Block, Lines
 
-    for block in results.shown(result, **beside):
+    for block in kinds.shown(result, **reference):
         if isinstance(block, Block):
             _print_table(*block.parts, heads=block.heads)
         elif isinstance(block, Lines):
@@ -64,20 +70,20 @@ def show_result(result: Any, task: Command, written: Sequence[Path] = (), **besi
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
     """Print how the contacts of a project ended, one row each, and where all numbers stand."""
-    from roughcontact.report import tables
-    from roughcontact.report.quantities import ABSENT, quantity_of
+    from roughcontact.report import contact_fields
+    from roughcontact.report.fields import ABSENT, quantity_of
 
     keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
-    quantities = [quantity_of(tables.CONTACT, key) for key in keys]
+    quantities = [quantity_of(contact_fields.CONTACT, key) for key in keys]
     rows: list[Cells] = []
     for report in reports:
         last = report.last
-        told = {q.key: q.told(last[q.key]) for q in quantities if q.key in last}
-        if told and report.told.get("kind") == "profile":
-            told["load"] = engineering(last["load"], "N/m")
-        if told and last["ceiling"] is None:
-            told["saturated_fraction"] = ABSENT
-        rows.append((report.name, report.state, *(told.get(key, "") for key in keys)))
+        text = {q.key: q.told(last[q.key]) for q in quantities if q.key in last}
+        if text and report.told.get("kind") == "profile":
+            text["load"] = engineering(last["load"], "N/m")
+        if text and last["ceiling"] is None:
+            text["saturated_fraction"] = ABSENT
+        rows.append((report.name, report.state, *(text.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))
     _print_table(rows, heads=heads, fold=True)
     _print_shared(
@@ -90,22 +96,22 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
 
 def show_verified(checked: Sequence[Checked]) -> None:
     """Print what files state of their results beside what was computed again, one row each."""
-    from roughcontact.report import tables
-    from roughcontact.report.quantities import quantity_of
+    from roughcontact.report import contact_fields
+    from roughcontact.report.fields import quantity_of
 
-    certificate = quantity_of(tables.CONTACT, "certificate").told
+    certificate = quantity_of(contact_fields.CONTACT, "certificate").told
     rows: list[Cells] = []
-    for one in checked:
+    for item in checked:
         numbers: tuple[str, ...] = ("",) * 5
-        if one.found is not None:
+        if item.found is not None:
             numbers = (
-                engineering(one.found.load, one.found.load_unit),
-                engineering(one.found.found_load, one.found.load_unit),
-                certificate(one.found.certificate),
-                certificate(one.found.found_certificate),
-                "agree" if one.sealed else "none",
+                engineering(item.found.load, item.found.load_unit),
+                engineering(item.found.found_load, item.found.load_unit),
+                certificate(item.found.certificate),
+                certificate(item.found.found_certificate),
+                "agree" if item.sealed else "none",
             )
-        rows.append((one.file, *numbers, "refused" if one.reason else "sound"))
+        rows.append((item.file, *numbers, "refused" if item.reason else "sound"))
     heads = ("file", "load", "found", "certificate", "found", "checksums", "result")
     _print_table(rows, heads=heads)
 
@@ -167,9 +173,9 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
 
 def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
     """Print what is in a file."""
-    from roughcontact.contact.judgment import heights_mistaken
+    from roughcontact.contact.plausibility import implausible_slope
     from roughcontact.report import blocks, inputs
-    from roughcontact.report.quantities import rows_of
+    from roughcontact.report.fields import rows_of
 
     listed: list[Cells] = []
     for index, entry in enumerate(channels):
@@ -188,17 +194,17 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
             for name, (_, meaning) in inputs.ROUGHNESS.items()
         ]
         _print_table(roughness, heads=("after plane", "", ""))
-    mistaken = heights_mistaken(measured.leveled.Sdq)
+    mistaken = implausible_slope(measured.leveled.Sdq)
     _print_cautions([] if mistaken is None else [mistaken], INFO)
 
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:
     """Print what was asked for of a generated map beside what it has, and why where it differs."""
-    from roughcontact.report import generated
+    from roughcontact.report import generation
 
-    _print_table(generated.about(surface))
-    _print_table(generated.rows(surface), heads=generated.HEADS)
-    _print_told(("note", reason) for reason in generated.unmet(surface))
+    _print_table(generation.about(surface))
+    _print_table(generation.rows(surface), heads=generation.HEADS)
+    _print_told(("note", reason) for reason in generation.unmet(surface))
     _print_written(written)
 
 
@@ -206,15 +212,15 @@ def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
 ) -> None:
     """Print both solutions of the example side by side, and the files."""
-    from roughcontact.report import blocks, contact, tables
-    from roughcontact.report.quantities import ANSWER, TRUST, beside
+    from roughcontact.report import blocks, contact, contact_fields
+    from roughcontact.report.fields import ANSWER, TRUST, side_by_side
 
     limited = results[1]
     _print_table(blocks.problem(contact.KIND, limited, limited, without=("ceiling",)))
     answers, trust = (
         [
             (blocks.title(row), *texts)
-            for row, texts in beside(tables.CONTACT, results, part, brief=True)
+            for row, texts in side_by_side(contact_fields.CONTACT, results, part, brief=True)
         ]
         for part in (ANSWER, TRUST)
     )
@@ -253,24 +259,24 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False
 
 def _print_cautions(cautions: Iterable[Caution], command: Command) -> None:
     """Print what has to be known; the status above says already where nothing converged."""
-    from roughcontact.contact.cautions import Kind
+    from roughcontact.cautions import Kind
 
-    told = ((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
-    _print_told(told, command)
+    text = ((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
+    _print_told(text, command)
 
 
-def _print_shared(told: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
+def _print_shared(shown_text: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
     """Print cautions of several results, in the form of their summary: each once, with whose."""
     said: dict[tuple[str, str], list[str]] = {}
-    for name, caution in told:
+    for name, caution in shown_text:
         said.setdefault((caution["severity"], caution["text"]), []).append(name)
     _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
 
 
-def _print_told(told: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
+def _print_told(shown_text: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
     lines = [
         f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
-        for severity, text in told
+        for severity, text in shown_text
     ]
     for line in lines:
         _print(Text(line))
@@ -287,3 +293,32 @@ def _print(thing: Table | Text) -> None:
     Console(file=text, width=width, color_system=None, highlight=False).print(thing)
     for line in text.getvalue().splitlines():
         print(line.rstrip())
+
+
+# What the commands that carry out a request show of it: a table or JSON, and the exit status.
+
+
+def show_outcome(outcome: Outcome, as_json: bool, quiet: bool) -> None:
+    """Show what a request gave, and end where it gave no solution."""
+    request, folder = outcome.request, outcome.request.get(FOLDER)
+    if as_json:
+        # Of this run alone: what was solved is the same, taken from a folder or not.
+        about = {} if folder is None else {"reused": outcome.reused}
+        print(to_json({**outcome.record(), **about}))
+    elif not quiet:
+        # What draws tables takes time to import.
+
+        show(outcome)
+        if outcome.reused:
+            loads = units.counted(outcome.reused, "load")
+            print(f"taken from {folder}, solved by an earlier run: {loads}")
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.converged:
+        wanted = any(option.suffixes and request[option] for option in request.task.options)
+        terminal.complain(
+            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
+            + ("; no file was written" if wanted else "")
+            + (f"; the loads before it are kept in {folder}" if folder else "")
+        )
+        raise typer.Exit(NOT_CONVERGED)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.cli import console, terminal
 from roughcontact.errors import InputError
-from roughcontact.report import underway
+from roughcontact.report import phrases
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Progress
 
@@ -20,15 +20,7 @@ _LABELS = ("elastic", "ceiling 3 GPa")
 
 
 def run(folder: Path, points: int) -> None:
-    """Solve a generated surface twice, write all results, and show them.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the files go.
-    points : int
-        Per side of the map.
-    """
+    """Solve a generated surface twice, write all results, and show them."""
     _check_folder(folder)
     with terminal.progress() as say:
         say("generating the surface")
@@ -36,8 +28,8 @@ def run(folder: Path, points: int) -> None:
         folder.mkdir(exist_ok=True)
         described = _files(folder, results)
         outputs.write([(path, write) for path, write, _ in described], say)
-    told = [(path.name, text) for path, _, text in described]
-    console.show_demo(results, _LABELS, folder, told)
+    shown_text = [(path.name, text) for path, _, text in described]
+    console.show_demo(results, _LABELS, folder, shown_text)
 
 
 def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
@@ -45,26 +37,26 @@ def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
     from roughcontact.contact.solve import solve
     from roughcontact.halfspace.boundary import Boundary
     from roughcontact.material.material import Material
-    from roughcontact.surface import synthetic
+    from roughcontact.surface import random_surfaces
     from roughcontact.surface.provenance import Operation, Provenance
     from roughcontact.surface.surface import Surface
 
     # A map and the first result are held while the second is sought.
     Room((points, points), Boundary.FREE, maps=3).require()
     steel = Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel")
-    heights, pixel = synthetic.reference_map(points)
-    made = Operation("reference_map", {"n": points})
+    heights, pixel = random_surfaces.reference_map(points)
+    created = Operation("reference_map", {"n": points})
     source = "generated self-affine surface, Hurst exponent 0.8"
-    surface = Surface(heights, pixel, Provenance(source, origin=made))
+    surface = Surface(heights, pixel, Provenance(source, origin=created))
     results = []
     for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
 
-        def tell(at: Progress, label: str = label) -> None:
-            say(underway.described(replace(at, label=label)))
+        def tell(index: Progress, label: str = label) -> None:
+            say(phrases.described(replace(index, label=label)))
 
-        found = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
+        result = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
                       calibrated=False)  # fmt: skip
-        results.append(found)
+        results.append(result)
     return results
 
 
@@ -80,7 +72,7 @@ def _check_folder(folder: Path) -> None:
 def _files(
     folder: Path, results: Sequence[ContactResult]
 ) -> list[tuple[Path, Callable[[Path], object], str]]:
-    from roughcontact.plots import maps, profiles
+    from roughcontact.plots import maps, sections
 
     elastic, limited = results
     pair, names = list(results), list(_LABELS)
@@ -100,7 +92,7 @@ def _files(
         ),
         (
             folder / "histogram.png",
-            outputs.saver(lambda: profiles.pressure_histogram(pair, names)),
+            outputs.saver(lambda: sections.pressure_histogram(pair, names)),
             "how often each pressure occurs",
         ),
         (

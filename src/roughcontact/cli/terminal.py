@@ -11,8 +11,8 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, TextIO
 
-from roughcontact import interrupts
-from roughcontact.errors import parts_of, worded
+from roughcontact import processes
+from roughcontact.errors import message_parts, render_message
 from roughcontact.request import solve
 from roughcontact.request.task import Command
 
@@ -27,10 +27,7 @@ _LAST_STREAM = 2
 
 
 def open_streams() -> None:
-    """Give standard streams that were closed a place that takes everything.
-
-    Else the first file that is opened would take their place, and all that is printed with it.
-    """
+    """Give standard streams that were closed a place that takes everything."""
     if sys.stdin is None or sys.stdout is None or sys.stderr is None:
         while (null := os.open(os.devnull, os.O_RDWR)) <= _LAST_STREAM:
             os.set_inheritable(null, True)
@@ -84,13 +81,7 @@ def _now_and_then() -> Say:
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[list[int]]:
-    """Let the signals that ask a program to end do what Ctrl-C does.
-
-    Yields
-    ------
-    list of int
-        The signal, once one has come.
-    """
+    """Let the signals that ask a program to end do what Ctrl-C does."""
     came: list[int] = []
 
     def stop(number: int, frame: object) -> None:
@@ -98,7 +89,7 @@ def stoppable() -> Iterator[list[int]]:
         for asking in ours:
             signal.signal(asking, signal.SIG_IGN)
         came.append(number)
-        interrupts.quiet()
+        processes.quiet()
         raise KeyboardInterrupt
 
     ours = _undecided()
@@ -121,7 +112,7 @@ def _undecided() -> list[signal.Signals]:
 
 def spelled(text: str, command: Command = solve.TASK) -> str:
     """Return a text in which arguments are the options of a command."""
-    return worded(parts_of(text), command.spelled)
+    return render_message(message_parts(text), command.spelled)
 
 
 def complain(sentence: str) -> None:

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,15 +15,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory, netcdf
-from roughcontact.contact import cautions, loads, verification
-from roughcontact.contact.advice import AgreedCeiling, Calibrated
+from roughcontact import cautions, memory, netcdf
+from roughcontact.contact import load_case
+from roughcontact.contact.calibrated_ceiling import Calibrated, CalibrationRecord
+from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.slab import Share, Slab
+from roughcontact.contact.share import Share, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.files import to_json
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening
 from roughcontact.material.material import Material
 from roughcontact.surface.provenance import Provenance, from_text, to_text
@@ -32,7 +34,123 @@ from roughcontact.surface.surface import Surface
 if TYPE_CHECKING:
     import xarray
 
-_MAPS = {
+
+Array = NDArray[np.float64]
+
+# How far what is computed again may lie from what is stated. On the same machine it has the same
+# bits; other libraries and numbers of threads round in another way.
+_PART, _LEAST, _DIGITS = 1e-3, 1e-12, 4.0
+_GAP = {"double": 1e-12, "single": 1e-5}
+_LOAD = 1e-12
+# Maps that the comparison takes more than a solve has.
+_MAPS = 8
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What a result states, and what its pressures and heights say."""
+
+    load: float  # As the result states them: load [N], and ε
+    certificate: float  # As the result states them: load [N], and ε
+    found_load: float
+    found_certificate: float
+    doubt: float  # What the last digit of displacement and initial gap may change in a certificate
+    gap_error: float
+    load_error: float  # As the result states it, under a given load
+    precision: str  # Arithmetic of the transforms
+    load_unit: str = "N"  # Of the loads
+
+    @property
+    def differences(self) -> tuple[str, ...]:
+        """Which of load, certificate and gap are not what the result states; none."""
+        off = abs(self.found_certificate - self.certificate)
+        missed = abs(self.found_load - self.load)
+        same = {
+            "load": missed <= (self.load_error + _LOAD) * self.load,
+            "certificate": off <= _PART * self.certificate + _LEAST + _DIGITS * self.doubt,
+            "gap": self.gap_error <= _GAP[self.precision],
+        }
+        return tuple(name for name, agrees in same.items() if not agrees)
+
+    def require(self, name: str) -> None:
+        """Raise `FormatError` about a file of some name unless all is as it states."""
+        words = {
+            "load": f"the load is {self.found_load:.6g} {self.load_unit} instead of "
+            f"{self.load:.6g} {self.load_unit}",
+            "certificate": f"the certificate is {self.found_certificate:.2g} instead of "
+            f"{self.certificate:.2g}",
+            "gap": f"the gap differs by {self.gap_error:.1g} of its size",
+        }
+        if self.differences:
+            text = ", ".join(words[what] for what in self.differences)
+            raise FormatError(
+                f"{name} is not the solution that it claims to be: computed again from its "
+                f"pressures and heights, {text}; take a copy of the file, or solve again"
+            )
+
+
+def verify_solution(result: ContactResult, displaced: Array | None = None) -> Verification:
+    """Compute load and certificate of a result again, with one application of the operator."""
+    initial = _initial_gap(result, displaced)
+    opened, unit = _opened(result, initial)
+    there = np.isfinite(initial)
+    opened, initial, pressure = opened[there], initial[there], result.pressure[there]
+    gap = opened - result.approach
+    bound: Any = math.inf if result.ceiling is None else result.ceiling
+    if isinstance(bound, np.ndarray):
+        bound = bound[there]
+    reach = pressure - gap / unit
+    eps = float(np.finfo(np.float64 if result.precision == "double" else np.float32).eps)
+    digit = 0.5 * eps * (np.abs(opened) + np.abs(initial)) / unit
+    doubt = np.clip(reach + digit, 0, bound) - np.clip(reach - digit, 0, bound)
+    # Bodies apart have nothing to certify.
+    size = float(np.linalg.norm(pressure)) or math.inf
+    largest = max(float(np.abs(opened - initial).max()), float(np.abs(initial).max()))
+    return Verification(
+        load=result.load,
+        certificate=result.certificate,
+        found_load=float(result.pressure.sum()) * result.pixel_area,
+        found_certificate=float(np.linalg.norm(pressure - np.clip(reach, 0, bound))) / size,
+        doubt=0.5 * float(np.linalg.norm(doubt)) / size,
+        gap_error=float(np.abs(gap - result.gap[there]).max()) / (largest or math.inf),
+        load_error=result.load_error if result.control == "load" else 0.0,
+        precision=result.precision,
+        load_unit=result.pair.load_unit,
+    )
+
+
+def _initial_gap(result: ContactResult, displaced: Array | None) -> Array:
+    """Return the gap without pressure or approach [m], not finite where nothing ever touches."""
+    gap = result.initial_gap
+    if displaced is not None:
+        gap += displaced
+    for axis, slope in enumerate(result.tilt):
+        points, edge = gap.shape[axis], result.surface.pixel[axis]
+        lever = slope * edge * (np.arange(points) - (points - 1) / 2)
+        gap += lever[:, None] if axis == 0 else lever
+    return gap
+
+
+def _opened(result: ContactResult, initial: Array) -> tuple[Array, float]:
+    """Return displacement plus initial gap [m], and the displacement of a pixel by itself."""
+    pair = result.pair
+    Room(pair.shape, pair.boundary, result.precision, _MAPS).require()
+    operator = pair.operators(result.precision, Workspace())(pair.shape, (1, 1))
+    opened = initial.copy()
+
+    def add(number: int, rows: slice, displacement: NDArray[Any]) -> None:
+        opened[rows] += displacement
+
+    index = np.flatnonzero(result.pressure)
+    if index.size:
+        operator.spread(operator.support(index), result.pressure.ravel()[index], add)
+    return opened, operator.self_displacement
+
+
+# --- Results on disk: one NetCDF file holds what went in, what came out and how good it is ---
+
+
+_ARCHIVE_MAPS = {
     "height": ("m", "height of the rough body, positive out of the material"),
     "counter_height": ("m", "height of the counter-body, positive out of its material"),
     "initial_gap": ("m", "gap at first touch"),
@@ -89,44 +207,19 @@ MATERIALS = ("material", "counter_material")
 Rows = Callable[[slice], NDArray[Any]]
 
 # Bytes that travel at a time to the process that writes.
-_PART = 1 << 25
+_ARCHIVE_PART = 1 << 25
 
 PACKED = ("pressure", "saturated")
 """Maps that are compressed: most pixels carry nothing, and they shrink to little."""
 
 
 def surface_to_dataset(surface: Surface) -> xarray.Dataset:
-    """Return a height map as an xarray dataset.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-
-    Returns
-    -------
-    xarray.Dataset
-        Variable ``height`` [m] over the centres ``(y, x)`` [m] of the pixels; pixel and
-        provenance as attributes.
-    """
+    """Return a height map as an xarray dataset."""
     return _dataset(surface, {"height": surface.heights}, {"title": "Heights of a surface"})
 
 
 def to_dataset(result: ContactResult) -> xarray.Dataset:
-    """Return a result as an xarray dataset that can be checked without this program.
-
-    Parameters
-    ----------
-    result : ContactResult
-        The result.
-
-    Returns
-    -------
-    xarray.Dataset
-        Variables ``height``, ``initial_gap``, ``pressure``, ``gap``, ``saturated`` over ``(y, x)``
-        in SI units, ``ceiling`` and ``counter_height`` where they are maps, and everything else
-        as attributes.
-    """
+    """Return a result as an xarray dataset that can be checked without this program."""
     result.require_whole("a dataset")
     whole = slice(None)
     maps = {name: rows(whole) for name, (_, rows) in _rows(result).items()}
@@ -177,7 +270,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
 
 def described(name: str) -> dict[str, str]:
     """Return the attributes of a map of a contact."""
-    return dict(zip(("units", "long_name"), _MAPS[name], strict=True))
+    return dict(zip(("units", "long_name"), _ARCHIVE_MAPS[name], strict=True))
 
 
 def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
@@ -269,11 +362,11 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
         str(attributes[f"{prefix}{name}"])
         for name in ("source", "instrument", "channel", "preparation")
     )
-    kept = attributes.get(f"{prefix}provenance")
-    if kept is None:
+    cached = attributes.get(f"{prefix}provenance")
+    if cached is None:
         # Earlier versions kept the sentences only.
         return Provenance(source, instrument, channel, filter(None, steps.split("\n")))
-    return replace(from_text(str(kept)), source=source, instrument=instrument, channel=channel)
+    return replace(from_text(str(cached)), source=source, instrument=instrument, channel=channel)
 
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
@@ -302,7 +395,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     maps = {
         netcdf.Streamed(name, kind, share.shape, described(name), packed=name in PACKED): [
             netcdf.Part(rank, height, partial(rows, slice(top, top + height)))
-            for rank, top, height in share.pieces(_PART // np.dtype(kind).itemsize)
+            for rank, top, height in share.pieces(_ARCHIVE_PART // np.dtype(kind).itemsize)
         ]
         for name, (kind, rows) in _rows(result).items()
     }
@@ -310,35 +403,14 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
-    """Read a result that `ContactResult.save` wrote.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    verify : bool
-        Whether to compute load, gap and certificate again; see `verification.verify`.
-
-    Returns
-    -------
-    ContactResult
-        The same result; every number keeps its bits.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, damaged, changed or not a result of this program, or does not hold
-        the solution that it claims to be.
-    InsufficientMemoryError
-        If there is not enough memory to verify it.
-    """
+    """Read a result that `ContactResult.save` wrote."""
     dataset = opened(path)
     with refused(path, "ContactResult"):
         result = from_dataset(dataset)
         displaced = dataset.get("residual_displacement")
     if verify:
-        found = verification.verify(result, None if displaced is None else displaced.values)
-        found.require(Path(path).name)
+        answer = verify_solution(result, None if displaced is None else displaced.values)
+        answer.require(Path(path).name)
     return result
 
 
@@ -355,7 +427,7 @@ def opened(path: str | os.PathLike[str]) -> xarray.Dataset:
         dataset.load()
         changed = netcdf.mismatches(dataset)
     if changed:
-        raise netcdf.altered(Path(path).name, changed)
+        raise netcdf.changed_file_error(Path(path).name, changed)
     return dataset
 
 
@@ -396,7 +468,7 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
 
 def _maps(dataset: xarray.Dataset) -> dict[str, NDArray[np.float64]]:
     maps = {}
-    for name in _MAPS:
+    for name in _ARCHIVE_MAPS:
         if name in dataset:
             if dataset[name].dims != ("y", "x"):
                 raise ValueError(f"{name} lies over {dataset[name].dims}, not over (y, x)")
@@ -436,16 +508,16 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
     for name in _OF_THE_PAIR:
         del scalars[name]
     if "recommended_load" in attributes:
-        told: dict[str, Any] = {
+        text: dict[str, Any] = {
             name: float(attributes[f"recommended_{name}"]) for name in _RECOMMENDED
         }
-        scalars["recommended"] = AgreedCeiling(**told | {"solves": int(told["solves"])})
+        scalars["recommended"] = CalibrationRecord(**text | {"solves": int(text["solves"])})
     if "calibrated_ceiling" in attributes:
-        told = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
-        told |= {"control": scalars["control"], "convolutions": int(told["convolutions"])}
-        scalars["calibrated"] = Calibrated(**told)
+        text = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
+        text |= {"control": scalars["control"], "convolutions": int(text["convolutions"])}
+        scalars["calibrated"] = Calibrated(**text)
     if _GIVEN in attributes:
-        scalars["given"] = loads.from_summary(json.loads(str(attributes[_GIVEN])))
+        scalars["given"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.
     return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))

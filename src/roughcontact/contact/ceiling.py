@@ -4,6 +4,37 @@ A ceiling has one free number, its height over the yield strength. Three is righ
 full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it
 rises. What it is depends on how far a contact is beyond first yield, and that can be read from
 the solution with any ceiling: see `recommended_ceiling`.
+
+`ceiling_factor`: On a half-space with small strains nothing else enters: E*, R and σ_Y only set
+the scale of the load, and Poisson's ratio enters by the pressure at first yield. The contact
+area then agrees with plasticity of the volume to 3 % for ν from 0 to 0.5.
+
+`recommended_ceiling`: The spots are taken for one sphere. On a disc of radius a the slope of a
+paraboloid of radius R has the root mean square g = a/(√2 R), so that a/R = √2 g of any contact,
+g the slope of the initial gap over the contact spots, less the mean of each spot. With the mean
+pressure p̄ the load P = π a² p̄ is, over that of first yield P_c = π³ R² p_y³/(6 E*²),
+
+    P/P_c = 6 (E* a/R)² p̄/(π² p_y³),
+
+p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
+gives more area and so more slope.
+
+Under this load each body takes its part of a/R, and both bear the same mean pressure: an
+elastic one that of Hertz, one that yields that of `yielding_sphere.mean_pressure`. Two alike
+share alike; beside a body that stays elastic the one that yields is pushed further, and bears
+more than at the same P/P_c under a rigid one. The ceiling is that which gives this mean
+pressure.
+
+A material that hardens is taken at the strain 0.15 of its part of a/R. Tabor (1951) has 0.2 for
+full indentation; 0.15 does better before, where much of the plastic zone has strained less. On
+spheres and rough maps with two laws the area then agrees to 8 %.
+
+`area_change`: Of one sphere under the same load: the areas are as 1 over the mean pressures,
+and that under a ceiling is `yielding_sphere.mean_under_ceiling` of it.
+
+`solve_calibrated`: The load ratio hardly depends on the ceiling at which it is read, so that
+two or three solves do. Where whole pixels that come and go keep the ceiling from settling, the
+last of `MOST_SOLVES` is returned, and its ``mismatch`` says by how much.
 """
 
 from __future__ import annotations
@@ -15,20 +46,24 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.contact.advice import RECOMMENDED, AgreedCeiling, RecommendedCeiling
+from roughcontact.contact.calibrated_ceiling import (
+    RECOMMENDED,
+    CalibratedCeiling,
+    CalibrationRecord,
+)
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.errors import (
+    ArgumentRef,
     CapacityError,
     InputError,
-    Mention,
     require_choice,
     require_positive,
 )
 from roughcontact.material.hardening import flow_stress
 from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.roots import brentq
-from roughcontact.theory import yielding_sphere
+from roughcontact.theory import indenters
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
 # at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
@@ -47,52 +82,32 @@ _ROUNDING = 16 * float(np.finfo(np.float64).eps)
 def resolved_ceiling(
     ceiling: str | float | ArrayLike | None, pair: Pair
 ) -> float | NDArray[np.float64] | None:
-    """Return the ceiling as `solve` uses it.
-
-    Parameters
-    ----------
-    ceiling : "auto", "recommended", float, array_like or None
-        As for `solve`.
-    pair : Pair
-        The bodies.
-
-    Returns
-    -------
-    float, ndarray of shape (ny, nx), or None
-        Largest pressure [Pa]; ``None`` without a ceiling. Of a recommended one that with which
-        the search for it begins.
-
-    Raises
-    ------
-    InputError
-        If it is neither of these, not positive, or does not fit the grid; if one is to be
-        recommended for bodies of which no yield strength is known.
-    """
+    """Return the ceiling as `solve` uses it."""
     if isinstance(ceiling, str):
         require_choice(("auto", RECOMMENDED), ceiling=ceiling)
         body = pair.softer
         if ceiling == RECOMMENDED and (body is None or body.yield_strength is None):
             raise InputError(
-                Mention("ceiling", RECOMMENDED),
+                ArgumentRef("ceiling", RECOMMENDED),
                 " is read from the yield strength of the softer body, and none is known: give its "
                 "material one, or a ",
-                Mention("ceiling"),
+                ArgumentRef("ceiling"),
                 " in Pa",
             )
         return None if body is None else body.ceiling
     if ceiling is None:
         return None
     try:
-        given = np.asarray(ceiling)
+        specified = np.asarray(ceiling)
     except ValueError:
         raise InputError(
             "must be a number or a map, got rows of unequal length", argument="ceiling"
         ) from None
-    if given.dtype.kind not in "fiu" or isinstance(ceiling, np.ma.MaskedArray):
+    if specified.dtype.kind not in "fiu" or isinstance(ceiling, np.ma.MaskedArray):
         raise InputError(
             f"must be real numbers [Pa], got {type(ceiling).__name__}", argument="ceiling"
         )
-    values = given.astype(np.float64)
+    values = specified.astype(np.float64)
     if values.ndim == 0:
         require_positive(ceiling=float(values))
         return float(values)
@@ -112,29 +127,7 @@ def resolved_ceiling(
 def combined_ceiling(
     ceiling: float | ArrayLike | None, counter_ceiling: float | ArrayLike | None
 ) -> float | NDArray[np.float64] | None:
-    """Return the pressure ceiling of two bodies: the smaller one on every pixel.
-
-    Parameters
-    ----------
-    ceiling, counter_ceiling : float, array_like of shape (ny, nx), or None
-        Ceiling of each body [Pa], one for all or one per pixel: of a coating, of inclusions;
-        ``None``, or ``inf`` on a pixel, where the body never yields. Maps lie on the common grid.
-
-    Returns
-    -------
-    float, ndarray of shape (ny, nx), or None
-        What `solve` takes as ``ceiling``: the softer of two points that touch yields.
-
-    Raises
-    ------
-    InputError
-        If a ceiling is not positive everywhere, or the maps differ in shape.
-
-    Examples
-    --------
-    >>> combined_ceiling(3e9, [[2e9, 5e9]])
-    array([[2.e+09, 3.e+09]])
-    """
+    """Return the pressure ceiling of two bodies: the smaller one on every pixel."""
     known = [
         _checked_ceiling(name, value)
         for name, value in (("ceiling", ceiling), ("counter_ceiling", counter_ceiling))
@@ -146,7 +139,7 @@ def combined_ceiling(
     if len(maps) > 1:
         raise InputError(
             "and ",
-            Mention("counter_ceiling"),
+            ArgumentRef("counter_ceiling"),
             f" must lie on one grid, got the shapes {known[0].shape} and {known[1].shape}",
             argument="ceiling",
         )
@@ -176,43 +169,13 @@ def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float6
 
 
 def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
-    """Return the ceiling of a perfectly plastic sphere over its yield strength.
-
-    Parameters
-    ----------
-    load_ratio : float
-        Load P over the load P_c of first yield.
-    first_yield : float
-        Hertz peak pressure at first yield over the yield strength; 1.615 at ν = 0.3.
-
-    Returns
-    -------
-    float
-        That which gives the mean pressure of `yielding_sphere.mean_pressure`, not below
-        ``first_yield`` and not above 3.
-
-    Raises
-    ------
-    InputError
-        If the ratio is not positive.
-
-    Notes
-    -----
-    On a half-space with small strains nothing else enters: E*, R and σ_Y only set the scale of the
-    load, and Poisson's ratio enters by the pressure at first yield. The contact area then agrees
-    with plasticity of the volume to 3 % for ν from 0 to 0.5.
-
-    Examples
-    --------
-    >>> [round(ceiling_factor(ratio), 2) for ratio in (1, 12, 40, 300, 3000)]
-    [1.61, 1.96, 2.21, 2.63, 2.93]
-    """
+    """Return the ceiling of a perfectly plastic sphere over its yield strength."""
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
     # P = π a² p̄, which in the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
     wanted = load_ratio * math.pi**2 * first_yield**3 / 6
-    index = _loaded(wanted, lambda x: yielding_sphere.mean_pressure(x, first_yield))
-    mean = yielding_sphere.mean_pressure(index, first_yield)
-    return min(yielding_sphere.ceiling(index, mean, first_yield), CEILING_FACTOR)
+    index = _loaded(wanted, lambda x: indenters.mean_pressure(x, first_yield))
+    mean = indenters.mean_pressure(index, first_yield)
+    return min(indenters.ceiling(index, mean, first_yield), CEILING_FACTOR)
 
 
 def _loaded(load: float, mean: Callable[[float], float]) -> float:
@@ -227,52 +190,8 @@ def _loaded(load: float, mean: Callable[[float], float]) -> float:
     return float(brentq(lambda slope: slope**2 * mean(slope) - load, low, high, rtol=1e-12))
 
 
-def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
-    """Return the ceiling that a contact should be solved with, judged from one solution.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution with any ceiling, three yield strengths for instance.
-
-    Returns
-    -------
-    RecommendedCeiling or None
-        ``None`` if no yield strength is known, or if the spots have no slope but their tilt:
-        pixels on their own, and flats without a step at their rim.
-
-    Notes
-    -----
-    The spots are taken for one sphere. On a disc of radius a the slope of a paraboloid of radius R
-    has the root mean square g = a/(√2 R), so that a/R = √2 g of any contact, g the slope of the
-    initial gap over the contact spots, less the mean of each spot. With the mean pressure p̄ the
-    load P = π a² p̄ is, over that of first yield P_c = π³ R² p_y³/(6 E*²),
-
-        P/P_c = 6 (E* a/R)² p̄/(π² p_y³),
-
-    p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution, a lower one
-    gives more area and so more slope.
-
-    Under this load each body takes its part of a/R, and both bear the same mean pressure: an
-    elastic one that of Hertz, one that yields that of `yielding_sphere.mean_pressure`. Two alike
-    share alike; beside a body that stays elastic the one that yields is pushed further, and bears
-    more than at the same P/P_c under a rigid one. The ceiling is that which gives this mean
-    pressure.
-
-    A material that hardens is taken at the strain 0.15 of its part of a/R. Tabor (1951) has 0.2 for
-    full indentation; 0.15 does better before, where much of the plastic zone has strained less. On
-    spheres and rough maps with two laws the area then agrees to 8 %.
-
-    Examples
-    --------
-    >>> from roughcontact import Material, Surface, solve
-    >>> y, x = np.mgrid[-24:24, -24:24] * 1e-6
-    >>> ball = Surface(-(x**2 + y**2) / (2 * 1e-3), pixel=(1e-6, 1e-6))
-    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
-    >>> found = recommended_ceiling(solve(ball, material=steel, load=2.5))
-    >>> round(found.load_ratio), round(found.factor, 1)
-    (6, 1.8)
-    """
+def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
+    """Return the ceiling that a contact should be solved with, judged from one solution."""
     body = result.pair.softer
     if body is None or body.yield_strength is None:
         return None
@@ -283,39 +202,13 @@ def recommended_ceiling(result: ContactResult) -> RecommendedCeiling | None:
     return _judged(result.pair, body, slope, mean)
 
 
-def area_change(advice: RecommendedCeiling, ceiling: float | None, modulus: float) -> float:
-    """Return how much larger the contact area is with plasticity in the volume.
-
-    Parameters
-    ----------
-    advice : RecommendedCeiling
-        What `recommended_ceiling` read from a solution.
-    ceiling : float or None
-        Ceiling of the solution [Pa], None without one.
-    modulus : float
-        Contact modulus [Pa].
-
-    Returns
-    -------
-    float
-        Relative change of the area from that under ``ceiling``.
-
-    Notes
-    -----
-    Of one sphere under the same load: the areas are as 1 over the mean pressures, and that under
-    a ceiling is `yielding_sphere.mean_under_ceiling` of it.
-
-    Examples
-    --------
-    >>> advice = RecommendedCeiling(40, 0.0526, 1e9, 1.615e9, 2.21e9, 2.21)
-    >>> round(area_change(advice, 3e9, 210e9), 2)
-    0.32
-    """
+def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float) -> float:
+    """Return how much larger the contact area is with plasticity in the volume."""
 
     def mean(slope: float, limit: float | None) -> float:
         if limit is None:
             return 4 * modulus * slope / (3 * math.pi)
-        return limit * yielding_sphere.mean_under_ceiling(modulus * slope / limit)
+        return limit * indenters.mean_under_ceiling(modulus * slope / limit)
 
     known = mean(advice.slope, advice.ceiling)
     load = advice.slope**2 * known
@@ -323,23 +216,23 @@ def area_change(advice: RecommendedCeiling, ceiling: float | None, modulus: floa
     return mean(slope, ceiling) / known - 1
 
 
-def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> RecommendedCeiling:
+def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> CalibratedCeiling:
     """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
-    bodies = [one for one in (pair.material, pair.counter_material) if one.compliance > 0]
+    bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
     # With the ceiling that is recommended it bears the same load at another slope.
     slope = _loaded(load, lambda s: _shared(bodies, s)[0])
     borne, *taken = _shared(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
-    yielding = [one for one in (pair.material, pair.counter_material) if one.yield_strength]
-    flow = {id(one): _flow_stress(one, parts.get(id(one), 0.0)) for one in yielding}
-    first = min(flow[id(one)] * _first_yield(one) for one in yielding)
-    found = yielding_sphere.ceiling(pair.contact_modulus * slope, borne, first)
-    bounds = [CEILING_FACTOR * flow[id(one)] for one in yielding]
-    bounds += [one.hardness for one in bodies if one.hardness]
-    ceiling = min(found, *bounds)
+    yielding = [item for item in (pair.material, pair.counter_material) if item.yield_strength]
+    flow = {id(item): _flow_stress(item, parts.get(id(item), 0.0)) for item in yielding}
+    first = min(flow[id(item)] * _first_yield(item) for item in yielding)
+    result = indenters.ceiling(pair.contact_modulus * slope, borne, first)
+    bounds = [CEILING_FACTOR * flow[id(item)] for item in yielding]
+    bounds += [item.hardness for item in bodies if item.hardness]
+    ceiling = min(result, *bounds)
     assert softer.yield_strength is not None
-    return RecommendedCeiling(
+    return CalibratedCeiling(
         load_ratio=6 * pair.contact_modulus**2 * load / (math.pi**2 * first**3),
         slope=slope,
         flow_stress=flow[id(softer)],
@@ -353,19 +246,19 @@ def _shared(bodies: Sequence[Material], slope: float) -> tuple[float, ...]:
     """Return the mean pressure [Pa] that all bodies bear, and the part of a slope of each."""
     if len(bodies) == 1:
         return _borne(bodies[0], slope), slope
-    one, other = bodies
+    item, other = bodies
 
     def excess(part: float) -> float:
-        return _borne(one, part) - _borne(other, slope - part)
+        return _borne(item, part) - _borne(other, slope - part)
 
-    least, most = 1e-9 * slope, (1 - 1e-9) * slope
+    minimum, maximum = 1e-9 * slope, (1 - 1e-9) * slope
     # A body that bears more at so small a part is as good as rigid.
-    if excess(least) > 0:
+    if excess(minimum) > 0:
         return _borne(other, slope), 0.0, slope
-    if excess(most) < 0:
-        return _borne(one, slope), slope, 0.0
-    part = float(brentq(excess, least, most, rtol=1e-12))
-    return _borne(one, part), part, slope - part
+    if excess(maximum) < 0:
+        return _borne(item, slope), slope, 0.0
+    part = float(brentq(excess, minimum, maximum, rtol=1e-12))
+    return _borne(item, part), part, slope - part
 
 
 def _borne(body: Material, slope: float) -> float:
@@ -373,9 +266,7 @@ def _borne(body: Material, slope: float) -> float:
     if body.yield_strength is None:
         return 4 * slope / (3 * math.pi * body.compliance)
     flow = _flow_stress(body, slope)
-    return flow * yielding_sphere.mean_pressure(
-        slope / (body.compliance * flow), _first_yield(body)
-    )
+    return flow * indenters.mean_pressure(slope / (body.compliance * flow), _first_yield(body))
 
 
 def _flow_stress(body: Material, slope: float) -> float:
@@ -390,63 +281,35 @@ def _first_yield(body: Material) -> float:
     return body.first_yield_pressure / body.yield_strength
 
 
-def agreed(
+def solve_calibrated(
     first: ContactResult, again: Callable[[float, ContactResult], ContactResult]
 ) -> ContactResult:
-    """Return the contact under the ceiling that it recommends itself.
-
-    Parameters
-    ----------
-    first : ContactResult
-        The contact under three yield strengths.
-    again : callable
-        ``again(ceiling, start)`` solves it under another ceiling [Pa], from a solution nearby.
-
-    Returns
-    -------
-    ContactResult
-        One whose ceiling is what `recommended_ceiling` reads from it, to `AGREEMENT`, with what
-        became of it as its ``recommended``; the first itself if it is below first yield, and any
-        of them that did not converge.
-
-    Raises
-    ------
-    InputError
-        If the contact spots have no slope to be judged by.
-    CapacityError
-        If the ceiling that is recommended cannot carry the load.
-
-    Notes
-    -----
-    The load ratio hardly depends on the ceiling at which it is read, so that two or three solves
-    do. Where whole pixels that come and go keep the ceiling from settling, the last of
-    `MOST_SOLVES` is returned, and its ``mismatch`` says by how much.
-    """
+    """Return the contact under the ceiling that it recommends itself."""
     if not first.converged or first.regime is Regime.BELOW_FIRST_YIELD:
         return first
-    found, advice = first, _advised(first)
+    result, advice = first, _advised(first)
     chosen, solves = advice, 1
-    while solves < MOST_SOLVES and abs(advice.ceiling / _single(found) - 1) > AGREEMENT:
+    while solves < MOST_SOLVES and abs(advice.ceiling / _single(result) - 1) > AGREEMENT:
         chosen, solves = advice, solves + 1
         try:
-            found = again(chosen.ceiling, found)
+            result = again(chosen.ceiling, result)
         except CapacityError as error:
             raise _too_low(chosen, error) from None
-        if not found.converged:
-            return found
-        advice = _advised(found)
-    told = AgreedCeiling(
-        load=found.load,
+        if not result.converged:
+            return result
+        advice = _advised(result)
+    text = CalibrationRecord(
+        load=result.load,
         load_ratio=chosen.load_ratio,
-        factor=_single(found) * chosen.factor / chosen.ceiling,
-        mismatch=advice.ceiling / _single(found) - 1,
+        factor=_single(result) * chosen.factor / chosen.ceiling,
+        mismatch=advice.ceiling / _single(result) - 1,
         solves=solves,
         usual_ceiling=_single(first),
         usual_contact_area=first.contact_area,
         usual_approach=first.approach,
         usual_indentation=float(first.residual_indentation.max()),
     )
-    return replace(found, recommended=told)
+    return replace(result, recommended=text)
 
 
 def _single(result: ContactResult) -> float:
@@ -455,25 +318,25 @@ def _single(result: ContactResult) -> float:
     return result.ceiling
 
 
-def _advised(result: ContactResult) -> RecommendedCeiling:
+def _advised(result: ContactResult) -> CalibratedCeiling:
     advice = recommended_ceiling(result)
     if advice is None:
         raise InputError(
-            Mention("ceiling", RECOMMENDED),
+            ArgumentRef("ceiling", RECOMMENDED),
             " is read from the slope within the contact spots, and these have none: single "
             "pixels, or flats; give a ",
-            Mention("ceiling"),
+            ArgumentRef("ceiling"),
             " in Pa",
         )
     return advice
 
 
-def _too_low(chosen: RecommendedCeiling, error: CapacityError) -> CapacityError:
+def _too_low(chosen: CalibratedCeiling, error: CapacityError) -> CapacityError:
     return CapacityError(
         f"{chosen.factor:.3g} yield strengths, the ceiling that is recommended, are too few: ",
         *error.sentence,
         "; where nearly all of the map has to bear, ",
-        Mention("ceiling", "auto"),
+        ArgumentRef("ceiling", "auto"),
         " takes three",
     )
 
@@ -495,8 +358,8 @@ def _contact_slope(result: ContactResult) -> float:
         before, after = list(places), list(places)
         before[axis] = np.maximum(places[axis] - 1, 0)
         after[axis] = np.minimum(places[axis] + 1, gap.shape[axis] - 1)
-        apart = np.maximum(after[axis] - before[axis], 1) * edge
-        slope = (gap[tuple(after)] - gap[tuple(before)]) / apart
+        separately = np.maximum(after[axis] - before[axis], 1) * edge
+        slope = (gap[tuple(after)] - gap[tuple(before)]) / separately
         # Missing points never touch; at their rim the slope counts as that of the spot.
         known = ~np.isnan(slope)
         total = np.bincount(spot[known], slope[known], count.size)

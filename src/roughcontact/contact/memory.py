@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughcontact import memory
+from roughcontact.contact.load_case import LoadCase, Scale
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.scale import Scale
-from roughcontact.contact.slab import Slab
-from roughcontact.contact.terms import Terms
-from roughcontact.errors import Mention, Part
+from roughcontact.contact.share import Slab
+from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.convolution import MOST
 from roughcontact.halfspace.fft import Workspace, default_workers
-from roughcontact.halfspace.kept import MOST
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Operator
 from roughcontact.solvers.problem import Problem, coarsened
@@ -56,32 +55,12 @@ def memory_estimate(
     contact_fraction: float = 1.0,
     maps: int = 0,
 ) -> int:
-    """Return the memory that `solve` needs beyond the surface itself.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    boundary : Boundary or str
-        As for `solve`.
-    precision : {"double", "single"}
-        As for `solve`.
-    contact_fraction : float
-        Part of the map that touches; all of it by default, which needs the most.
-    maps : int
-        Further maps in double precision that are held meanwhile.
-
-    Returns
-    -------
-    int
-        Bytes, at least as many as one solve uses at any time; ``benchmarks/memory.py`` measures
-        them. The contact under the calibrated ceiling is solved where memory is left for it.
-    """
+    """Return the memory that `solve` needs beyond the surface itself."""
     real = 8 if precision == "double" else 4
     pixels = shape[0] * shape[1]
     touching = math.ceil(8 * contact_fraction * pixels)
     # Initial gap and open gap.
-    kept = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
+    cached = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
     gaps = min(8 * pixels, _HEAPED) + 3 * min(touching, _HEAPED)
     boundary = Boundary(boundary)
     kernel = boundary.kernel_memory(shape)
@@ -91,30 +70,22 @@ def memory_estimate(
     if boundary.free_axes:
         kernels += min(kernel // 3, MOST)
     operator = boundary.operator_memory(shape, precision) + kernels
-    return operator + kept + _TOUCHING * touching + gaps + overhead()
+    return operator + cached + _TOUCHING * touching + gaps + overhead()
 
 
 @dataclass(frozen=True)
 class Room:
-    """What a solve needs room for.
+    """What a solve needs room for."""
 
-    Parameters
-    ----------
-    shape, boundary, precision, maps
-        As for `memory_estimate`.
-    ranks, beside : int
-        Processes that hold the map together, and those of them on this machine.
-    """
-
-    shape: tuple[int, int]
-    boundary: Boundary
-    precision: str = "double"
-    maps: int = 0
-    ranks: int = 1
-    beside: int = 1
+    shape: tuple[int, int]  # As for `memory_estimate`
+    boundary: Boundary  # As for `memory_estimate`
+    precision: str = "double"  # As for `memory_estimate`
+    maps: int = 0  # As for `memory_estimate`
+    ranks: int = 1  # Processes that hold the map together, and those of them on this machine
+    beside: int = 1  # Processes that hold the map together, and those of them on this machine
 
     @classmethod
-    def of(cls, pair: Pair, terms: Terms, held: int = 0) -> Room:
+    def of(cls, pair: Pair, terms: LoadCase, held: int = 0) -> Room:
         """Return what a solve of these bodies needs room for, with maps that are held besides."""
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
@@ -135,20 +106,7 @@ class Room:
         return needed * self.beside // self.ranks
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
-        """Raise an error with a suggestion if the solve would not fit.
-
-        Parameters
-        ----------
-        contact_fraction : float
-            Part of the map that touches; 0 where it is not known: what every contact needs.
-        there : int, optional
-            Bytes that were free before any of it was made; by default those that are free now.
-
-        Raises
-        ------
-        InsufficientMemoryError
-            If the estimate exceeds the memory that is free.
-        """
+        """Raise an error with a suggestion if the solve would not fit."""
         needed = self.estimate(contact_fraction)
         if there is None:
             there = memory.free()
@@ -169,37 +127,21 @@ class Room:
             advice += (f", in full contact one of {side} × {side}",)
         single = replace(self, precision="single")
         if self.precision == "double" and single.estimate(contact_fraction) <= there:
-            advice += ("; ", Mention("precision", "single"), " fits the whole map")
+            advice += ("; ", ArgumentRef("precision", "single"), " fits the whole map")
         memory.require(needed, f"{what} needs", most=("in full contact", full), advice=advice)
 
     def _side(self, contact_fraction: float, there: int) -> int:
         """Return the points along the largest square grid that fits."""
-        least, most = 0, 1 + math.isqrt(math.prod(self.shape))
-        while most - least > 1:
-            side = (least + most) // 2
+        minimum, maximum = 0, 1 + math.isqrt(math.prod(self.shape))
+        while maximum - minimum > 1:
+            side = (minimum + maximum) // 2
             fits = replace(self, shape=(side, side)).estimate(contact_fraction) <= there
-            least, most = (side, most) if fits else (least, side)
-        return least
+            minimum, maximum = (side, maximum) if fits else (minimum, side)
+        return minimum
 
 
 def started(problem: Problem, start: ContactResult | ArrayLike | None, series: bool) -> float:
-    """Return the part of a map that a solve starts from.
-
-    Parameters
-    ----------
-    problem : Problem
-        The problem on the grid of the map.
-    start : ContactResult or array_like of shape (ny, nx), optional
-        What it starts from.
-    series : bool
-        Whether it will start from a smaller load instead.
-
-    Returns
-    -------
-    float
-        All of the map where the ceiling lets the pixels of the start not carry the load: the
-        solver then starts from whatever can touch.
-    """
+    """Return the part of a map that a solve starts from."""
     limited = problem.total is not None and not np.isinf(problem.limit).all()
     if start is None:
         return 1.0 if series and limited else 0.0
@@ -211,24 +153,8 @@ def started(problem: Problem, start: ContactResult | ArrayLike | None, series: b
     return limit.size / pressure.size
 
 
-def scouted(pair: Pair, problem: Problem, units: Scale) -> float:
-    """Return about the part of a map that will touch, from a coarse grid.
-
-    Parameters
-    ----------
-    pair : Pair
-        The bodies.
-    problem : Problem
-        The problem on the grid of the map; a tilt is left out.
-    units : Scale
-        Its units.
-
-    Returns
-    -------
-    float
-        On a grid of at most 512 × 512 points, whose smoother surface touches on more of it than
-        the map, not on less.
-    """
+def coarse_contact_guess(pair: Pair, problem: Problem, units: Scale) -> float:
+    """Return about the part of a map that will touch, from a coarse grid."""
     coarseness = 1
     while math.prod(problem.shape) > _SCOUTED and min(problem.shape) > 1:
         problem, coarseness = coarsened(problem), 2 * coarseness
@@ -237,5 +163,5 @@ def scouted(pair: Pair, problem: Problem, units: Scale) -> float:
     def operator(shape: tuple[int, int], pixel: tuple[int, int]) -> Operator:
         return make(shape, (coarseness * pixel[0], coarseness * pixel[1]))
 
-    found = bounded.solve(problem, operator, tolerance=1e-2, max_iterations=100)
-    return found.index.size / math.prod(problem.shape)
+    result = bounded.solve(problem, operator, tolerance=1e-2, max_iterations=100)
+    return result.index.size / math.prod(problem.shape)

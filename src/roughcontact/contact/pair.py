@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact._version import __version__
-from roughcontact.contact.resume import digest
-from roughcontact.contact.slab import Share, Slab
-from roughcontact.errors import InputError, Mention, require_choice
+from roughcontact.checkpoints import digest
+from roughcontact.contact.share import Share, Slab
+from roughcontact.errors import ArgumentRef, InputError, require_choice
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.convolution import LocalSums
+from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.slabs import SlabSums
-from roughcontact.halfspace.sums import LocalSums
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
 from roughcontact.surface import roughness
@@ -31,33 +31,13 @@ BODIES = {"body": "body", "counter_body": "counter-body"}
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """Two bodies that are pressed together.
+    """Two bodies that are pressed together."""
 
-    Parameters
-    ----------
-    share : Surface or Slab
-        Heights of the rough body: all of them, or the rows that this process holds.
-    material : Material
-        Of the rough body.
-    counter_surface : Surface or None
-        Heights of the counter-body on the same grid; ``None`` for a flat.
-    counter_material : Material
-        Of the counter-body.
-    boundary : Boundary
-        What lies beyond the edges of the map. Of profiles, which go on alike along y, that is
-        periodic along y: free ones are kept as ``"periodic-y"``.
-
-    Raises
-    ------
-    InputError
-        If a body is of another type, the grids differ, or both bodies are rigid.
-    """
-
-    share: Share
-    material: Material
-    counter_surface: Surface | None = None
-    counter_material: Material = RIGID
-    boundary: Boundary = Boundary.FREE
+    share: Share  # Heights of the rough body: all of them, or the rows that this process holds
+    material: Material  # Of the rough body
+    counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
+    counter_material: Material = RIGID  # Of the counter-body
+    boundary: Boundary = Boundary.FREE  # What lies beyond the edges of the map
 
     def __post_init__(self) -> None:
         """Refuse what cannot be pressed together."""
@@ -85,14 +65,14 @@ class Pair:
         if counter.shape != surface.shape or not np.allclose(
             counter.pixel, surface.pixel, rtol=1e-9, atol=0
         ):
-            told = [
+            text = [
                 f"{body.shape[0]} × {body.shape[1]} points of {lengths(body.pixel)}"
                 for body in (counter, surface)
             ]
             raise InputError(
-                f"has {told[0]}, the surface {told[1]}: both bodies need the same grid; "
+                f"has {text[0]}, the surface {text[1]}: both bodies need the same grid; "
                 "registration.matched brings them to one, ",
-                Mention("align", True),
+                ArgumentRef("align", True),
                 " does",
                 argument="counter_surface",
             )
@@ -195,11 +175,7 @@ class Pair:
         return min(known, key=lambda body: self.yields_at(body) or math.inf, default=None)
 
     def yields_at(self, body: Material) -> float | None:
-        """Return the peak pressure at which a spot of a body first yields [Pa].
-
-        That of a sphere, and of a cylinder where the bodies are profiles; ``None`` if no strength
-        is known.
-        """
+        """Return the peak pressure at which a spot of a body first yields [Pa]."""
         return body.line_yield_pressure if self.is_profile else body.first_yield_pressure
 
     @property
@@ -248,17 +224,7 @@ class Pair:
         return self.material if body == "body" else self.counter_material
 
     def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:
-        """Return what makes the displacement operator on the grid of the map and on coarser ones.
-
-        Parameters
-        ----------
-        precision : {"double", "single"}
-            Arithmetic on the grid of the map.
-        workspace : Workspace
-            Threads and memory that they share.
-        softness : float
-            Factor of all displacements.
-        """
+        """Return what makes the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
         if isinstance(self.share, Slab):
             return self.boundary.slab_operators(

@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.contact import area, spots
-from roughcontact.contact.advice import AgreedCeiling, Calibrated
-from roughcontact.contact.area import Totals
-from roughcontact.contact.cautions import Caution
-from roughcontact.contact.loads import GivenLoad
+from roughcontact.cautions import Caution
+from roughcontact.contact import spots, spots as area
+from roughcontact.contact.calibrated_ceiling import Calibrated, CalibrationRecord
+from roughcontact.contact.load_case import GivenLoad
+from roughcontact.contact.nominal_hertz import Smooth, smooth
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.slab import Share
-from roughcontact.contact.smooth import Smooth, smooth
-from roughcontact.contact.spots import Spots
+from roughcontact.contact.share import Share
+from roughcontact.contact.spots import Spots, Totals
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.result import Result, face
@@ -39,17 +38,7 @@ class Regime(StrEnum):
 
 
 def regime_of(pair: Pair, max_pressure: float, saturated: bool) -> Regime:
-    """Return how far bodies are from elastic; see `ContactResult.regime`.
-
-    Parameters
-    ----------
-    pair : Pair
-        The bodies.
-    max_pressure : float
-        Largest pressure [Pa].
-    saturated : bool
-        Whether it is at the ceiling anywhere.
-    """
+    """Return how far bodies are from elastic; see `ContactResult.regime`."""
     if saturated:
         return Regime.SATURATED
     softer, first = pair.softer, pair.first_to_yield
@@ -154,7 +143,7 @@ class ContactResult(Result):
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
     unsealed: bool = False
-    recommended: AgreedCeiling | None = None
+    recommended: CalibrationRecord | None = None
     remarks: tuple[Caution, ...] = ()
     given: GivenLoad | None = None
     calibrated: Calibrated | None = None
@@ -302,7 +291,7 @@ class ContactResult(Result):
     def smooth(self) -> Smooth | None:
         """Hertz's contact of the nominal bodies under this load; ``None`` where there is none.
 
-        See `roughcontact.contact.smooth.smooth`.
+        See `roughcontact.contact.nominal_hertz.smooth`.
         """
         return smooth(self.pair, self.load)
 
@@ -349,13 +338,13 @@ class ContactResult(Result):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        found: tuple[Caution, ...] = face().contact_cautions(self)
-        return found
+        result: tuple[Caution, ...] = face().contact_cautions(self)
+        return result
 
     def spots(self) -> Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
-        found: Spots = self._spots
-        return found
+        result: Spots = self._spots
+        return result
 
     @cached_property
     def _spots(self) -> Spots:
@@ -364,8 +353,8 @@ class ContactResult(Result):
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
-        found: ContactResult = face().elastic(self)
-        return found
+        result: ContactResult = face().elastic(self)
+        return result
 
     def stiffness(self) -> float:
         """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""

@@ -13,33 +13,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
-from roughcontact.contact import checks, judgment
-from roughcontact.contact.advice import RECOMMENDED, Calibrated
-from roughcontact.contact.area import centre_of_pressure
-from roughcontact.contact.ceiling import agreed, area_change, resolved_ceiling
-from roughcontact.contact.loads import Load, on
+from roughcontact.contact import plausibility, validation
+from roughcontact.contact.calibrated_ceiling import RECOMMENDED, Calibrated
+from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
+from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.contact.scale import Scale
-from roughcontact.contact.slab import Share
-from roughcontact.contact.terms import Terms
+from roughcontact.contact.share import Share
+from roughcontact.contact.spots import centre_of_pressure
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
     InsufficientMemoryError,
     Sentence,
-    parts_of,
+    message_parts,
     require_choice,
 )
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.sums import LocalSums
 from roughcontact.material.material import RIGID, Material
-from roughcontact.solvers import bounded, tilt
-from roughcontact.solvers.bar import drawn
-from roughcontact.solvers.problem import Loaded
-from roughcontact.solvers.progress import Step, Tell, numbered
-from roughcontact.solvers.projection import project
+from roughcontact.solvers import bounded, rigid_tilt
+from roughcontact.solvers.problem import Loaded, project
+from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity
 
@@ -67,7 +63,7 @@ TOO_STEEP = (
 """Status of one whose heights differ so far that the digits of a tilt do not balance moments."""
 
 
-@drawn
+@shows_progress_bar
 @checked
 def solve(
     surface: Share,
@@ -83,7 +79,7 @@ def solve(
     tolerance: float | None = None,
     max_iterations: int = 2000,
     precision: str = "double",
-    start: ContactResult | ArrayLike | None = None,
+    initial_guess: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     on_interrupt: str = "raise",
     progress: Tell = None,
@@ -134,7 +130,7 @@ def solve(
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory and promises a
         certificate of 1e-4 (it usually reaches some 1e-6).
-    start : ContactResult or array_like of shape (ny, nx), optional
+    initial_guess : ContactResult or array_like of shape (ny, nx), optional
         Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
@@ -182,13 +178,20 @@ def solve(
     converged and below first yield
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
-    force, given = on(load, pair)
-    terms = Terms(force, approach, moments, ceiling, tolerance, max_iterations, precision, given)
+    force, specified = resolve_force(load, pair)
+    terms = LoadCase(
+        force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
+    )
     watch = numbered(progress, 1, 1)
     result = press(
-        pair, terms, start=start, on_failure=on_failure, on_interrupt=on_interrupt, progress=watch,
+        pair,
+        terms,
+        start=initial_guess,
+        on_failure=on_failure,
+        on_interrupt=on_interrupt,
+        progress=watch,
         workers=workers,
-    )  # fmt: skip
+    )
     if pair.is_shared or not calibrated:
         return result
     return replace(result, calibrated=_calibrated(result, terms))
@@ -196,7 +199,7 @@ def solve(
 
 def press(
     pair: Pair,
-    terms: Terms,
+    terms: LoadCase,
     *,
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
@@ -204,43 +207,31 @@ def press(
     progress: Callable[[Step], None] | None = None,
     workers: int | None = None,
 ) -> ContactResult:
-    """Press two bodies together; see `solve`.
-
-    Parameters
-    ----------
-    pair : Pair
-        The bodies.
-    terms : Terms
-        How they are pressed together.
-    start, on_failure, on_interrupt, workers
-        As for `solve`.
-    progress : callable, optional
-        Called with a `Step` every time the solver has looked at the whole map.
-    """
+    """Press two bodies together; see `solve`."""
     require_choice(("raise", "return"), on_failure=on_failure, on_interrupt=on_interrupt)
-    checks.check_profile(pair, terms)
-    checks.check_share(pair, terms, start)
+    validation.check_profile(pair, terms)
+    validation.check_share(pair, terms, start)
     if on_interrupt == "return":
         pair.require_whole("a part of a solve")
     if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
         return _agreed(pair, terms, start, on_failure, progress)
     began, before = time.perf_counter(), pair.sums.cost()
-    stated = checks.stated(pair, terms, start)
+    stated = validation.build_problem(pair, terms, start)
     interruptible = on_interrupt == "return"
     work = Workspace(workers or pair.sums.workers())
     solution, slope = _solved(pair, terms, stated, start, progress, interruptible, work)
     # An error that is kept would keep the memory of the solve with it.
     del stated.problem, work
     result = _result(pair, terms, stated, solution, slope, began, before)
-    asked = solution.status is bounded.Status.INTERRUPTED
-    if not result.converged and on_failure == "raise" and not asked:
+    requested = solution.status is bounded.Status.INTERRUPTED
+    if not result.converged and on_failure == "raise" and not requested:
         raise _unsolved(result)
     return result
 
 
 def _agreed(
     pair: Pair,
-    terms: Terms,
+    terms: LoadCase,
     start: ContactResult | ArrayLike | None,
     on_failure: str,
     progress: Callable[[Step], None] | None,
@@ -250,28 +241,24 @@ def _agreed(
 
     def solved(ceiling: Any, start: ContactResult | ArrayLike | None) -> ContactResult:
         fixed = replace(terms, ceiling=ceiling)
-        found = press(pair, fixed, start=start, on_failure=on_failure, progress=progress)
-        solves.append(found)
-        return found
+        result = press(pair, fixed, start=start, on_failure=on_failure, progress=progress)
+        solves.append(result)
+        return result
 
-    found = agreed(solved(resolved_ceiling(terms.ceiling, pair), start), solved)
+    result = solve_calibrated(solved(resolved_ceiling(terms.ceiling, pair), start), solved)
     return replace(
-        found,
-        iterations=sum(one.iterations for one in solves),
-        convolutions=sum(one.convolutions for one in solves),
-        seconds=sum(one.seconds for one in solves),
+        result,
+        iterations=sum(item.iterations for item in solves),
+        convolutions=sum(item.convolutions for item in solves),
+        seconds=sum(item.seconds for item in solves),
     )
 
 
-def _calibrated(first: ContactResult, terms: Terms) -> Calibrated | None:
-    """Return the contact under the ceiling that its solution recommends.
-
-    None where it is the same contact, or none can be recommended or carried. The ceiling is read
-    again from the pressure that is foretold under it: it agrees with itself to 1e-3 then.
-    """
+def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
+    """Return the contact under the ceiling that its solution recommends."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.recommended is not None:
         return None
-    advice = judgment.advice(first)
+    advice = plausibility.advice(first)
     if advice is None or first.regime is Regime.BELOW_FIRST_YIELD:
         return None
     if abs(area_change(advice, first.ceiling, first.contact_modulus)) < _SAME:
@@ -280,21 +267,21 @@ def _calibrated(first: ContactResult, terms: Terms) -> Calibrated | None:
     if first.control == "load":
         start = _foretold(first, advice.ceiling)
         ahead = replace(first, pressure=start, ceiling=advice.ceiling)
-        advice = judgment.advice(ahead) or advice
+        advice = plausibility.advice(ahead) or advice
     tolerance = max(terms.certificate, CALIBRATED_TOLERANCE)
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
         terms = replace(terms, precision="single")
     try:
-        found = press(first.pair, terms, start=start, on_failure="return")
+        result = press(first.pair, terms, start=start, on_failure="return")
     except (CapacityError, InsufficientMemoryError):
         return None
-    if not found.converged:
+    if not result.converged:
         return None
     areas_and_gap = ("contact_fraction", "saturated_fraction", "mean_gap")
-    changes = (abs(getattr(found, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
+    changes = (abs(getattr(result, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
                for n in areas_and_gap)  # fmt: skip
-    named = {n: getattr(found, n) for n in Calibrated.__dataclass_fields__ if hasattr(found, n)}
+    named = {n: getattr(result, n) for n in Calibrated.__dataclass_fields__ if hasattr(result, n)}
     return Calibrated(
         **named, factor=advice.factor, load_ratio=advice.load_ratio, change=max(changes)
     )
@@ -316,8 +303,8 @@ def _foretold(first: ContactResult, ceiling: float) -> NDArray[np.float64]:
 
 def _solved(
     pair: Pair,
-    terms: Terms,
-    stated: checks.Stated,
+    terms: LoadCase,
+    stated: validation.ContactProblem,
     start: ContactResult | ArrayLike | None,
     progress: Callable[[Step], None] | None,
     interruptible: bool,
@@ -339,7 +326,7 @@ def _solved(
         )
     slope = start.tilt if isinstance(start, ContactResult) else (0.0, 0.0)
     pixel = pair.pixel[0] / units.length, pair.pixel[1] / units.length
-    return tilt.solve(
+    return rigid_tilt.solve(
         stated.problem, make, stated.target, pixel, slope,
         moment_tolerance=MOMENT_TOLERANCE, **options,
     )  # fmt: skip
@@ -354,8 +341,8 @@ def _loaded(start: ContactResult | ArrayLike, units: Scale) -> Loaded:
 
 def _result(
     pair: Pair,
-    terms: Terms,
-    stated: checks.Stated,
+    terms: LoadCase,
+    stated: validation.ContactProblem,
     solution: bounded.Solution,
     slope: tuple[float, float],
     began: float,
@@ -404,7 +391,7 @@ def _result(
 
 def _status(
     pair: Pair,
-    stated: checks.Stated,
+    stated: validation.ContactProblem,
     solution: bounded.Solution,
     slope: tuple[float, float],
     pressure: NDArray[np.float64],
@@ -439,52 +426,18 @@ def _unsolved(result: ContactResult) -> ConvergenceError:
         f"not converged: certificate {result.certificate:.1e} (tolerance {result.tolerance:.0e}), "
         f"load error {result.load_error:.1e}{moments} after {result.convolutions} convolutions: "
     )
-    return ConvergenceError(Sentence(text, *parts_of(result.status)), result)
+    return ConvergenceError(Sentence(text, *message_parts(result.status)), result)
 
 
-def elastic(result: ContactResult) -> ContactResult:
-    """Return the solution of the same problem without a ceiling.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution, with a ceiling or without.
-
-    Returns
-    -------
-    ContactResult
-        The result itself if it has no ceiling; else a new solve under the same load.
-
-    Raises
-    ------
-    ConvergenceError
-        If the tolerance was not reached.
-    """
-    return result if result.ceiling is None else under(result, None)
+def without_ceiling(result: ContactResult) -> ContactResult:
+    """Return the solution of the same problem without a ceiling."""
+    return result if result.ceiling is None else with_ceiling(result, None)
 
 
-def under(result: ContactResult, ceiling: str | float | ArrayLike | None) -> ContactResult:
-    """Return the solution of the same problem with another ceiling.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    ceiling : "auto", "recommended", float, array_like or None
-        As for `solve`.
-
-    Returns
-    -------
-    ContactResult
-        A new solve under the same load.
-
-    Raises
-    ------
-    InputError, CapacityError, ConvergenceError
-        As for `solve`.
-    """
+def with_ceiling(result: ContactResult, ceiling: str | float | ArrayLike | None) -> ContactResult:
+    """Return the solution of the same problem with another ceiling."""
     result.require_whole("a solve with another ceiling")
-    terms = Terms(
+    terms = LoadCase(
         load=result.load,
         moments=result.moments,
         ceiling=ceiling,

@@ -1,13 +1,22 @@
-"""Contact spots: the connected parts of a contact area, their sizes and loads."""
+"""Contact spots: the connected parts of a contact area, their sizes and loads.
+
+`find`: Hyun, Pei, Molinari and Robbins 2004, doi:10.1103/PhysRevE.70.026117, count connected
+clusters of touching nodes in the same way. Spots of a few pixels are a property of the grid.
+
+`rim_excess`: Yastrebov, Anciaux and Molinari 2017, doi:10.1016/j.triboint.2017.04.023
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.pair import Pair
 from roughcontact.errors import require_pixel
+from roughcontact.halfspace.boundary import Boundary
 
 Array = NDArray[np.float64]
 
@@ -17,24 +26,12 @@ FEW_PIXELS = 10
 
 @dataclass(frozen=True, eq=False)
 class Spots:
-    """The contact spots of one solution, the largest first.
+    """The contact spots of one solution, the largest first."""
 
-    Parameters
-    ----------
-    area : ndarray, shape (n,)
-        Area of each spot [m²].
-    load : ndarray, shape (n,)
-        Load on each spot [N].
-    peak : ndarray, shape (n,)
-        Largest pressure on each spot [Pa].
-    label : ndarray of int, shape (ny, nx)
-        Number of the spot that a pixel belongs to, from 1; 0 where there is no contact.
-    """
-
-    area: Array
-    load: Array
-    peak: Array
-    label: NDArray[np.int32]
+    area: Array  # (n,) Area of each spot [m²]
+    load: Array  # (n,) Load on each spot [N]
+    peak: Array  # (n,) Largest pressure on each spot [Pa]
+    label: NDArray[np.int32]  # (ny, nx) Number of the spot that a pixel belongs to, from 1
 
     @property
     def count(self) -> int:
@@ -50,40 +47,7 @@ class Spots:
 
 
 def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()) -> Spots:
-    """Return the connected parts of the contact.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (ny, nx)
-        Contact pressure [Pa]; pixels with a positive pressure touch.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    periodic_axes : tuple of int
-        Axes along which a spot goes on beyond an edge of the map on the opposite side: 0 y, 1 x.
-
-    Returns
-    -------
-    Spots
-        Pixels that share an edge belong together, those that share only a corner do not: a
-        spot is a set that current could flow through.
-
-    Raises
-    ------
-    InputError
-        If a pixel edge is not positive and finite.
-
-    Notes
-    -----
-    Hyun, Pei, Molinari and Robbins 2004, doi:10.1103/PhysRevE.70.026117, count connected clusters
-    of touching nodes in the same way. Spots of a few pixels are a property of the grid.
-
-    Examples
-    --------
-    >>> pressure = np.array([[1.0, 1.0, 0.0], [0.0, 0.0, 3.0]])
-    >>> found = find(pressure, (1.0, 1.0))
-    >>> found.count, found.area.tolist(), found.load.tolist()
-    (2, [2.0, 1.0], [2.0, 3.0])
-    """
+    """Return the connected parts of the contact."""
     require_pixel(pixel)
     touching = pressure > 0
     run, lengths = _runs(touching)
@@ -135,18 +99,114 @@ def _meeting(
 
 
 def _joined(count: int, first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.intp]:
-    """Return for each of ``count`` things the number of its group, given which belong together.
-
-    Groups are numbered from 0 in the order of their first members.
-    """
-    least = np.arange(count)
+    """Return for each of ``count`` things the number of its group, given which belong together."""
+    minimum = np.arange(count)
     while True:
-        one, two = least[first], least[second]
-        apart = one != two
-        if not apart.any():
-            return np.unique(least, return_inverse=True)[1]
-        one, two = one[apart], two[apart]
-        np.minimum.at(least, np.maximum(one, two), np.minimum(one, two))
+        item, two = minimum[first], minimum[second]
+        separately = item != two
+        if not separately.any():
+            return np.unique(minimum, return_inverse=True)[1]
+        item, two = item[separately], two[separately]
+        np.minimum.at(minimum, np.maximum(item, two), np.minimum(item, two))
         # Each follows those it points to, to the end.
-        while (further := least[least]).tobytes() != least.tobytes():
-            least = further
+        while (further := minimum[minimum]).tobytes() != minimum.tobytes():
+            minimum = further
+
+
+# --- Real contact area of a map of pixels, and where its pressure acts ---
+
+
+RIM_EXCESS = (math.pi - 1 + math.log(2)) / 24
+"""By how many pixels each edge of an elastic rim makes a contact area too large."""
+
+
+@dataclass(frozen=True)
+class Totals:
+    """Numbers of a contact that need all pixels of the map, counted once."""
+
+    points: int  # Pixels that are there
+    contact: int  # Pixels with pressure, and those at the ceiling
+    saturated: int  # Pixels with pressure, and those at the ceiling
+    rims: int  # Edges between an elastic pixel and one that does not touch
+    max_pressure: float  # Largest pressure [Pa]
+    mean_gap: float  # Mean open gap [m]
+    max_indentation: float  # Largest permanent indentation of a saturated pixel [m]
+    edge_load: float | None  # Share of the load along the edges at which the map ends
+
+
+def totals(
+    pair: Pair,
+    pressure: NDArray[np.float64],
+    gap: NDArray[np.float64],
+    ceiling: float | NDArray[np.float64] | None,
+) -> Totals:
+    """Count over all pixels of a map; all processes that hold it call this."""
+    sums, touching = pair.sums, pressure > 0
+    saturated = pressure >= (math.inf if ceiling is None else ceiling)
+    points = sums.count(~np.isnan(gap))
+    return Totals(
+        points=points,
+        contact=sums.count(touching),
+        saturated=sums.count(saturated),
+        rims=_rims(pair, touching, touching & ~saturated),
+        max_pressure=sums.largest(pressure, least=0.0),
+        mean_gap=sums.total(np.fmax(gap, 0)) / points,
+        max_indentation=max(0.0, -sums.smallest(gap[saturated], most=0.0)),
+        edge_load=_edge_load(pair, pressure),
+    )
+
+
+def _rims(pair: Pair, touching: NDArray[np.bool_], elastic: NDArray[np.bool_]) -> int:
+    """Count the rims, those towards the first row of the next process included."""
+    wrapped = pair.boundary.periodic_axes
+    result = rims(touching, elastic, 1, 1 in wrapped)
+    result += rims(touching, elastic, 0, False)
+    beyond = pair.sums.following(np.stack([touching[0], elastic[0]]))
+    if pair.rows.stop < pair.shape[0] or 0 in wrapped:
+        pairs = np.stack([[touching[-1], elastic[-1]], beyond], axis=1)
+        result += rims(pairs[0], pairs[1], 0, False)
+    return int(pair.sums.total(np.array(result)))
+
+
+def _edge_load(pair: Pair, pressure: NDArray[np.float64]) -> float | None:
+    sums, rows, free = pair.sums, pair.rows, pair.boundary.free_axes
+    if not free:
+        return None
+    first, last = rows.start == 0, rows.stop == pair.shape[0]
+    inner = pressure[
+        int(0 in free and first) : len(pressure) - int(0 in free and last),
+        slice(1, -1) if 1 in free else slice(None),
+    ]
+    if sums.count(inner > 0) == sums.count(pressure > 0):
+        return None
+    return max(1 - sums.total(inner) / sums.total(pressure), 0.0)
+
+
+def rim_excess(
+    touching: NDArray[np.bool_], elastic: NDArray[np.bool_], boundary: Boundary
+) -> float:
+    """Return by how many pixels an elastic rim makes a contact area too large."""
+    return RIM_EXCESS * sum(
+        rims(touching, elastic, axis, axis in boundary.periodic_axes) for axis in (0, 1)
+    )
+
+
+def rims(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wrapped: bool) -> int:
+    """Return the edges along an axis between an elastic pixel and one that does not touch."""
+    beyond, elastic_beyond = np.roll(touching, -1, axis), np.roll(elastic, -1, axis)
+    rim = (elastic & ~beyond) | (~touching & elastic_beyond)
+    return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
+
+
+def centre_of_pressure(
+    pressure: NDArray[np.float64], pixel: tuple[float, float]
+) -> tuple[float, float]:
+    """Return the point where the resultant of a pressure acts."""
+    total = float(pressure.sum())
+    if total == 0:
+        return math.nan, math.nan
+    y, x = (
+        float(np.einsum("i,i->", np.arange(line.size) - (line.size - 1) / 2, line)) * edge / total
+        for line, edge in zip((pressure.sum(axis=1), pressure.sum(axis=0)), pixel, strict=True)
+    )
+    return y, x

@@ -1,4 +1,19 @@
-"""Contact stiffness: how fast the load grows with the approach, and the pressure with it."""
+"""Contact stiffness: how fast the load grows with the approach, and the pressure with it.
+
+`stiffness`: Within the small step the contact does not change: its elastic pixels are pressed
+like a rigid flat punch of that outline, one more linear problem. A circle of radius a gives 2
+E* a. The stiffness is good to 1e-7 at least, to 1e-9 as a rule.
+
+Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
+
+`unloading_stiffness`: It depends on the outline of the contact alone, and so does what the
+contact conducts: see `roughcontact.studies.load_curve.LoadCurve.constriction_length`.
+
+`local_stiffness`: Where the outline of the contact approaches by dω and displaces by du, the
+gap closes by dω - du. Over all of a periodic map the mean of du is zero, and this is the
+contact stiffness over the nominal area; over a part of a free map the compliance of the bodies
+below it, which displaces all of the part, drops out.
+"""
 
 from __future__ import annotations
 
@@ -11,96 +26,30 @@ from numpy.typing import NDArray
 from roughcontact.contact.memory import Room
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ConvergenceError
+from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.sums import LocalSums
-from roughcontact.solvers.projection import project
-from roughcontact.solvers.punch import Punch, flat_punch
+from roughcontact.solvers.problem import project
+from roughcontact.solvers.rigid_tilt import Punch, flat_punch
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """How a contact grows with its approach as long as its outline stays.
+    """How a contact grows with its approach as long as its outline stays."""
 
-    Parameters
-    ----------
-    stiffness : float
-        dW/dω [N/m].
-    unit : float
-        K₀₀ [m/Pa].
-    rate : ndarray, shape (ny, nx), or None
-        Rate of ``p - g/K₀₀`` with the approach [Pa/m], p the pressure and g the gap; None where
-        nothing resists, or nothing more can be carried.
-    """
-
-    stiffness: float
-    unit: float = math.nan
-    rate: Array | None = None
+    stiffness: float  # dW/dω [N/m]
+    unit: float = math.nan  # K₀₀ [m/Pa]
+    rate: Array | None = None  # [Pa/m], (ny, nx)
 
 
 def stiffness(result: ContactResult) -> float:
-    """Return the contact stiffness dW/dω of a solution.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    float
-        Increase of the load with the approach [N/m] as the load grows and the tilt stays.
-        Saturated pixels carry no more; 0 where every touching pixel is saturated, infinite in a
-        full periodic contact.
-
-    Raises
-    ------
-    ConvergenceError
-        If the tolerance was not reached.
-    InsufficientMemoryError
-        If the problem does not fit into the memory that is free.
-
-    Notes
-    -----
-    Within the small step the contact does not change: its elastic pixels are pressed like a
-    rigid flat punch of that outline, one more linear problem. A circle of radius a gives 2 E* a.
-    The stiffness is good to 1e-7 at least, to 1e-9 as a rule.
-
-    References
-    ----------
-    Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
-    """
+    """Return the contact stiffness dW/dω of a solution."""
     return growth(result).stiffness
 
 
 def unloading_stiffness(result: ContactResult) -> float:
-    """Return the contact stiffness dW/dω of a solution as the load begins to fall.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    float
-        Decrease of the load with the approach [N/m]: saturated pixels spring back with the
-        others, so the whole contact resists. That of `stiffness` where nothing is saturated;
-        0 without contact, infinite in a full periodic contact.
-
-    Raises
-    ------
-    ConvergenceError
-        If the tolerance was not reached.
-    InsufficientMemoryError
-        If the problem does not fit into the memory that is free.
-
-    Notes
-    -----
-    It depends on the outline of the contact alone, and so does what the contact conducts: see
-    `roughcontact.contact.curve.LoadCurve.constriction_length`.
-    """
+    """Return the contact stiffness dW/dω of a solution as the load begins to fall."""
     result.require_whole("the stiffness")
     index = np.flatnonzero(result.contact)
     punch = _punch(result, index) if index.size else None
@@ -110,34 +59,7 @@ def unloading_stiffness(result: ContactResult) -> float:
 def local_stiffness(
     result: ContactResult, window: tuple[slice, slice] | None = None
 ) -> tuple[float, float]:
-    """Return how fast the mean pressure of a part of a map grows as the mean planes close there.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    window : (slice, slice), optional
-        Rows and columns of the part; all of the map without.
-
-    Returns
-    -------
-    (float, float)
-        -dp̄/dū [Pa/m], p̄ the mean pressure and ū the mean gap of the part: as the load grows, when
-        saturated pixels carry no more and go on flowing, and as it begins to fall, when the whole
-        contact resists. 0 where nothing resists, infinite in a full periodic contact.
-
-    Raises
-    ------
-    ConvergenceError, InsufficientMemoryError
-        As for `stiffness`.
-
-    Notes
-    -----
-    Where the outline of the contact approaches by dω and displaces by du, the gap closes by
-    dω - du. Over all of a periodic map the mean of du is zero, and this is the contact stiffness
-    over the nominal area; over a part of a free map the compliance of the bodies below it, which
-    displaces all of the part, drops out.
-    """
+    """Return how fast the mean pressure of a part of a map grows as the mean planes close there."""
     result.require_whole("the stiffness")
     whole = _local(result, np.flatnonzero(result.contact), window)
     if not result.saturated.any():
@@ -187,27 +109,10 @@ def _punch(result: ContactResult, index: NDArray[np.int64]) -> Punch:
     return punch
 
 
-def ahead(
+def predict_pressure(
     result: ContactResult, grown: Growth, *, load: float | None = None, approach: float = math.nan
 ) -> Array:
-    """Return a pressure to start from under another load, or else at another approach.
-
-    Pressure and gap go on as they grow, as far as the bounds allow.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    grown : Growth
-        How it grows.
-    load, approach : float, optional
-        Where to: load [N], or approach [m].
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Pressure [Pa]; that of the result where its growth is not known.
-    """
+    """Return a pressure to start from under another load, or else at another approach."""
     if grown.rate is None:
         return result.pressure
     rise = (approach - result.approach) if load is None else (load - result.load) / grown.stiffness

@@ -2,19 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import html
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import panel as pn
 
-from roughcontact.desk import style, words
-from roughcontact.desk.reach import Check, Field
-from roughcontact.desk.state import Value
-from roughcontact.errors import RoughcontactError
+from roughcontact.cautions import Caution, Kind
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import style, workers
+from roughcontact.desk.session import Session, Value
+from roughcontact.desk.widgets import Check, Field
+from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
+from roughcontact.report import chapters, contact, kinds, phrases
+from roughcontact.report.fields import TRUST
 from roughcontact.request import parsing
 from roughcontact.request.option import Option
+from roughcontact.request.request import Request
 from roughcontact.request.solve import TASK as SOLVE
-from roughcontact.request.task import Command
+from roughcontact.request.task import Command, Task
+
+
+def spell(mention: ArgumentRef, task: Command = SOLVE) -> str:
+    """Return an argument in the words of the page: its label, and the text to give."""
+    if mention.name == "file":
+        return "the map"
+    option = task.named(mention.name)
+    if option is None:
+        return str(mention)
+    if mention.value is None or mention.value is True:
+        return f"“{option.label}”"
+    return f"“{option.label}” {option.text(mention.value)}"
+
+
+def told(error: RoughcontactError, task: Command = SOLVE) -> str:
+    """Return what an error says, in the words of the page."""
+    return error.worded(partial(spell, task=task))
+
+
+def spelled(text: str, task: Command = SOLVE) -> str:
+    """Return a sentence of the library in the words of the page."""
+    return render_message(message_parts(text), partial(spell, task=task))
+
+
+def escaped(text: str) -> str:
+    """Return text that is never markup."""
+    return html.escape(text)
+
+
+# --- Controls: one for each option, made from its row in the table of options ---
+
 
 Give = Callable[[str, Value], None]
 """``give(name, value)`` sets an option, or raises what is wrong with it."""
@@ -29,19 +67,7 @@ _SUGGESTED: dict[str, tuple[str, ...]] = {
 
 
 class Control:
-    """A labelled control of one option, with what is wrong with its text below it.
-
-    Parameters
-    ----------
-    name : str
-        Of the option.
-    give : callable
-        What sets it.
-    choices : Mapping, optional
-        Texts by what they are called, in place of those of the option.
-    task : Command
-        Whose option it is.
-    """
+    """A labelled control of one option, with what is wrong with its text below it."""
 
     def __init__(
         self, name: str, give: Give, choices: Mapping[str, str] | None = None, task: Command = SOLVE
@@ -49,20 +75,20 @@ class Control:
         self.name, self._give, self._task = name, give, task
         option = task.by_name[name]
         # Where nothing is a choice of its own, the default is no answer.
-        asked = option.default is None or "" in (choices or {}).values()
+        requested = option.default is None or "" in (choices or {}).values()
         plain = isinstance(option.default, (str, int, float))
-        self._default = option.text(option.default) if plain and not asked else ""
+        self._default = option.text(option.default) if plain and not requested else ""
         self.widget = _widget(option, choices)
         self._silent = False
         self.widget.param.watch(self._changed, "value")
         self.root = pn.Column(self.widget, **style.BLOCK)
 
-    def show(self, given: Mapping[str, Value]) -> None:
+    def show(self, specified: Mapping[str, Value]) -> None:
         """Show what is given; the default where nothing is."""
         if isinstance(self.widget, Check):
-            value: Value = bool(given.get(self.name, False))
+            value: Value = bool(specified.get(self.name, False))
         else:
-            value = str(given.get(self.name, self._default))
+            value = str(specified.get(self.name, self._default))
         self._silent = True
         try:
             if self.widget.value != value:
@@ -78,12 +104,16 @@ class Control:
 
     def offer(self, choices: Mapping[str, str]) -> None:
         """Let one choose among other texts, by what they are called; what is given stays."""
-        given = self.widget.value
-        kept = {told: text for told, text in self.widget.options.items() if text == given}
+        specified = self.widget.value
+        cached = {
+            shown_text: text
+            for shown_text, text in self.widget.options.items()
+            if text == specified
+        }
         self._silent = True
         try:
-            self.widget.options = {**kept, **choices}
-            self.widget.value = given
+            self.widget.options = {**cached, **choices}
+            self.widget.value = specified
         finally:
             self._silent = False
 
@@ -93,7 +123,7 @@ class Control:
             if len(self.root) > 1:
                 self.root[:] = [self.widget]
             return
-        said = f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
+        said = f'<span role="alert" class="wrong">{escaped(text)}</span>'
         self.root[:] = [self.widget, pn.pane.HTML(said, **style.SHEET)]
 
     def _changed(self, event: Any) -> None:
@@ -102,7 +132,7 @@ class Control:
         try:
             self._give(self.name, event.new)
         except RoughcontactError as error:
-            self.complain(words.told(error, self._task))
+            self.complain(told(error, self._task))
         else:
             self.complain("")
 
@@ -131,8 +161,179 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
 
 def button(text: str, done: Callable[[], None], primary: bool = False, **more: Any) -> Any:
     """Return a button that does something."""
-    made = pn.widgets.Button(
+    created = pn.widgets.Button(
         label=text, color="primary" if primary else "default", **{**style.BUTTON, **more}
     )
-    made.on_click(lambda _: done())
-    return made
+    created.on_click(lambda _: done())
+    return created
+
+
+# The strip at the top: the numbers that matter, how sure they are, and what to know of them.
+
+
+_KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
+
+
+def numbers(result: ContactResult) -> str:
+    """Return the headline numbers as a list of terms."""
+    keys = [key for key in _KEYS if result.ceiling is not None or key != "saturated_fraction"]
+    cells = chapters.headlines(contact.kind_of(result), result, keys)
+    text = contact.under_calibrated(result)
+    others = [
+        f" <small>calibrated {escaped(text[key])}</small>" if key in text else "" for key in keys
+    ]
+    terms = "".join(
+        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])}{other}</dd></div>"
+        for cell, other in zip(cells, others, strict=True)
+    )
+    return f'<dl class="numbers" style="margin: 0">{terms}</dl>'
+
+
+def trust(result: ContactResult) -> str:
+    """Return whether it is solved, and to what certificate, in a line."""
+    rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
+    shown = (rows[key] for key in ("status", "certificate") if key in rows)
+    texts = ", ".join(f"{row.name} {spelled(row.text)}" for row in shown)
+    texts = texts.removeprefix("status ")
+    kind = "good" if result.converged else "bad"
+    return f'<span class="{kind}">●</span> {escaped(texts)}; regime: {escaped(result.regime)}'
+
+
+def cautions(text: Iterable[Caution]) -> str:
+    """Return what has to be known, the gravest first, as a list."""
+    known = [item for item in text if item.kind != Kind.NOT_CONVERGED]
+    order = ("warning", "caution", "note")
+    known.sort(key=lambda item: order.index(item.severity))
+    items = "".join(
+        f'<li class="{item.severity}"><b>{item.severity}</b> {escaped(spelled(item.text))}</li>'
+        for item in known
+    )
+    return f'<ul class="cautions">{items}</ul>' if items else '<p class="quiet">No cautions.</p>'
+
+
+def missing(names: Iterable[str]) -> str:
+    """Return what has to be told before anything can be solved."""
+    wanted = ", ".join(f"<b>{escaped(_wanted(name))}</b>" for name in names)
+    return f"<p>To solve the contact, tell: {wanted}.</p>"
+
+
+def _wanted(name: str) -> str:
+    known = {
+        "file": "a map",
+        "boundary": "whether the map is the whole contact",
+        "holes": "what to do with its missing points",
+    }
+    return known.get(name) or SOLVE.by_name[name].label.lower()
+
+
+def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
+    """Return rows of text as a table."""
+    head = "".join(f"<th>{escaped(cell)}</th>" for cell in heads)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows
+    )
+    return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
+
+
+def all_numbers(result: ContactResult) -> str:
+    """Return everything that is told of a contact, as the report does."""
+    heads, answer = contact.beside_calibrated(contact.kind_of(result), result)
+    text = [(row.title, *texts, row.meaning) for row, texts in answer]
+    empty = ("",) * (len(heads) - 1)
+    text += [(r.title, r.text, *empty, r.meaning) for r in kinds.rows(result, TRUST)]
+    return table(text, ("", *heads, "") if heads else ())
+
+
+# --- Work under way: begun apart, shown with its progress, cancelled, ended ---
+
+
+Run = Callable[[Callable[[], None]], None]
+"""``run(done)`` calls ``done`` where the page may be changed."""
+
+
+class Working:
+    """A button that begins a job, and what is seen of it until it ends."""
+
+    def __init__(
+        self,
+        bench: workers.WorkerPool,
+        run: Run,
+        name: str,
+        begin: Callable[[], None],
+        session: Session,
+    ) -> None:
+        self._bench, self._run, self._session = bench, run, session
+        self._job: workers.Job | None = None
+        self._task: Task = SOLVE
+        self._take: Callable[[Any], None] = lambda _: None
+        self._start = button(name, begin, primary=True)
+        self._cancel = button("Cancel", self.cancel, disabled=True)
+        self._bar = pn.indicators.Progress(
+            active=True, value=-1, visible=False, **{**style.CONTROL, "height": 8}
+        )
+        self._said = pn.pane.HTML("", **style.WIDE)
+        self.root = pn.Column(
+            pn.Row(self._start, self._cancel), self._bar, self._said, **style.BLOCK
+        )
+
+    def begin(
+        self, work: Callable[..., Any], take: Callable[[Any], None], request: Request, *more: Any
+    ) -> None:
+        """Begin a job on a request (and more), and have what it gives taken."""
+        self._task, self._take = request.task, take
+        self._start.disabled, self._cancel.disabled = True, False
+        self._bar.visible, self._bar.value = True, -1
+        self._said.object = _quiet("starting …")
+        self._job = self._bench.begin(
+            work,
+            request,
+            *more,
+            told=self._told,
+            ended=self._ended,
+            folders=workers.folders_of(request),
+        )
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        if self._job is not None:
+            self._job.cancel()
+
+    def refuse(self, text: str) -> None:
+        """Say why there is nothing."""
+        self._said.object = f'<span role="alert" class="wrong">{escaped(text)}</span>'
+
+    def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
+        """Say why there is nothing, in the words of the page."""
+        self.refuse(self._session.state.named(told(error, task)))
+
+    # Called from the thread of the job.
+
+    def _told(self, stage: workers.Stage) -> None:
+        self._run(lambda: self._show(stage))
+
+    def _ended(self, end: workers.JobResult) -> None:
+        self._run(lambda: self._close(end))
+
+    # Where the page may be changed.
+
+    def _show(self, stage: workers.Stage) -> None:
+        text = stage.at if isinstance(stage.at, str) else phrases.described(stage.at)
+        remaining = "" if stage.left is None else f"; about {stage.left:.0f} s left"
+        self._said.object = _quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
+        self._bar.value = -1 if stage.share is None else round(100 * stage.share)
+
+    def _close(self, end: workers.JobResult) -> None:
+        self._job = None
+        self._start.disabled, self._cancel.disabled = False, True
+        self._bar.visible = False
+        if end.canceled:
+            self._said.object = _quiet("Cancelled; nothing was kept.")
+        elif end.error is not None:
+            self.refuse_error(end.error, self._task)
+        else:
+            self._said.object = _quiet(f"Done in {end.seconds:.1f} s.")
+            self._take(end.value)
+
+
+def _quiet(text: str) -> str:
+    return f'<span class="quiet" role="status">{escaped(text)}</span>'

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk.server import Server, Settings
-from roughcontact.desk.state import State, Value
+from roughcontact.desk.session import State, Value
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.surface.surface import Surface
@@ -23,13 +23,7 @@ _HEIGHT = 820
 
 
 class Desk:
-    """A page that is served to this machine as long as this object lives, or until `close`.
-
-    Attributes
-    ----------
-    url : str
-        Its address.
-    """
+    """A page that is served to this machine as long as this object lives, or until `close`."""
 
     def __init__(self, server: Server, folder: tempfile.TemporaryDirectory[str]) -> None:
         self.url = server.url
@@ -54,31 +48,15 @@ class Desk:
 
 
 def explore(shown: Surface | ContactResult) -> Desk:
-    """Open the page on a surface or a result.
-
-    Parameters
-    ----------
-    shown : Surface or ContactResult
-        What it begins with.
-
-    Returns
-    -------
-    Desk
-        The page: a notebook shows it, ``desk.url`` opens in a browser of this machine.
-
-    Raises
-    ------
-    InputError
-        If the page cannot show it: a profile, or bodies that it has no words for.
-    """
+    """Open the page on a surface or a result."""
     surface = shown if isinstance(shown, Surface) else shown.surface
     surface.require_map("the page")
-    given: dict[str, Value] = {"level": "none"}
+    specified: dict[str, Value] = {"level": "none"}
     if surface.missing:
-        given["holes"] = "mask"
+        specified["holes"] = "mask"
     counter = None
     if isinstance(shown, ContactResult):
-        given |= _given(shown)
+        specified |= _given(shown)
         counter = shown.counter_surface
     folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
     server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
@@ -87,7 +65,7 @@ def explore(shown: Surface | ContactResult) -> Desk:
     if counter is not None:
         path = _saved(counter, work.folder / "counter.npz")
         state = state.facing(path, counter.provenance.source)
-    for name, value in given.items():
+    for name, value in specified.items():
         state = state.having(name, value)
     work.project.write_text(state.script, encoding="utf-8")
     return Desk(server, folder)
@@ -120,7 +98,7 @@ def _given(result: ContactResult) -> dict[str, Value]:
             "the page has no words for a ceiling of each pixel and for moments: explore the "
             "surface of the result"
         )
-    given: dict[str, Value] = {
+    specified: dict[str, Value] = {
         **_constants(result.material, ""),
         **_constants(result.counter_material, "counter-"),
         "boundary": str(result.boundary),
@@ -128,7 +106,7 @@ def _given(result: ContactResult) -> dict[str, Value]:
         "tolerance": repr(result.tolerance),
     }
     control, unit = ("load", "N") if result.control == "load" else ("approach", "m")
-    return {**given, control: f"{getattr(result, control)!r} {unit}"}
+    return {**specified, control: f"{getattr(result, control)!r} {unit}"}
 
 
 def _constants(material: Material, prefix: str) -> dict[str, Value]:

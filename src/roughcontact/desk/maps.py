@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from bokeh.core.properties import value
+from bokeh.events import SelectionGeometry
 from bokeh.layouts import gridplot
 from bokeh.models import (
+    BoxAnnotation,
+    BoxSelectTool,
     BoxZoomTool,
     Column,
     ColumnDataSource,
@@ -23,19 +27,18 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import look, pictures
-from roughcontact.desk.marks import CropBox, SectionLine, View
-from roughcontact.desk.pictures import Box, Window
-from roughcontact.desk.state import Line
+from roughcontact.desk import rasters, style
+from roughcontact.desk.rasters import Box, Window
+from roughcontact.desk.session import Line
+from roughcontact.desk.style import ACCENT, FONT, INK
 from roughcontact.plots.cells import (
     Limits,
     gap_limit,
     height_limits,
     open_gap,
-    pressure_colours,
+    pressure_colors,
     pressure_limit,
 )
-from roughcontact.plots.labels import doubt
 from roughcontact.plots.style import (
     CELLS_ALONE,
     CLOSED,
@@ -47,13 +50,221 @@ from roughcontact.plots.style import (
     SATURATED,
     cell_mean,
     cell_size,
+    doubt,
     prefixed,
     prefixed_window,
 )
-from roughcontact.report.quantities import quantity_of
-from roughcontact.report.tables import CONTACT
+from roughcontact.report.contact_fields import CONTACT
+from roughcontact.report.fields import quantity_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
+
+# Dots of the side of the handle at each end.
+_HANDLE = 16
+# Dots from an end to its name.
+_BESIDE = 10
+
+
+class View(NamedTuple):
+    """How lengths stand on the screen: dots a metre, units of the axes a metre, and the map."""
+
+    dots: float
+    factor: float
+    home: Box
+
+
+class SectionLine:
+    """A line on all maps, whose ends one drags."""
+
+    def __init__(self, plots: Sequence[Any]) -> None:
+        self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
+        self._line: Line | None = None
+        self._drawing = False
+        self._call: Callable[[Line], None] | None = None
+        self.source: Any = ColumnDataSource(
+            {"x": [], "y": [], "name": [], "beside": []}, syncable=False
+        )
+        self.ends: list[Any] = [
+            BoxAnnotation(
+                left=0, right=1, top=0, bottom=1, visible=False, editable=True, movable="both",
+                resizable="none", use_handles=False, fill_color="white", fill_alpha=0.55,
+                line_color=ACCENT, line_width=2, hover_fill_color="white", hover_fill_alpha=0.9,
+                hover_line_color=INK,
+            )
+            for _ in range(2)
+        ]  # fmt: skip
+        for plot in plots:
+            plot.line("x", "y", source=self.source, line_color="white", line_width=4)
+            plot.line("x", "y", source=self.source, line_color=ACCENT, line_width=2)
+            plot.text(
+                "x", "y", "name", source=self.source, x_offset="beside", y_offset=-8,
+                text_font=value(FONT), text_font_size=style.TEXT_SIZE, text_font_style="bold",
+                text_color=INK, text_outline_color="white",
+            )  # fmt: skip
+            for end in self.ends:
+                plot.add_layout(end)
+        follow = CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
+        later = style.Later(plots[0], self._dragged)
+        for end in self.ends:
+            for edge in ("left", "right", "top", "bottom"):
+                end.js_on_change(edge, follow)
+            style.on_changes(end, ("left", "right", "top", "bottom"), later)
+
+    @property
+    def line(self) -> Line | None:
+        """Its ends (y0, x0, y1, x1) [m]."""
+        return self._line
+
+    def on_change(self, call: Callable[[Line], None]) -> None:
+        """Have ``call(line)`` called whenever it is dragged."""
+        self._call = call
+
+    def put(self, line: Line | None) -> None:
+        """Set or take away the line; its ends go to the nearest places on the map."""
+        self._line = None if line is None else _within(line, self._view.home)
+        self._draw()
+
+    def look_from(self, view: View) -> None:
+        """Keep the handles at their size on the screen."""
+        self._view = view
+        if self._line is not None:
+            self.put(self._line)
+
+    def _draw(self) -> None:
+        factor = self._view.factor
+        half = _HANDLE / 2 / self._view.dots * factor
+        places = [] if self._line is None else [self._line[:2], self._line[2:]]
+        middle = (self._view.home.left + self._view.home.right) / 2
+        # Before the handles, which the line follows.
+        self.source.data = {
+            "x": [x * factor for _, x in places],
+            "y": [y * factor for y, _ in places],
+            "name": ["A", "B"][: len(places)],
+            "beside": [_BESIDE if x < middle else -_BESIDE - 8 for _, x in places],
+        }
+        self._drawing = True
+        for end, (y, x) in zip(self.ends, places, strict=False):
+            y, x = y * factor, x * factor
+            end.update(left=x - half, right=x + half, top=y - half, bottom=y + half)
+        self._drawing = False
+        for end in self.ends:
+            end.visible = bool(places)
+
+    def _dragged(self) -> None:
+        if self._line is None or self._drawing:
+            return
+        factor = self._view.factor
+        y0, x0, y1, x1 = (
+            (first + second) / 2 / factor
+            for end in self.ends
+            for first, second in ((end.top, end.bottom), (end.left, end.right))
+        )
+        line = _within((y0, x0, y1, x1), self._view.home)
+        # Handles that were only given another size are still where they were.
+        near = 0.1 / self._view.dots
+        if max(abs(new - old) for new, old in zip(line, self._line, strict=True)) < near:
+            return
+        self._line = line
+        if self._call is not None:
+            self._call(line)
+
+
+class CropBox:
+    """A box on all maps, drawn with a tool of its own, then moved and resized."""
+
+    def __init__(self, plots: Sequence[Any]) -> None:
+        self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
+        self._box: Box | None = None
+        self._drawing = False
+        self._call: Callable[[Box | None], None] | None = None
+        self.frame: Any = BoxAnnotation(
+            left=0, right=1, top=0, bottom=1, visible=False, editable=True,
+            fill_color="white", fill_alpha=0.25, line_color=ACCENT, line_width=2,
+            hover_fill_color="white", hover_fill_alpha=0.35, hover_line_color=ACCENT,
+        )  # fmt: skip
+        self._later = style.Later(plots[0], self._dragged)
+        for plot in plots:
+            plot.add_layout(self.frame)
+            plot.add_tools(
+                BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
+            )
+            plot.on_event(SelectionGeometry, self._drawn)
+        style.on_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
+
+    @property
+    def box(self) -> Box | None:
+        """The box [m]."""
+        return self._box
+
+    def on_change(self, call: Callable[[Box | None], None]) -> None:
+        """Have ``call(box)`` called whenever it is drawn, moved or taken away."""
+        self._call = call
+
+    def put(self, box: Box | None) -> None:
+        """Set or take away the box; what reaches beyond the map is cut off."""
+        self._box = None if box is None else _cut(box, self._view.home)
+        self.frame.visible = self._box is not None
+        if self._box is not None:
+            top, remaining, bottom, right = (edge * self._view.factor for edge in self._box)
+            self._drawing = True
+            self.frame.update(top=top, left=remaining, bottom=bottom, right=right)
+            self._drawing = False
+
+    def look_from(self, view: View) -> None:
+        """Take up another map or scale."""
+        self._view = view
+        if self._box is not None:
+            self.put(self._box)
+
+    def _drawn(self, event: Any) -> None:
+        geometry = event.geometry
+        if not event.final or geometry.get("type") != "rect":
+            return
+        self._become([geometry[name] for name in ("y0", "x0", "y1", "x1")])
+
+    def _dragged(self) -> None:
+        if self._box is not None and not self._drawing:
+            frame = self.frame
+            self._become([frame.top, frame.left, frame.bottom, frame.right])
+
+    def _become(self, edges: Sequence[float]) -> None:
+        y0, x0, y1, x1 = (edge / self._view.factor for edge in edges)
+        box = _cut(Box(min(y0, y1), min(x0, x1), max(y0, y1), max(x0, x1)), self._view.home)
+        near = 0.1 / self._view.dots
+        before = self._box
+        if box and before and max(abs(n - o) for n, o in zip(box, before, strict=True)) < near:
+            return
+        self.put(box)
+        if self._call is not None:
+            self._call(self._box)
+
+
+def _within(line: Line, home: Box) -> Line:
+    y0, x0, y1, x1 = line
+    return (
+        min(max(y0, home.top), home.bottom), min(max(x0, home.left), home.right),
+        min(max(y1, home.top), home.bottom), min(max(x1, home.left), home.right),
+    )  # fmt: skip
+
+
+def _cut(box: Box, home: Box) -> Box | None:
+    y0, x0, y1, x1 = _within((box.top, box.left, box.bottom, box.right), home)
+    return Box(y0, x0, y1, x1) if y0 < y1 and x0 < x1 else None
+
+
+# The line follows the handles at once; the page hears of it later.
+_FOLLOW = """
+const data = source.data
+const x = ends.map((end) => (end.left + end.right) / 2)
+const y = ends.map((end) => (end.top + end.bottom) / 2)
+const moved = x.some((value, i) => Math.abs(value - data.x[i]) > 1e-9)
+  || y.some((value, i) => Math.abs(value - data.y[i]) > 1e-9)
+if (data.x.length == 2 && moved) source.data = {...data, x, y}
+"""
+
+
+# --- The linked maps of a contact: heights, pressure, contact, gap, residual indentation ---
+
 
 HEIGHTS, PRESSURE, TOUCH, GAP, RESIDUAL = "heights", "pressure", "contact", "gap", "residual"
 """Keys of the maps, in their order on the page."""
@@ -99,13 +310,13 @@ def result_scales(result: ContactResult) -> dict[str, Scale]:
     gaps = open_gap(result.contact, result.gap, blocks)
     widest = gap_limit(gaps)
     deepest = float(result.residual_indentation.max())
-    found = {
+    answer = {
         PRESSURE: (Limits(0.0, top, False, result.max_pressure > top), "Pa"),
         GAP: (Limits(0.0, widest, False, bool((gaps > widest).any())), "m"),
         RESIDUAL: (Limits(0.0, deepest or 1e-9, False, False), "m"),
     }
     return {
-        key: Scale(limits, *prefixed(limits.high, unit)) for key, (limits, unit) in found.items()
+        key: Scale(limits, *prefixed(limits.high, unit)) for key, (limits, unit) in answer.items()
     }
 
 
@@ -118,20 +329,16 @@ def headlines(result: ContactResult) -> dict[str, str]:
     touching = percent(result.contact_fraction)
     if result.ceiling is not None:
         touching += f", saturated {percent(result.saturated_fraction)}"
-    kept = told("max_residual_indentation") if result.ceiling is not None else "none"
-    found = {
+    cached = told("max_residual_indentation") if result.ceiling is not None else "none"
+    answer = {
         PRESSURE: f"largest {told('max_pressure')}", TOUCH: touching,
-        GAP: f"mean {told('mean_gap')}", RESIDUAL: kept,
+        GAP: f"mean {told('mean_gap')}", RESIDUAL: cached,
     }  # fmt: skip
-    return {key: text + doubt(result) for key, text in found.items()}
+    return {key: text + doubt(result) for key, text in answer.items()}
 
 
 class Maps:
-    """Five maps with one view: who zooms one zooms all.
-
-    `show` replaces what they show. ``root`` is the layout, ``seen`` the box that is in sight,
-    ``section`` the line and ``crop`` the box that one draws on them.
-    """
+    """Five maps with one view: who zooms one zooms all."""
 
     def __init__(self) -> None:
         self.x_range: Any = Range1d(0.0, 1.0)
@@ -153,7 +360,7 @@ class Maps:
         plots = list(self.figures.values())
         self.section, self.crop = SectionLine(plots), CropBox(plots)
         self.legend, self.readout = (
-            look.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
+            style.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
         )
         self.readout.syncable = False
         self._read_out()
@@ -165,10 +372,10 @@ class Maps:
             toolbar_options={"logo": None},
         )  # fmt: skip
         self.root.cols = "minmax(0, 1fr)"
-        self._later = look.Later(first, self._moved)
+        self._later = style.Later(first, self._moved)
         for model in (self.x_range, self.y_range):
-            look.on_changes(model, ("start", "end"), self._later)
-        look.on_changes(first, ("inner_width", "inner_height"), self._resized)
+            style.on_changes(model, ("start", "end"), self._later)
+        style.on_changes(first, ("inner_width", "inner_height"), self._resized)
 
     @property
     def seen(self) -> Box:
@@ -177,11 +384,8 @@ class Maps:
         return Box(*(float(edge) / self._factor for edge in edges))
 
     def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
-        """Show a surface and a result on it; what is ``None`` is empty.
-
-        The view stays where it is while the map keeps its size.
-        """
-        with look.together(self.figures[HEIGHTS].document):
+        """Show a surface and a result on it; what is ``None`` is empty."""
+        with style.together(self.figures[HEIGHTS].document):
             for key, plot in self.figures.items():
                 shown = (surface if key == HEIGHTS else result) is not None
                 plot.axis.visible = shown
@@ -210,7 +414,7 @@ class Maps:
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
-        with look.together(self.figures[HEIGHTS].document):
+        with style.together(self.figures[HEIGHTS].document):
             self._fit(self._home if box is None else box)
             self._draw()
 
@@ -223,7 +427,7 @@ class Maps:
         self._scales[HEIGHTS], self._mean = height_scale(surface)
         self._set_scale(HEIGHTS)
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
-            self._home = pictures.box_of(surface)
+            self._home = rasters.box_of(surface)
             self._factor, unit = prefixed_window(0.0, max(surface.size))
             for plot in self.figures.values():
                 plot.xaxis.axis_label = f"x, y [{unit}]"
@@ -254,19 +458,19 @@ class Maps:
 
     def _set_scale(self, key: str) -> None:
         (low, high, _, _), factor, unit = self._scales[key]
-        look.set_bar(self.figures[key].right[0], low * factor, high * factor, unit)
+        style.set_bar(self.figures[key].right[0], low * factor, high * factor, unit)
 
     def _window(self) -> Window:
         assert self._surface is not None
-        dots = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))
-        return pictures.window(self._surface.shape, self._surface.pixel, self.seen, dots, _MARGIN)
+        dots = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))
+        return rasters.window(self._surface.shape, self._surface.pixel, self.seen, dots, _MARGIN)
 
     def _place(self, view: Window) -> dict[str, Any]:
         assert self._surface is not None
-        top, left, bottom, right = (
-            edge * self._factor for edge in pictures.extent(view, self._surface.pixel)
+        top, remaining, bottom, right = (
+            edge * self._factor for edge in rasters.extent(view, self._surface.pixel)
         )
-        return {"x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top]}
+        return {"x": [remaining], "y": [top], "dw": [right - remaining], "dh": [bottom - top]}
 
     def _draw(self) -> None:
         self._draw_heights()
@@ -277,26 +481,26 @@ class Maps:
             return
         view = self._window()
         scale = self._scales[HEIGHTS]
-        values = pictures.heights(self._surface, view, self._mean) * np.float32(scale.factor)
-        told = {"unit": scale.unit, "length": self._unit, "cell": list(view.blocks)}
-        self.heights.data = {**self._place(view), HEIGHTS: [values], "told": [told]}
+        values = rasters.heights(self._surface, view, self._mean) * np.float32(scale.factor)
+        text = {"unit": scale.unit, "length": self._unit, "cell": list(view.blocks)}
+        self.heights.data = {**self._place(view), HEIGHTS: [values], "told": [text]}
 
     def _draw_contact(self) -> None:
         if self._result is None or self._surface is None:
             return
         view = self._window()
-        part = pictures.pressed(self._result, view)
+        part = rasters.pressed(self._result, view)
         values = {
-            PRESSURE: pictures.pressure(part), GAP: pictures.gap(part),
-            RESIDUAL: pictures.residual(part),
+            PRESSURE: rasters.pressure(part), GAP: rasters.gap(part),
+            RESIDUAL: rasters.residual(part),
         }  # fmt: skip
         scaled = {key: [values[key] * np.float32(self._scales[key].factor)] for key in values}
-        touching, saturated, missing = pictures.shares(part)
+        touching, saturated, missing = rasters.shares(part)
         self.contact.data = {
             **self._place(view),
             **scaled,
-            TOUCH: [pictures.contact(part)],
-            "cover": [pictures.cover(part)],
+            TOUCH: [rasters.contact(part)],
+            "cover": [rasters.cover(part)],
             "touching": [touching],
             "saturated": [saturated],
             "missing": [missing],
@@ -308,14 +512,14 @@ class Maps:
         if self._surface is None or ranges == self._fitted:
             return
         self._fitted, self._wanted = ranges, self.seen
-        with look.together(self.figures[HEIGHTS].document):
+        with style.together(self.figures[HEIGHTS].document):
             self._look()
             self._draw()
 
     def _resized(self) -> None:
         if self._surface is None:
             return
-        with look.together(self.figures[HEIGHTS].document):
+        with style.together(self.figures[HEIGHTS].document):
             self._fit(self._wanted)
             self._draw()
 
@@ -326,7 +530,7 @@ class Maps:
         """Set the ranges so that the frames show a box, true to scale."""
         self._wanted = box
         height, width = box.bottom - box.top, box.right - box.left
-        across = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
+        across = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
         home_height, home_width = self._home.bottom, self._home.right
         down = min(max(across * home_height / home_width, _LOWEST), _HIGHEST)
         for other in self.figures.values():
@@ -343,14 +547,14 @@ class Maps:
         start, end, top, bottom = ends
         self.x_range.update(start=start, end=end)
         self.y_range.update(start=top, end=bottom)
-        for one in (self.x_range, self.y_range):
-            one.update(reset_start=one.start, reset_end=one.end)
+        for item in (self.x_range, self.y_range):
+            item.update(reset_start=item.start, reset_end=item.end)
         self._fitted = self._ranges()
         self._look()
 
     def _look(self) -> None:
         """Tell what is drawn on the maps how they are looked at."""
-        across = look.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
+        across = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
         dots = across / max(self.seen.right - self.seen.left, 1e-300)
         view = View(dots, self._factor, self._home)
         self.section.look_from(view)
@@ -364,9 +568,9 @@ class Maps:
         plot: Any = figure(
             x_range=self.x_range, y_range=self.y_range, title=NAMES[key], tools=tools,
             active_scroll=tools[1], height=_DOTS + _ABOVE_AND_BELOW, sizing_mode="stretch_width",
-            **look.MAP_BORDERS,
+            **style.MAP_BORDERS,
         )  # fmt: skip
-        look.quiet(plot)
+        style.quiet(plot)
         plot.grid.visible = plot.axis.visible = False
         # Few enough not to meet on a small screen.
         plot.xaxis.ticker.desired_num_ticks = 3
@@ -376,7 +580,7 @@ class Maps:
             plot.image_rgba(image=TOUCH, **place)
         else:
             plot.image(image=key, color_mapper=self.mappers[key], **place)
-            bar = look.bar_of(self.mappers[key])
+            bar = style.bar_of(self.mappers[key])
             bar.visible = False
             plot.add_layout(bar, "right")
         if key == GAP:
@@ -400,12 +604,12 @@ class Maps:
             entries.append((MISSING, f"missing {percent(missing / self._surface.heights.size)}"))
         if result is not None and self._scales[PRESSURE].limits.above:
             entries.append((OVER, "pressure beyond the scale"))
-        lines = "".join(f"<div>{look.patch(*entry)}</div>" for entry in entries)
-        look.put(self.legend, lines)
+        lines = "".join(f"<div>{style.patch(*entry)}</div>" for entry in entries)
+        style.put(self.legend, lines)
 
     def _read_out(self) -> None:
         """Have the place under the cursor tell its values."""
-        look.put(self.readout, _NOTHING)
+        style.put(self.readout, _NOTHING)
         args = {"heights": self.heights, "contact": self.contact, "div": self.readout}
         read = CustomJS(args=args, code=_READ)
         leave = CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
@@ -421,14 +625,14 @@ def _mappers() -> dict[str, Any]:
     steps = np.linspace(0, 1, 256)
     return {
         HEIGHTS: LinearColorMapper(
-            palette=look.palette(colormaps["viridis"](steps)), nan_color=MISSING
+            palette=style.palette(colormaps["viridis"](steps)), nan_color=MISSING
         ),
         PRESSURE: LinearColorMapper(
-            palette=look.palette(pressure_colours()), nan_color=OPEN, high_color=OVER
+            palette=style.palette(pressure_colors()), nan_color=OPEN, high_color=OVER
         ),
-        GAP: LinearColorMapper(palette=look.palette(colormaps["Blues"](steps)), nan_color=MISSING),
+        GAP: LinearColorMapper(palette=style.palette(colormaps["Blues"](steps)), nan_color=MISSING),
         RESIDUAL: LinearColorMapper(
-            palette=look.palette(colormaps["Reds"](np.linspace(0.25, 1, 256))), nan_color=OPEN
+            palette=style.palette(colormaps["Reds"](np.linspace(0.25, 1, 256))), nan_color=OPEN
         ),
     }
 

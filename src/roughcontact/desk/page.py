@@ -13,28 +13,17 @@ from typing import Any, NamedTuple
 import panel as pn
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import (
-    apart,
-    bring,
-    column,
-    headline,
-    loadbar,
-    look,
-    style,
-    words,
-)
+from roughcontact.desk import controls, inputs_panel, load_panel, style, workers
+from roughcontact.desk.contact_view import ContactView
 from roughcontact.desk.controls import button
-from roughcontact.desk.detail import Numbers, Texture
-from roughcontact.desk.live import Failed, Live, Prepared, Told
-from roughcontact.desk.reach import reload_when_broken, tell_when_lost
+from roughcontact.desk.detail_panel import Numbers, Texture
+from roughcontact.desk.live_solver import Failed, Live, Prepared, Told
 from roughcontact.desk.server import Visit
-from roughcontact.desk.session import Session
-from roughcontact.desk.sight import Sight
-from roughcontact.desk.state import Line, State, Value
-from roughcontact.desk.tabs import Views
+from roughcontact.desk.session import Line, Session, State, Value
+from roughcontact.desk.widgets import Views, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import underway
-from roughcontact.request import making
+from roughcontact.report import phrases
+from roughcontact.request import generation
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
@@ -54,13 +43,7 @@ class Shown(NamedTuple):
 
 
 class Page:
-    """One page on one piece of work.
-
-    Parameters
-    ----------
-    visit : Visit
-        What it is about, and what it may use.
-    """
+    """One page on one piece of work."""
 
     def __init__(self, visit: Visit) -> None:
         work, bench = visit.work, visit.bench
@@ -70,15 +53,17 @@ class Page:
         self._lock = threading.Lock()
         self._news: list[Told | Shown] = []
         self.session = session = Session(
-            work.project, self._hear, partial(Live, reader=apart.reader(bench)), visit.share
+            work.project, self._hear, partial(Live, reader=workers.reader(bench)), visit.share
         )
         visit.heard.append(self._adopt)
-        self.sight = Sight(self._drawn, self._kept)
-        self._bring = bring.Bring(session, visit, self._generate, self._show, self._remove)
-        self._preparation = column.Preparation(session, self._show)
-        self._bodies = column.Bodies(session)
-        self._model = column.Model(session, self._show)
-        self._load = loadbar.Load(session, self._give)
+        self.sight = ContactView(self._drawn, self._kept)
+        self._bring = inputs_panel.MapPanel(
+            session, visit, self._generate, self._show, self._remove
+        )
+        self._preparation = inputs_panel.Preparation(session, self._show)
+        self._bodies = inputs_panel.Bodies(session)
+        self._model = inputs_panel.Model(session, self._show)
+        self._load = load_panel.Load(session, self._give)
         self._numbers = pn.pane.HTML("", **style.WIDE)
         self._trust = pn.pane.HTML("", **style.WIDE)
         self._cautions = pn.pane.HTML("", **style.WIDE)
@@ -156,7 +141,7 @@ class Page:
         try:
             action()
         except RoughcontactError as error:
-            self._trust.object = _alert(self.session.state.named(words.told(error)))
+            self._trust.object = _alert(self.session.state.named(controls.told(error)))
         self._show()
 
     def _drawn(self, line: Line) -> None:
@@ -174,19 +159,19 @@ class Page:
             return
         self._looked_up = path
 
-        def ended(end: apart.End) -> None:
+        def ended(end: workers.JobResult) -> None:
             names = [channel.name for channel in end.value or () if channel.name]
             self._run(lambda: self._bring.tell_channels(names))
 
-        self._bench.begin(apart.channels, path, ended=ended, limits=apart.READING)
+        self._bench.begin(workers.channels, path, ended=ended, limits=workers.READING)
 
-    def _generate(self, given: dict[str, Value], done: Callable[[Path], None]) -> None:
+    def _generate(self, specified: dict[str, Value], done: Callable[[Path], None]) -> None:
         """Make a map, beside the page's own thread: that of others would wait."""
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
 
         def work() -> None:
             try:
-                making.made({**given, "output": [str(path)]}, lambda _: None)
+                generation.run_generate({**specified, "output": [str(path)]}, lambda _: None)
             except RoughcontactError as error:
                 self._run(partial(self._bring.refuse, error))
             else:
@@ -205,7 +190,7 @@ class Page:
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
-            self._news = [one for one in self._news if type(one) is not type(what)] + [what]
+            self._news = [item for item in self._news if type(item) is not type(what)] + [what]
         if first:
             self._run(self._catch_up)
 
@@ -223,7 +208,7 @@ class Page:
     def _catch_up(self) -> None:
         with self._lock:
             news, self._news = self._news, []
-        with look.together(pn.state.curdoc):
+        with style.together(pn.state.curdoc):
             for what in news:
                 if not isinstance(what, (Progress, str)):
                     self._bar.visible = False
@@ -255,17 +240,17 @@ class Page:
                 self._views.show()
                 self._mark(is_current)
             case Failed():
-                text = self.session.state.named(words.told(what.error))
+                text = self.session.state.named(controls.told(what.error))
                 # Said aloud once, at the control if there is one for it.
-                asked = self._bring.tell_lacking(what.error)
+                requested = self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
                 self._cautions.object = ""
-                self._trust.object = _wrong(text) if asked else _alert(text)
+                self._trust.object = _wrong(text) if requested else _alert(text)
                 self._preparation.show(self.session.prepared)
                 self.sight.clear()
                 self._mark(True)
             case Progress():
-                self._wait_on(underway.described(what))
+                self._wait_on(phrases.described(what))
             case str():
                 self._wait_on(what)
 
@@ -291,7 +276,7 @@ class Page:
         if session.prepared is not None and "holes" not in session.state.given:
             holed = any(surface.missing for surface in session.prepared.surfaces)
             wanted = (*wanted, "holes") if holed else wanted
-        self._trust.object = headline.missing(wanted)
+        self._trust.object = controls.missing(wanted)
 
     def _show(self) -> None:
         """Show what the state holds in all controls, after it changed."""
@@ -318,25 +303,27 @@ class Page:
     # What is imported when it is looked at, lest the first page wait for it.
 
     def _ask(self) -> Any:
-        from roughcontact.desk.ask import Ask
+        from roughcontact.desk.analysis_panel import Ask
 
         return Ask(self.session, self._bench, self._run)
 
     def _joint(self) -> Any:
-        from roughcontact.desk.joint import Joint
+        from roughcontact.desk.analysis_panel import Joint
 
         visit = self._visit
         return Joint(self.session, self._bench, self._run, visit.folder, visit.offer)
 
     def _compare(self) -> Any:
-        from roughcontact.desk.compare import Compare
+        from roughcontact.desk.comparison_panel import Compare
 
         return Compare(self.session, self._bench, self._run, self._do)
 
     def _take_away(self) -> Any:
-        from roughcontact.desk.take import Take
+        from roughcontact.desk.download_panel import DownloadPanel
 
-        return Take(self.session, self._bench, self._run, self._visit.folder, self._visit.offer)
+        return DownloadPanel(
+            self.session, self._bench, self._run, self._visit.folder, self._visit.offer
+        )
 
     def _laid_out(self) -> Any:
         side = pn.Column(
@@ -358,30 +345,24 @@ def _shown(request: Request, result: ContactResult) -> Shown:
     return Shown(
         request,
         result,
-        headline.numbers(result),
-        headline.trust(result),
-        headline.cautions(result.cautions),
+        controls.numbers(result),
+        controls.trust(result),
+        controls.cautions(result.cautions),
     )
 
 
 def _alert(text: str) -> str:
-    return f'<span role="alert" class="wrong">{words.escaped(text)}</span>'
+    return f'<span role="alert" class="wrong">{controls.escaped(text)}</span>'
 
 
 def _wrong(text: str) -> str:
-    return f'<span class="wrong">{words.escaped(text)}</span>'
+    return f'<span class="wrong">{controls.escaped(text)}</span>'
 
 
 def _quiet(text: str) -> str:
-    return f'<span class="quiet">{words.escaped(text)}</span>'
+    return f'<span class="quiet">{controls.escaped(text)}</span>'
 
 
 def page(visit: Visit) -> Any:
-    """Return what a new page shows.
-
-    Parameters
-    ----------
-    visit : Visit
-        What it is about, and what it may use.
-    """
+    """Return what a new page shows."""
     return Page(visit).root

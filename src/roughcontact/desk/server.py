@@ -5,8 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import gc
+import hashlib
 import html
+import importlib.util
+import json
 import logging
+import re
 import secrets
 import signal
 import socket
@@ -19,16 +23,25 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 from urllib.parse import urlencode
 
-from roughcontact import memory
-from roughcontact.desk.apart import Bench
-from roughcontact.desk.works import Work, Works
-from roughcontact.errors import InputError, Mention, RoughcontactError
+from tornado.http1connection import HTTP1Connection
+from tornado.routing import Router
+from tornado.web import (
+    Application,
+    HTTPError,
+    RequestHandler,
+    StaticFileHandler,
+    stream_request_body,
+)
 
-if TYPE_CHECKING:
-    from roughcontact.desk.starting import Doors
+from roughcontact import memory
+from roughcontact.desk import style
+from roughcontact.desk.access import Guarded, key_of
+from roughcontact.desk.projects import ProjectStore, SavedProject, Upload, require_size, shown
+from roughcontact.desk.workers import WorkerPool
+from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 
 _log = logging.getLogger(__name__)
 
@@ -71,41 +84,23 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 @dataclass(frozen=True)
 class Settings:
-    """What the command is told.
+    """What the command is told."""
 
-    Parameters
-    ----------
-    file : Path or None
-        The map that the first work begins with.
-    address : str
-        Where to listen.
-    port : int or None
-        On which port; None for the usual one, or a free one where that is taken.
-    origins : tuple of str
-        Origins besides those of this machine, see `request.parsing.origin`.
-    folder : Path or None
-        Where works are kept.
-    upload_limit : int
-        Most bytes of a file that is brought.
-    browser : bool
-        Whether to open the page.
-    """
-
-    file: Path | None = None
-    address: str = HOST
-    port: int | None = None
+    file: Path | None = None  # The map that the first work begins with
+    address: str = HOST  # Where to listen
+    port: int | None = None  # On which port
     origins: tuple[str, ...] = ()
-    folder: Path | None = None
-    upload_limit: int = UPLOAD_LIMIT
-    browser: bool = True
+    folder: Path | None = None  # Where works are kept
+    upload_limit: int = UPLOAD_LIMIT  # Most bytes of a file that is brought
+    browser: bool = True  # Whether to open the page
 
     def __post_init__(self) -> None:
         """Refuse to listen to others without being told who they are."""
         if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
-                f"{self.address} lets other machines in: tell by ", Mention("allow_origin"),
+                f"{self.address} lets other machines in: tell by ", ArgumentRef("allow_origin"),
                 " which address their browsers show, such as ",
-                Mention("allow_origin", "http://lab-pc:5106"), argument="address",
+                ArgumentRef("allow_origin", "http://lab-pc:5106"), argument="address",
             )  # fmt: skip
 
     @property
@@ -116,50 +111,26 @@ class Settings:
 
 @dataclass(frozen=True)
 class Visit:
-    """One page in one browser, from its opening to its end.
+    """One page in one browser, from its opening to its end."""
 
-    Parameters
-    ----------
-    work : Work
-        What it is about.
-    file : Path or None
-        The map that the command named, where nothing was done in this work yet.
-    folder : Path
-        Where it may write what nobody needs after it; it is removed.
-    bench : Bench
-        Where it may have work done in other processes.
-    upload_limit : int
-        Most bytes of a file that is brought.
-    forget : callable
-        Removes the work with all its files.
-    earlier : callable
-        Returns the other works of whoever sits at this machine; none where others are let in.
-    peers : callable
-        Returns the other pages on the same work.
-    token : str
-        The token, where the browser keeps no cookie.
-    heard : list of callable
-        What this page calls with a state that another one on the same work shares.
-    """
-
-    work: Work
-    file: Path | None
-    folder: Path
-    bench: Bench
-    upload_limit: int
-    forget: Callable[[], None]
-    earlier: Callable[[], list[Work]]
-    peers: Callable[[], list[Visit]] = list
-    token: str = ""
+    work: SavedProject  # What it is about
+    file: Path | None  # The map that the command named, where nothing was done in this work yet
+    folder: Path  # Where it may write what nobody needs after it
+    bench: WorkerPool  # Where it may have work done in other processes
+    upload_limit: int  # Most bytes of a file that is brought
+    forget: Callable[[], None]  # Removes the work with all its files
+    earlier: Callable[[], list[SavedProject]]
+    peers: Callable[[], list[Visit]] = list  # Returns the other pages on the same work
+    token: str = ""  # The token, where the browser keeps no cookie
     heard: list[Callable[[Any], None]] = field(default_factory=list)
     _ends: ExitStack = field(default_factory=ExitStack)
 
     def offer(self, path: Path) -> str:
         """Return the address of a file in this page's folder, as seen from the page."""
-        asked = {"work": self.work.key, "page": self.folder.name, "file": path.name}
+        requested = {"work": self.work.key, "page": self.folder.name, "file": path.name}
         if self.token:
-            asked["token"] = self.token
-        return f"{OFFERED[1:]}?{urlencode(asked)}"
+            requested["token"] = self.token
+        return f"{OFFERED[1:]}?{urlencode(requested)}"
 
     def share(self, state: Any) -> None:
         """Tell the other pages on the same work what it has come to."""
@@ -180,31 +151,12 @@ Load = Callable[[], Page]
 
 
 class Server:
-    """A server that listens as soon as it is made.
-
-    Parameters
-    ----------
-    load : callable
-        Returns what makes a page, see `Load`.
-    settings : Settings
-        What it is told.
-
-    Attributes
-    ----------
-    url : str
-        What to open in a browser.
-    port : int
-        Where it listens.
-    first : Work
-        The work that `url` opens.
-    bench : Bench
-        Where its pages have work done in other processes.
-    """
+    """A server that listens as soon as it is made."""
 
     def __init__(self, load: Load, settings: Settings) -> None:
         self._load, self._settings = load, settings
         self._socket, self.port = _listening(settings)
-        self._works = Works(settings.folder)
+        self._works = ProjectStore(settings.folder)
         self._works.expire()
         self._visits: dict[str, Visit] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -212,7 +164,7 @@ class Server:
         self._ready = threading.Event()
         self._token = secrets.token_urlsafe(24)
         self.first = self._works.create()
-        self.bench = Bench()
+        self.bench = WorkerPool()
 
     @property
     def url(self) -> str:
@@ -223,10 +175,7 @@ class Server:
 
     @contextlib.contextmanager
     def way_in(self) -> Iterator[str]:
-        """Give the address of a file that leads to `url`: all accounts see what programs are told.
-
-        Only this user can read it, and it goes at the end.
-        """
+        """Give the address of a file that leads to `url`."""
         with tempfile.TemporaryDirectory(prefix="open-", dir=self._works.folder) as folder:
             path = Path(folder) / "open.html"
             path.write_text(_WAY_IN.format(url=html.escape(self.url)), encoding="utf-8")
@@ -275,16 +224,15 @@ class Server:
         """Listen; return what leads to the page as soon as it is there."""
         from tornado.httpserver import HTTPServer
 
-        from roughcontact.desk import guard
-        from roughcontact.desk.starting import Doors
+        from roughcontact.desk import access
 
         doors = Doors()
         # What others were let in by ends with the program.
         own = not self._settings.is_open
         secret = self._works.secret if own else secrets.token_bytes(32)
-        door = guard.Door(self._settings.origins, self._token, secret, self.port)
+        door = access.AccessPolicy(self._settings.origins, self._token, secret, self.port)
         http = HTTPServer(
-            guard.guarded(door, self._knows, lambda: self._works.create().key, doors),
+            access.guarded(door, self._knows, lambda: self._works.create().key, doors),
             max_body_size=_LARGEST_REQUEST,
         )
         http.add_socket(self._socket)
@@ -326,9 +274,7 @@ class Server:
         from panel.io.server import DIST_DIR
         from tornado.ioloop import IOLoop, PeriodicCallback
 
-        from roughcontact.desk import guard
-        from roughcontact.desk.offer import Offer
-        from roughcontact.desk.receive import Receive
+        from roughcontact.desk import access
 
         # An empty place is one that is filled later.
         silence(EMPTY_LAYOUT)
@@ -358,7 +304,7 @@ class Server:
             websocket_max_message_size_bytes=_LARGEST_MESSAGE,
             unused_session_lifetime_milliseconds=_LINGER * 1000,
             check_unused_sessions_milliseconds=_LOOK * 1000,
-            transforms=[guard.Guarded],
+            transforms=[access.Guarded],
             log_function=_quiet,
         )
         doors.open(app)
@@ -373,12 +319,12 @@ class Server:
         """Return what a new page shows."""
         import panel as pn
 
-        from roughcontact.desk import guard, reach
+        from roughcontact.desk import access, widgets
 
         document = pn.state.curdoc
         assert document is not None
         context = document.session_context
-        work = self._works.find(guard.key_of(context.request))
+        work = self._works.find(access.key_of(context.request))
         if work is None:
             return pn.pane.Str("This piece of work is not there any more.")
         if len(self._visits) >= MOST_PAGES:
@@ -390,10 +336,10 @@ class Server:
             work, self._settings.file if fresh else None, folder, self.bench,
             self._settings.upload_limit, partial(self._works.remove, work.key),
             partial(self._others, work), partial(self._peers, context.id),
-            guard.told_of(context.request, guard.TOKEN), _ends=ends,
+            access.told_of(context.request, access.TOKEN), _ends=ends,
         )  # fmt: skip
         self._visits[context.id] = visit
-        reach.send_all_after_pull(document)
+        widgets.send_all_after_pull(document)
         document.on_session_destroyed(lambda context: self._leave(context.id))
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
@@ -422,7 +368,7 @@ class Server:
             said = f"A mistake of the program ended this page ({kind}); please report it."
             sheet.append(pn.pane.Str(said))
 
-    def _others(self, work: Work) -> list[Work]:
+    def _others(self, work: SavedProject) -> list[SavedProject]:
         if self._settings.is_open:
             return []
         return [other for other in self._works.kept() if other.key != work.key]
@@ -445,22 +391,7 @@ class Server:
 
 
 def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:
-    """Serve a page until Ctrl-C.
-
-    Parameters
-    ----------
-    load : callable
-        Returns what makes a page, see `Load`.
-    settings : Settings
-        What the command is told.
-    say : callable
-        Told the address, and what it means that others are let in.
-
-    Raises
-    ------
-    InputError
-        If it cannot listen there, or has no folder for its works.
-    """
+    """Serve a page until Ctrl-C."""
     server = Server(load, settings)
     say(server.url)
     if settings.is_open:
@@ -501,14 +432,14 @@ def _stopping(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
     if threading.current_thread() is threading.main_thread() and sys.platform != "win32":
         wanted = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
         # Under `nohup` one of them is ignored.
-        asking = [one for one in wanted if signal.getsignal(one) is not signal.SIG_IGN]
-    for one in asking:
-        loop.add_signal_handler(one, loop.stop)
+        asking = [item for item in wanted if signal.getsignal(item) is not signal.SIG_IGN]
+    for item in asking:
+        loop.add_signal_handler(item, loop.stop)
     try:
         yield
     finally:
-        for one in asking:
-            loop.remove_signal_handler(one)
+        for item in asking:
+            loop.remove_signal_handler(item)
 
 
 async def _nothing() -> None:
@@ -517,3 +448,207 @@ async def _nothing() -> None:
 
 def _quiet(handler: Any) -> None:
     """Log nothing."""
+
+
+# --- A file that was made for a page: taken away by the browser ---
+
+
+# A page's folder, and a file in it that we named: no path can be made of them.
+_FOLDER, _NAME = re.compile(r"page-[0-9a-f]{16}"), re.compile(r"[a-z]+-[0-9]+(\.[a-z0-9]+)+")
+_PIECE = 2**20
+
+
+class Offer(RequestHandler):
+    """Answers ``GET /made?work=KEY&page=FOLDER&file=NAME`` with the file, to be saved."""
+
+    def initialize(self, works: ProjectStore) -> None:
+        """Keep what it needs."""
+        self._works = works
+
+    async def get(self) -> None:
+        """Send the file, piece by piece."""
+        path = self._asked()
+        self.set_header("Content-Type", "application/octet-stream")
+        self.set_header("Content-Disposition", f'attachment; filename="{path.name}"')
+        self.set_header("Content-Length", str(path.stat().st_size))
+        with path.open("rb") as stream:
+            while piece := stream.read(_PIECE):
+                self.write(piece)
+                await self.flush()
+
+    def _asked(self) -> Path:
+        work = self._works.find(key_of(self.request))
+        folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
+        if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):
+            raise HTTPError(404)
+        path = work.folder / folder / name
+        if not path.is_file():
+            raise HTTPError(404)
+        return path
+
+
+# --- A file that a page sends: written as it comes, under a name of our own ---
+
+
+@stream_request_body
+class Receive(RequestHandler):
+    """Takes ``POST /upload?work=KEY&name=NAME``, the bytes of the file as its body."""
+
+    def initialize(self, works: ProjectStore, limit: int, together: int) -> None:
+        """Keep what it needs."""
+        self._works, self._limit, self._together = works, limit, together
+        self._ends = ExitStack()
+        self._upload: Upload | None = None
+
+    def prepare(self) -> None:
+        """Begin a file, before any of its bytes have come."""
+        if self.request.method != "POST":
+            self._refuse(405, "a file is sent by POST")
+            return
+        work = self._works.find(key_of(self.request))
+        if work is None:
+            self._refuse(404, "this piece of work is not there any more")
+            return
+        name = self.get_query_argument("name", "")
+        if "Content-Length" not in self.request.headers:
+            self._refuse(411, "a file is sent with its length")
+            return
+        try:
+            size = int(self.request.headers["Content-Length"])
+            require_size(shown(name), size, self._limit)
+            self._ends.enter_context(self._works.room(shown(name), size, self._together))
+        except InputError as error:
+            self._refuse(413, str(error))
+            return
+        # What the server takes of all other requests is far less.
+        connection = cast(HTTP1Connection, self.request.connection)
+        connection.set_max_body_size(self._limit)
+        self._upload = self._ends.enter_context(work.receiving(name, self._limit))
+
+    def data_received(self, chunk: bytes) -> None:
+        """Take the next bytes."""
+        if self._upload is not None:
+            self._upload.take(chunk)
+
+    def post(self) -> None:
+        """Tell how it is kept, once it is there."""
+        if self._upload is not None:
+            self._ends.close()
+            self.finish({"file": self._upload.path.name, "name": self._upload.name})
+
+    def on_finish(self) -> None:
+        """End a file that did not come to its end."""
+        self._abandon()
+
+    def on_connection_close(self) -> None:
+        """Do the same where the connection is lost."""
+        self._abandon()
+
+    def _abandon(self) -> None:
+        try:
+            self._ends.__exit__(_Abandoned, _Abandoned(), None)
+        except _Abandoned:
+            pass
+
+    def _refuse(self, status: int, sentence: str) -> None:
+        self.set_status(status)
+        self.finish({"error": sentence})
+
+
+class _Abandoned(Exception):  # noqa: N818 - nobody made a mistake
+    """The rest of a file does not come."""
+
+
+# What is seen while the program is still imported: its name; the page's scripts are read ahead.
+
+
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>roughcontact</title>{scripts}
+<style>body {{ margin: 16px 12px; font: 13px {font}; color: {ink}; }}
+h1 {{ font-size: 16px; font-weight: 600; }} p {{ color: {quiet}; }}</style></head>
+<body><h1>roughcontact</h1><p role="status">starting …</p>
+"""
+_GO_ON = "<script>location.replace(location.href)</script></body></html>\n"
+
+# The packages whose files the page asks for: where they are in the package, and on the server.
+_BOKEH = "bokeh", "server/static", "static"
+_PANEL = "panel", "dist", "static/extensions/panel"
+_OF_BOKEH = ("bokeh", "bokeh-gl", "bokeh-widgets", "bokeh-tables")
+
+
+class Doors(Router):
+    """Leads to the page as soon as there is one, and to what is seen before."""
+
+    def __init__(self) -> None:
+        self.opened = asyncio.Event()
+        self._app: Any = Application(
+            [
+                (r"/", _Waiting, {"opened": self.opened}),
+                *(
+                    (f"/{place}/(.*)", StaticFileHandler, {"path": str(_folder(package, inside))})
+                    for package, inside, place in (_PANEL, _BOKEH)
+                ),
+                (r".*", _Later, {"opened": self.opened}),
+            ],
+            transforms=[Guarded],
+            log_function=lambda _: None,
+        )
+
+    def open(self, app: Any) -> None:
+        """Lead to a page from now on, and have those come in who wait."""
+        self._app = app
+        self.opened.set()
+
+    def find_handler(self, request: Any, **more: Any) -> Any:
+        """Return what answers a request."""
+        return self._app.find_handler(request, **more)
+
+
+def addresses() -> list[str]:
+    """Return where the scripts of the page are, with their versions, as Bokeh asks for them."""
+    result = []
+    for name in _OF_BOKEH:
+        content = (_folder(*_BOKEH[:2]) / "js" / f"{name}.min.js").read_bytes()
+        result.append(f"static/js/{name}.min.js?v={hashlib.sha512(content).hexdigest()}")
+    package = json.loads((_folder("panel", "package.json")).read_bytes())
+    version = hashlib.sha256(package["version"].encode()).hexdigest()
+    return [*result, f"{_PANEL[2]}/panel.min.js?v={version}"]
+
+
+def _folder(package: str, inside: str) -> Path:
+    result = importlib.util.find_spec(package)
+    assert result is not None
+    assert result.origin is not None
+    return Path(result.origin).parent / inside
+
+
+class _Waiting(RequestHandler):
+    """The page before it is there; it takes its own place."""
+
+    def initialize(self, opened: asyncio.Event) -> None:
+        self._opened = opened
+
+    async def get(self) -> None:
+        self.set_header("Content-Type", "text/html; charset=UTF-8")
+        self.set_header("Cache-Control", "no-store")
+        try:
+            result = addresses()
+        except (OSError, LookupError, ValueError):
+            # Another version keeps them elsewhere: the page asks for them by itself.
+            result = []
+        scripts = "".join(f'\n<link rel="preload" as="script" href="{item}">' for item in result)
+        self.write(_PAGE.format(scripts=scripts, font=style.FONT, ink=style.INK, quiet=style.QUIET))
+        await self.flush()
+        await self._opened.wait()
+        self.finish(_GO_ON)
+
+
+class _Later(RequestHandler):
+    """Anything else: asked again when there is a page."""
+
+    def initialize(self, opened: asyncio.Event) -> None:
+        self._opened = opened
+
+    async def prepare(self) -> None:
+        await self._opened.wait()
+        self.redirect(self.request.uri or "/", status=307)

@@ -2,18 +2,234 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import json
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from roughcontact import files
-from roughcontact.desk.live import Failed, Live, Prepared, Told
-from roughcontact.desk.state import Line, State, Value, from_script
-from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.batch.project import DESK
+from roughcontact.desk.live_solver import Failed, Live, Prepared, Told
+from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.task import Task
+
+Value = str | bool
+"""An option as it is given: text, or whether a flag is set."""
+
+Given = Mapping[str, Value]
+Line = tuple[float, float, float, float]
+
+LOADS = ("load", "hertz", "approach")
+"""Options of which one gives the load."""
+
+CONTACT, PINNED = "contact", "pinned"
+"""Names of the two contacts in the project file."""
+
+UNDOING = {
+    "cropped": ("crop",),
+    "without_outliers": ("outliers",),
+    "largest_rectangle": ("holes",),
+    "leveled": ("level",),
+    "without_form": ("form",),
+    "filled": ("holes",),
+    "masked": ("holes",),
+    "filtered": ("s-filter", "l-filter"),
+    "resampled": ("pixel",),
+    "rotated": ("rotate",),
+    "with_form": ("body",),
+    "aligned": ("align", "offset", "angle", "mirror"),
+}
+"""The options that a step of the preparation comes from, by the method of `Surface`."""
+
+# What undoes an option that has a default which does something.
+_UNDONE: dict[str, Value] = {"level": "none"}
+
+_NOTHING: Given = MappingProxyType({})
+_NO_NAMES: Mapping[str, str] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class State:
+    """A contact as it is asked for, and what is looked at."""
+
+    given: Given = field(default_factory=lambda: _NOTHING)
+    file: Path | None = None  # The measured map
+    names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
+    pinned: Given | None = None  # The options of another state, to compare with
+    line: Line | None = None  # Ends (y, x, y, x) of the section that is looked at [m]
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What has to be told before anything can be solved, by the names of options."""
+        wanted = []
+        nominal = all(name in self.given for name in ("body", "points", "size"))
+        if self.file is None and not nominal:
+            wanted.append("file")
+        elastic = all(name in self.given for name in ("young", "poisson"))
+        if "material" not in self.given and not elastic:
+            wanted.append("material")
+        if "boundary" not in self.given:
+            wanted.append("boundary")
+        if not any(name in self.given for name in LOADS):
+            wanted.append("load")
+        return tuple(wanted)
+
+    def name_of(self, path: Path) -> str:
+        """Return what the user calls a file."""
+        return self.names.get(path.name, path.name)
+
+    def named(self, text: str) -> str:
+        """Return a text with the user's names of files, and without the folders of these."""
+        paths = (self.file, self.given.get("counter-surface"))
+        for path in (Path(str(path)) for path in paths if path is not None):
+            text = text.replace(str(path.parent / "_")[:-1], "")
+        for cached, name in self.names.items():
+            text = text.replace(cached, name)
+        return text
+
+    def bringing(self, path: Path | None, name: str = "") -> State:
+        """Return the state with another map; what was said of the old one's file is forgotten."""
+        of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
+        cached = {key: value for key, value in self.given.items() if key not in of_file}
+        state = replace(self, file=path, given=MappingProxyType(cached), line=None, pinned=None)
+        return state if path is None else state._named(path, name)
+
+    def facing(self, path: Path | None, name: str = "") -> State:
+        """Return the state with another map of the counter-body, or none."""
+        if path is None:
+            return self.without("counter-surface", "align", "offset", "angle", "mirror")
+        return self.having("counter-surface", str(path))._named(path, name)
+
+    def _named(self, path: Path, name: str) -> State:
+        names = {**self.names, path.name: name} if name and name != path.name else self.names
+        return replace(self, names=MappingProxyType(dict(names)))
+
+    def having(self, name: str, value: Value) -> State:
+        """Return the state with an option set."""
+        if name not in SOLVE.by_name:
+            raise InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
+        if isinstance(value, str):
+            value = value.strip()
+        if value in ("", False):
+            return self.without(name)
+        SOLVE.parsed({name: value})
+        others = LOADS if name in LOADS else ()
+        specified = {key: old for key, old in self.given.items() if key not in others}
+        return replace(self, given=MappingProxyType({**specified, name: value}))
+
+    def without(self, *names: str) -> State:
+        """Return the state with options taken away."""
+        specified = {key: value for key, value in self.given.items() if key not in names}
+        return replace(self, given=MappingProxyType(specified))
+
+    def undoing(self, method: str) -> State:
+        """Return the state without a step of the preparation, told by the method of `Surface`."""
+        state = self.without(*UNDOING.get(method, ()))
+        for name in UNDOING.get(method, ()):
+            if name in _UNDONE:
+                state = state.having(name, _UNDONE[name])
+        return state
+
+    def request(self, task: Task = SOLVE, /, **more: Value) -> Request:
+        """Return the request that a state stands for."""
+        known = task.by_name
+        loads = () if "from_" in more else LOADS
+        specified: dict[str, Any] = {
+            key: value
+            for key, value in self.given.items()
+            if key in known and (key not in LOADS or (key in loads and known[key].default is None))
+        }
+        specified |= {key.replace("_", "-").strip("-"): value for key, value in more.items()}
+        request = Request.from_text(
+            task, self.file, {key: value for key, value in specified.items() if value}
+        )
+        places = {str(path): self.names[path.name] for path in request.inputs
+                  if path.name in self.names}  # fmt: skip
+        return replace(request, names=places)
+
+    @property
+    def script(self) -> str:
+        """The state as a project file, which needs the files where they are kept."""
+        return self._script(lambda path: path)
+
+    @property
+    def told(self) -> str:
+        """The state as a project file to stand beside the user's own files."""
+        return self._script(lambda path: self.name_of(Path(path)))
+
+    def _script(self, place: Callable[[str], str]) -> str:
+        lines = [
+            "# Written by roughcontact desk; roughcontact run with this file gives the same.",
+            'folder = "results"',
+        ]
+        contacts = {CONTACT: self.given, PINNED: self.pinned}
+        for name, specified in contacts.items():
+            if specified is None:
+                continue
+            lines += ["", "[[contact]]", f"name = {_toml(name)}"]
+            if self.file is not None:
+                lines.append(f"file = {_toml(place(str(self.file)))}")
+            paths = {
+                key: place(str(specified[key])) for key in ("counter-surface",) if key in specified
+            }
+            lines += [f"{key} = {_toml(value)}" for key, value in {**specified, **paths}.items()]
+        lines += ["", f"[{DESK}]"]
+        if self.line is not None:
+            lines.append(f"line = [{', '.join(map(repr, self.line))}]")
+        lines += [f"names.{_toml(key)} = {_toml(name)}" for key, name in self.names.items()]
+        return "\n".join(lines) + "\n"
+
+
+def from_script(text: str, folder: Path) -> State:
+    """Return the state that a project file holds."""
+    try:
+        read = tomllib.loads(text)
+        contacts = {contact.pop("name"): contact for contact in read["contact"]}
+        own = read.get(DESK, {})
+        line = own.get("line")
+        state = State(
+            names=MappingProxyType({str(k): str(v) for k, v in own.get("names", {}).items()}),
+            line=None if line is None else _line(line),
+        )
+        files = [contact.pop("file", None) for contact in contacts.values()]
+        specified = contacts[CONTACT]
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise FormatError(f"the project file of this page cannot be read ({error})") from None
+    if files[0] is not None:
+        state = replace(state, file=folder / str(files[0]))
+    for key, value in specified.items():
+        state = state.having(key, _word(value))
+    if PINNED in contacts:
+        other = State()
+        for key, value in contacts[PINNED].items():
+            other = other.having(key, _word(value))
+        state = replace(state, pinned=other.given)
+    return state
+
+
+def _word(value: Any) -> Value:
+    return value if isinstance(value, bool) else str(value)
+
+
+def _line(ends: Any) -> Line:
+    y0, x0, y1, x1 = (float(end) for end in ends)
+    return y0, x0, y1, x1
+
+
+def _toml(value: Value) -> str:
+    """Return a value as TOML writes it, whose texts are those of JSON but for one sign."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+# --- One piece of work at the desk: its state, what was before, and what follows from it ---
+
 
 _REMEMBERED = 200
 """States that undoing goes back."""
@@ -23,28 +239,7 @@ _STAND_IN = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
 
 
 class Session:
-    """A state, the project file that always holds it, and the contact that follows it.
-
-    Parameters
-    ----------
-    project : Path
-        The project file; what it holds is taken up.
-    told : callable
-        ``told(what)`` is called from another thread with what `Live` tells.
-    follow : callable
-        Makes what solves: `Live`, or what is like it.
-    share : callable
-        ``share(state)`` is called with each new state, for the other pages on the same work.
-
-    Attributes
-    ----------
-    prepared : Prepared or None
-        The maps as they are prepared, as soon as they are there.
-    failure : Failed or None
-        Why there is none.
-    number : int
-        Of the request for the state: each is larger than those before.
-    """
+    """A state, the project file that always holds it, and the contact that follows it."""
 
     def __init__(
         self,
@@ -76,8 +271,8 @@ class Session:
     @property
     def outcome(self) -> Outcome | None:
         """The contact of the state, as soon as it is there."""
-        found = self._outcome
-        return found if found is not None and self.is_wanted(found.request) else None
+        result = self._outcome
+        return result if result is not None and self.is_wanted(result.request) else None
 
     def is_wanted(self, request: Request) -> bool:
         """Return whether a request is that of the state."""
@@ -107,10 +302,10 @@ class Session:
         """Set an option; empty takes it away. See `State.having` for what is refused."""
         self._change(self._state.having(name, value))
 
-    def give_all(self, given: dict[str, Value]) -> None:
+    def give_all(self, specified: dict[str, Value]) -> None:
         """Set several options as one step."""
         state = self._state
-        for name, value in given.items():
+        for name, value in specified.items():
             state = state.having(name, value)
         self._change(state)
 
@@ -119,25 +314,21 @@ class Session:
         self._change(self._state.undoing(method))
 
     def keep(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
-        """Crop the map to some rows and columns of it as it is prepared.
-
-        Raises
-        ------
-        InputError
-            If the map as it is prepared has not the rows and columns of the file.
-        """
+        """Crop the map to some rows and columns of it as it is prepared."""
         state = self._state
         changing = [name for name in ("rotate", "pixel", "align") if name in state.given]
         if state.given.get("holes") == "crop":
             changing.append("holes")
         if changing:
             raise InputError(
-                "is done before ", Mention(changing[0].replace("-", "_")), ": take that away, draw "
-                "the part again, and put it back", argument="crop",
-            )  # fmt: skip
+                "is done before ",
+                ArgumentRef(changing[0].replace("-", "_")),
+                ": take that away, draw the part again, and put it back",
+                argument="crop",
+            )
         before = window(str(state.given.get("crop", ":,:")), "crop")
-        top, left = (part.start or 0 for part in before)
-        bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
+        top, remaining = (part.start or 0 for part in before)
+        bounds = (top + rows[0], top + rows[1]), (remaining + columns[0], remaining + columns[1])
         self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
@@ -152,8 +343,8 @@ class Session:
         """Make the pinned state that which is worked on, and pin this one."""
         if self._state.pinned is None:
             raise InputError("nothing is pinned: pin a state first")
-        given = self._state.given
-        self._change(replace(self._state, given=self._state.pinned, pinned=given))
+        specified = self._state.given
+        self._change(replace(self._state, given=self._state.pinned, pinned=specified))
 
     def draw_line(self, line: Line | None) -> None:
         """Look at another section."""
@@ -188,11 +379,11 @@ class Session:
             self._live.cancel()
             self.prepared = None
             return
-        given = {**state.given, **{name: _STAND_IN[name] for name in state.missing}}
+        specified = {**state.given, **{name: _STAND_IN[name] for name in state.missing}}
         if state.missing:
-            given.setdefault("holes", "mask")
+            specified.setdefault("holes", "mask")
         try:
-            request = replace(state, given=MappingProxyType(given)).request()
+            request = replace(state, given=MappingProxyType(specified)).request()
         except InputError as error:
             self._live.cancel()
             self.failure = Failed(None, error)
@@ -252,7 +443,7 @@ class Session:
         request = failed.request
         if request is None or "holes" in request.given or isinstance(failed.error, FormatError):
             return
-        given = {**self._state.given, **{name: _STAND_IN[name] for name in self._state.missing}}
-        given["holes"] = "mask"
-        self._wanted = replace(self._state, given=MappingProxyType(given)).request()
+        specified = {**self._state.given, **{name: _STAND_IN[name] for name in self._state.missing}}
+        specified["holes"] = "mask"
+        self._wanted = replace(self._state, given=MappingProxyType(specified)).request()
         self._live.ask(self._wanted, prepare_only=True)

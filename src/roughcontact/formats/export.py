@@ -17,10 +17,10 @@ from roughcontact.errors import InputError
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.joint.interface import InterfaceLaw
+    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.rolling import RollingResult
+    from roughcontact.joint.interface_law import InterfaceLaw
     from roughcontact.surface.surface import Surface
-    from roughcontact.volume.result import ElastoplasticResult
-    from roughcontact.volume.rolling import Rolling
 
 Target = str | os.PathLike[str]
 Writer = Callable[[Any, Target], None]
@@ -38,34 +38,18 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Content:
-    """What a file holds of one kind of source.
+    """What a file holds of one kind of source."""
 
-    Parameters
-    ----------
-    words : str
-        What it keeps, as help and web page say it.
-    write : callable
-        ``write(source, path)``; the file appears only once it is complete.
-    """
-
-    words: str
-    write: Writer
+    words: str  # What it keeps, as help and web page say it
+    write: Writer  # `write(source, path)`
 
 
 @dataclass(frozen=True)
 class OutputFormat:
-    """A format that maps and results are written in.
+    """A format that maps and results are written in."""
 
-    Parameters
-    ----------
-    suffix : str
-        How its files end.
-    contents : dict
-        What it holds of each `Kind` that it can hold.
-    """
-
-    suffix: str
-    contents: dict[Kind, Content]
+    suffix: str  # How its files end
+    contents: dict[Kind, Content]  # What it holds of each `Kind` that it can hold
 
 
 # What writes is loaded by who writes: help and messages need the table alone.
@@ -84,15 +68,15 @@ def _contact(result: Any, path: Target) -> None:
 
 
 def _volume(result: Any, path: Target) -> None:
-    from roughcontact.volume import archive, shared_archive
-    from roughcontact.volume.shared_body import SharedBody
+    from roughcontact.elastoplastic import archive
+    from roughcontact.elastoplastic.plastic_body import SharedBody
 
     shared = any(isinstance(body, SharedBody) for body in result.bodies)
-    (shared_archive.save if shared else archive.save_elastoplastic)(result, path)
+    (archive.save if shared else archive.save_elastoplastic)(result, path)
 
 
 def _rolling(rolling: Any, path: Target) -> None:
-    from roughcontact.volume.passes_archive import save_rolling
+    from roughcontact.elastoplastic.rolling import save_rolling
 
     save_rolling(rolling, path)
 
@@ -103,9 +87,9 @@ def _last(write: Writer) -> Writer:
 
 
 def _pvd(rolling: Any, path: Target) -> None:
-    from roughcontact.formats import vtk_series
+    from roughcontact.formats import vtk
 
-    vtk_series.save_pvd(rolling, path)
+    vtk.save_pvd(rolling, path)
 
 
 def _npz(surface: Any, path: Target) -> None:
@@ -145,9 +129,9 @@ def _csv(source: Any, path: Target) -> None:
 
 
 def _law(law: Any, path: Target) -> None:
-    from roughcontact.formats import laws
+    from roughcontact.formats import interface_law
 
-    laws.save(law, path)
+    interface_law.save(law, path)
 
 
 def _json(result: Any, path: Target) -> None:
@@ -216,34 +200,12 @@ _OF_MAPS = (".x3p", ".sur", ".vti", ".vtr")
 
 
 def suffixes(*kinds: Kind) -> tuple[str, ...]:
-    """Return how files may end that hold one of some kinds.
-
-    Parameters
-    ----------
-    *kinds : Kind
-        What is to be written.
-
-    Returns
-    -------
-    tuple of str
-        In the order of the table.
-    """
+    """Return how files may end that hold one of some kinds."""
     return tuple(known.suffix for known in FORMATS if known.contents.keys() & set(kinds))
 
 
-def told(*kinds: Kind) -> str:
-    """Return what the formats of some kinds keep, in words.
-
-    Parameters
-    ----------
-    *kinds : Kind
-        What is to be written.
-
-    Returns
-    -------
-    str
-        ``".nc everything, .vti maps for ParaView"`` and so on, in the order of the table.
-    """
+def format_list_text(*kinds: Kind) -> str:
+    """Return what the formats of some kinds keep, in words."""
     words = []
     for known in FORMATS:
         held = [known.contents[kind].words for kind in kinds if kind in known.contents]
@@ -252,26 +214,7 @@ def told(*kinds: Kind) -> str:
 
 
 def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map in the format that the suffix of the file names.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    path : str or path
-        File to write: ``.npz``, ``.nc``, ``.x3p``, ``.sur``, ``.csv`` or ``.vti``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is none of these, or the map does not fit into the format.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    See Also
-    --------
-    roughcontact.read_surface : Reads all of them but ``.vti``.
-    """
+    """Write a height map in the format that the suffix of the file names."""
     _require_kept(surface, path)
     _writer(Kind.SURFACE, path)(surface, path)
 
@@ -294,7 +237,7 @@ def save_law(law: InterfaceLaw, path: Target) -> None:
     _writer(Kind.LAW, path)(law, path)
 
 
-def save_rolling(rolling: Rolling, path: Target) -> None:
+def save_rolling(rolling: RollingResult, path: Target) -> None:
     """Write repeated passes in the format that the suffix of the file names."""
     _writer(Kind.ROLLING, path)(rolling, path)
 

@@ -16,18 +16,17 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import hdf5, limits
-from roughcontact.errors import FormatError, InputError, Mention, RoughcontactError
-from roughcontact.formats import archives, metrology, readers, traces
-from roughcontact.formats.binary import Bounded
+from roughcontact import memory, netcdf
+from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
+from roughcontact.formats import metrology, readers, source, text_files
 from roughcontact.formats.scale import (
     asked_pixel,
     in_metres,
     is_length,
     refuse_unit,
-    unit_in_metres,
+    unit_in_meters,
 )
-from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.formats.source import Asked, Bounded, Channel, one_line, surface_of
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -101,19 +100,19 @@ _EACH = 40
 _EPOCH = 1970
 
 
-def read(path: Path, name: str, asked: Asked) -> Surface:
+def read(path: Path, name: str, requested: Asked) -> Surface:
     """Return the map in an instrument's file; ``name`` is that of SurfaceTopography's reader."""
     with _opened(path, name) as reader:
         entries = list(reader.channels)
-        found = [_described(path, entry) for entry in entries]
+        result = [_described(path, entry) for entry in entries]
         default = int(reader.default_channel.index)
-        index = _chosen(path, found, asked.channel, default)
-        entry, described = entries[index], found[index]
+        index = _chosen(path, result, requested.channel, default)
+        entry, described = entries[index], result[index]
         _check_grid(path, described)
-        asked.expect(described.shape)
+        requested.expect(described.shape)
         if described.unit:
-            refuse_unit(path, asked)
-        metre = unit_in_metres(path, described.unit or asked.unit)
+            refuse_unit(path, requested)
+        metre = unit_in_meters(path, described.unit or requested.unit)
         topography, stated = _sized(entry, metre)
         values = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         notes: tuple[str, ...] = ()
@@ -121,7 +120,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
             values, stated, notes = _along(topography, values, metre)
         elif described.shape[0] == 1 and stated is not None:
             stated = WIDTH, stated[1]
-        pixel = asked_pixel(path, stated, values.T.shape, asked)
+        pixel = asked_pixel(path, stated, values.T.shape, requested)
         contradiction = _contradiction(path, name, entry, values)
         if contradiction:
             raise FormatError(
@@ -134,7 +133,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
     provenance = Provenance(
         source=path.name,
         instrument=instrument,
-        channel=_channel_name(found, index),
+        channel=_channel_name(result, index),
         steps=notes,
     )
     return surface_of(path, heights, pixel, provenance, metre, stated, acquired)
@@ -165,7 +164,7 @@ def _along(
     if profile.is_uniform:
         return values[:, None], (WIDTH, float(profile.pixel_size[0]) * metre), ()
     position = np.asarray(profile.positions(), dtype=np.float64) * metre
-    even, spacing, notes = traces.evenly(position, values)
+    even, spacing, notes = text_files.evenly(position, values)
     return even[:, None], (WIDTH, spacing), notes
 
 
@@ -191,13 +190,13 @@ def _described(path: Path, entry: Any) -> Channel:
     return Channel(str(entry.name), text, is_height, shape)
 
 
-def _chosen(path: Path, found: list[Channel], channel: str | int | None, default: int) -> int:
-    heights = [index for index, entry in enumerate(found) if entry.is_height]
+def _chosen(path: Path, result: list[Channel], channel: str | int | None, default: int) -> int:
+    heights = [index for index, entry in enumerate(result) if entry.is_height]
     listing = "; ".join(
         f"{index}: {entry.name!r}"
         + (f" [{''.join(c if c.isprintable() else ' ' for c in entry.unit)}]" if entry.unit else "")
         + ("" if entry.is_height else " (not a height)")
-        for index, entry in enumerate(found)
+        for index, entry in enumerate(result)
     )
     if channel is None:
         if not heights:
@@ -205,7 +204,7 @@ def _chosen(path: Path, found: list[Channel], channel: str | int | None, default
                 f"{path.name} holds no height map, only the channels {listing}; export the heights"
             )
         return default if default in heights else heights[0]
-    by_name = [index for index, entry in enumerate(found) if entry.name == channel]
+    by_name = [index for index, entry in enumerate(result) if entry.name == channel]
     if len(by_name) > 1:
         # One height among namesakes is no choice.
         by_name = [index for index in by_name if index in heights] or by_name
@@ -219,7 +218,7 @@ def _chosen(path: Path, found: list[Channel], channel: str | int | None, default
         index = int(channel)
     else:
         index = -1
-    if not 0 <= index < len(found):
+    if not 0 <= index < len(result):
         raise InputError(f"{path.name} has no channel {channel!r}; its channels are {listing}")
     if index not in heights:
         raise InputError(
@@ -242,7 +241,7 @@ def _check_grid(path: Path, described: Channel) -> None:
             f"{path.name} announces {ny} × {nx} points, more than its {path.stat().st_size} bytes "
             "can hold; check that the file is complete"
         )
-    limits.require_points(path.name, described.shape, _EACH)
+    memory.require_points(path.name, described.shape, _EACH)
 
 
 def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
@@ -263,23 +262,23 @@ def _opener(path: Path, kind: str) -> Callable[[Any], Any]:
 
 def _check_packed(path: Path, kind: str) -> None:
     """Refuse a file that is damaged where its reader does not look, or would fill the memory."""
-    limits.require_size(path.name, path.stat().st_size)
+    memory.require_size(path.name, path.stat().st_size)
     with path.open("rb") as stream:
         start = stream.read(4)
     if kind in _HDF5 or start == b"\x89HDF":
-        for name, stored in hdf5.check(path).items():
-            limits.require_size(f"{name!r} in {path.name}", stored.size, packed=path.stat().st_size)
+        for name, stored in netcdf.check(path).items():
+            memory.require_size(f"{name!r} in {path.name}", stored.size, packed=path.stat().st_size)
             if stored.kind == "c":
                 raise FormatError(
                     f"{path.name} holds complex numbers in {name!r}, no heights; copy or export it "
                     "again"
                 )
     elif start == b"PK\x03\x04" or (kind in _ARCHIVES and zipfile.is_zipfile(path)):
-        archives.check(path)
+        source.check(path)
         if kind == "x3p":
             metrology.check_x3p(path)
     elif kind in _STREAMS:
-        archives.check_streams(path)
+        source.check_streams(path)
     elif kind == "ibw" and start[:2] not in (b"\5\0", b"\0\5"):
         # Its reader knows no other, and its library logs all bytes of what it takes for one.
         raise ValueError("it is no binary wave of version 5")
@@ -287,11 +286,7 @@ def _check_packed(path: Path, kind: str) -> None:
 
 @contextlib.contextmanager
 def _opened(path: Path, kind: str) -> Iterator[Any]:
-    """Give SurfaceTopography's reader of a file, with one kind of error.
-
-    Nothing is kept from the terminal here: whatever could do that acts on all threads. The readers
-    print nothing (before 1.23 one did), and NumPy's complaints are the thread's own.
-    """
+    """Give SurfaceTopography's reader of a file, with one kind of error."""
     try:
         _check_packed(path, kind)
         opened = _opener(path, kind)
@@ -310,7 +305,7 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         raise FormatError(
             f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
             "the file is complete, or give its ",
-            Mention("format"),
+            ArgumentRef("format"),
         ) from error
 
 
@@ -325,13 +320,13 @@ def _stream(path: Path, kind: str) -> io.BufferedIOBase:
     return packed
 
 
-def _channel_name(found: list[Channel], index: int) -> str:
+def _channel_name(result: list[Channel], index: int) -> str:
     """Return what tells a channel from the others; empty if there are none."""
-    name = found[index].name
-    namesakes = [entry for entry in found if entry.name == name]
+    name = result[index].name
+    namesakes = [entry for entry in result if entry.name == name]
     if len(namesakes) > 1:
         return f"{name} (index {index})"
-    return name if len(found) > 1 else ""
+    return name if len(result) > 1 else ""
 
 
 def _acquired(entry: Any) -> str:
@@ -354,11 +349,7 @@ def _instrument_name(reader: Any, entry: Any) -> str:
 
 
 def _contradiction(path: Path, kind: str, entry: Any, values: Array) -> str:
-    """Return what in a header does not fit the rest of the file; empty if everything does.
-
-    What SurfaceTopography does not compare, or replaces where it is missing. Without it one
-    damaged byte shears a map or changes its scale by a plausible factor.
-    """
+    """Return what in a header does not fit the rest of the file; empty if everything does."""
     check = _CONTRADICTIONS.get(kind)
     header = entry.info.get("raw_metadata")
     if check is None or not header or np.isnan(values).all():

@@ -3,27 +3,144 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import itertools
 import math
 import re
+import sys
+import zipfile
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import IO, Any, NamedTuple, TextIO
 
 import numpy as np
+from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from roughcontact import limits, units
-from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import content, heads, numpy_files, points, traces
-from roughcontact.formats.heads import Head
-from roughcontact.formats.numpy_files import Arrays
-from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_metres
+from roughcontact import memory, netcdf, units
+from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
+from roughcontact.formats import source, text_files
+from roughcontact.formats.scale import (
+    asked_pixel,
+    in_metres,
+    is_length,
+    refuse_unit,
+    unit_in_meters,
+)
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.formats.text_files import Head
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
+
+# Heads have a hundred bytes; NumPy takes none of more than ten thousand.
+_LONGEST_HEAD = 2**16
+_SUFFIX = ".npy"
+
+
+class NumpyHead(NamedTuple):
+    """What an array says of itself."""
+
+    shape: tuple[int, ...]  # Points along each axis
+    dtype: np.dtype[Any]  # Kind of its numbers
+
+    @property
+    def size(self) -> int:
+        """Bytes of its numbers."""
+        return math.prod(self.shape) * self.dtype.itemsize
+
+
+_NO_ARRAY = NumpyHead((), np.dtype("V"))
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """The arrays in a file of NumPy."""
+
+    path: Path  # The file
+    heads: Mapping[str, NumpyHead]  # What they say of themselves, by name in their order
+
+    def read(self, name: str) -> NDArray[Any]:
+        """Return an array; that of a ``.npy`` file is mapped and not read."""
+        memory.require_size(self.path.name, self.heads[name].size)
+        with _refused(self.path):
+            if not name:
+                mapped: NDArray[Any] = np.load(self.path, mmap_mode="r", allow_pickle=False)
+                return mapped
+            # The checksum is compared where the last byte is read.
+            with zipfile.ZipFile(self.path) as archive, archive.open(name + _SUFFIX) as stream:
+                values: NDArray[Any] = npy.read_array(stream, allow_pickle=False)
+                _check_letters(values)
+                return values
+
+
+def opened(path: Path, kind: str) -> Arrays:
+    """Return what is in a file."""
+    with _refused(path):
+        if kind == "npz":
+            return Arrays(path, dict(_members(path)))
+        with path.open("rb") as stream:
+            return Arrays(path, {"": _head(stream, path.stat().st_size)})
+
+
+def _members(path: Path) -> Iterator[tuple[str, NumpyHead]]:
+    """Yield the arrays in an archive."""
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            source.check_method(path, member)
+            name = member.filename.removesuffix(_SUFFIX)
+            if name == member.filename:
+                yield name, _NO_ARRAY
+                continue
+            with archive.open(member) as stream:
+                yield name, _head(stream, member.file_size)
+
+
+def _head(stream: IO[bytes], size: int) -> NumpyHead:
+    """Return what an array in a file, or in a member of an archive, of that size says of itself."""
+    start = io.BytesIO(stream.read(_LONGEST_HEAD))
+    version = npy.read_magic(start)
+    if version == (3, 0):
+        # Names of columns in Unicode, hence no matrix.
+        return _NO_ARRAY
+    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+    shape, _, dtype = read(start)
+    head = NumpyHead(shape, dtype)
+    if dtype.hasobject:
+        raise ValueError("Python objects instead of numbers")
+    spare = size - start.tell() - head.size
+    if spare:
+        raise ValueError(f"shape {shape} of {dtype} leaves {spare} bytes of the file over")
+    return head
+
+
+def _check_letters(values: NDArray[Any]) -> None:
+    """Raise `ValueError` for text with numbers that are no letters; NumPy takes any."""
+    if values.dtype.kind == "U" and values.dtype.itemsize:
+        numbers = np.atleast_1d(values).view(values.dtype.byteorder + "u4")
+        if numbers.max(initial=0) > sys.maxunicode:
+            raise ValueError("text with letters that do not exist")
+
+
+@contextlib.contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Turn whatever goes wrong with the content of a file into one error."""
+    try:
+        yield
+    except RoughcontactError:
+        raise
+    # Damaged files raise ValueError, BadZipFile, EOFError, SyntaxError, MemoryError and more.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as a file of NumPy ({one_line(error)}); save a real array "
+            "with numpy.save or numpy.savez"
+        ) from None
+
+
+# --- Matrices of plain numbers: NumPy files, and text with one row of the map a line ---
+
 
 Array = NDArray[np.float64]
 # Unit [m] and pixel [m].
@@ -44,37 +161,37 @@ _WITH_COMMA = re.compile(rf"{_DECIMAL_COMMA.pattern}|[+-]?\d+|nan|bad", re.IGNOR
 _POINTS = ".xyz"
 
 
-def read_text(path: Path, name: str, asked: Asked) -> Surface:
+def read_text(path: Path, name: str, requested: Asked) -> Surface:
     """Return the map in a text: a matrix, or points x, y, z on a grid."""
-    if asked.channel is not None:
+    if requested.channel is not None:
         raise InputError(
-            f"{path.name} has no channels; leave out ", Mention("channel", asked.channel)
+            f"{path.name} has no channels; leave out ", ArgumentRef("channel", requested.channel)
         )
     scale = _scale_in_text(path)
     if scale is not None:
         values, steps = _read_text(path)
-        asked.expect(values.shape)
+        requested.expect(values.shape)
         about = Provenance(path.name, f"matrix ({name})", "", steps)
-        return _scaled(path, values, about, scale, asked)
+        return _scaled(path, values, about, scale, requested)
     head = _foreign_head(path)
-    trace = None if head.is_map else traces.found(path)
+    trace = None if head.is_map else text_files.found(path)
     if trace is not None:
-        return traces.read(path, trace, asked)
+        return text_files.read(path, trace, requested)
     values, steps = _read_text(path, head.lines)
     if _lists_points(path, values, head):
-        return _of_points(path, name, values, head, steps, asked)
-    if min(values.shape) == 1 and values.size >= traces.FEWEST:
-        return traces.column(path, values.ravel(), asked)
+        return _of_points(path, name, values, head, steps, requested)
+    if min(values.shape) == 1 and values.size >= text_files.FEWEST:
+        return text_files.column(path, values.ravel(), requested)
     if not head.is_map:
         _refuse_points(path, values)
     values = _as_told(path, values, head)
-    asked.expect(values.shape)
-    metre, told = _unit_told(path, head, asked)
+    requested.expect(values.shape)
+    metre, text = _unit_told(path, head, requested)
     _require_map(path, values.shape, values.dtype, None)
     ny, nx = values.shape
     stated = head.pixel_of((ny, nx))
-    pixel = asked_pixel(path, stated, values.shape, asked)
-    about = Provenance(path.name, f"matrix ({name})", head.channel, (*steps, *told))
+    pixel = asked_pixel(path, stated, values.shape, requested)
+    about = Provenance(path.name, f"matrix ({name})", head.channel, (*steps, *text))
     heights = in_metres(values, metre * head.factor)
     return surface_of(path, heights, pixel, about, metre * head.factor, stated)
 
@@ -87,12 +204,12 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
         values, _ = _read_text(path)
         return (Channel(quantity, unit, quantity == "height", values.shape),)
     head = _foreign_head(path)
-    trace = None if head.is_map else traces.found(path)
+    trace = None if head.is_map else text_files.found(path)
     if trace is not None:
         return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
     values, _ = _read_text(path, head.lines)
     if _lists_points(path, values, head):
-        values = points.gridded(path, values)[0]
+        values = text_files.gridded(path, values)[0]
     elif values.shape[1] == 1:
         values = values.T
     else:
@@ -105,8 +222,8 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
 def _foreign_head(path: Path) -> Head:
     """Return what another program has written above its numbers; an empty head if nothing."""
     try:
-        with content.opened(path, errors="replace") as stream:
-            return heads.head_of(path, _lines(path, stream)) or Head(0)
+        with source.opened(path, errors="replace") as stream:
+            return text_files.head_of(path, _lines(path, stream)) or Head(0)
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
 
@@ -116,23 +233,23 @@ def _lists_points(path: Path, values: Array, head: Head) -> bool:
     if values.shape[1] != 3 or head.sides or head.pixel:
         return False
     named = head.columns or head.lateral is not None or path.suffix.lower() == _POINTS
-    return named or points.look_like_points(values)
+    return named or text_files.look_like_points(values)
 
 
 def _of_points(
-    path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], asked: Asked
+    path: Path, name: str, values: Array, head: Head, steps: tuple[str, ...], requested: Asked
 ) -> Surface:
     """Return the map of points x, y, z on a grid, all in one unit where the head tells no other."""
-    heights, steps_apart, absent = points.gridded(path, values)
-    asked.expect(heights.shape)
-    metre, told = _unit_told(path, head, asked)
+    heights, steps_apart, absent = text_files.gridded(path, values)
+    requested.expect(heights.shape)
+    metre, text = _unit_told(path, head, requested)
     lateral = head.lateral or metre
     stated = steps_apart[0] * lateral, steps_apart[1] * lateral
-    pixel = asked_pixel(path, stated, heights.shape, asked)
+    pixel = asked_pixel(path, stated, heights.shape, requested)
     note = f"read: {values.shape[0]} points x, y, z laid on their grid"
     if absent:
         note += f", {absent} of it without a point"
-    about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *told, note))
+    about = Provenance(path.name, f"points ({name})", head.channel, (*steps, *text, note))
     laid = in_metres(heights, metre * head.factor)
     return surface_of(path, laid, pixel, about, metre * head.factor, stated)
 
@@ -150,45 +267,45 @@ def _as_told(path: Path, values: Array, head: Head) -> Array:
     return values
 
 
-def _unit_told(path: Path, head: Head, asked: Asked) -> tuple[float, tuple[str, ...]]:
+def _unit_told(path: Path, head: Head, requested: Asked) -> tuple[float, tuple[str, ...]]:
     """Return the unit [m] of the heights, and what was decided: who reads a file knows better."""
-    if asked.unit is None or not head.unit:
-        return unit_in_metres(path, head.unit or asked.unit), ()
-    metre = unit_in_metres(path, asked.unit)
-    if metre == unit_in_metres(path, head.unit):
+    if requested.unit is None or not head.unit:
+        return unit_in_meters(path, head.unit or requested.unit), ()
+    metre = unit_in_meters(path, requested.unit)
+    if metre == unit_in_meters(path, head.unit):
         return metre, ()
     return metre, (
-        f"read: heights in {asked.unit}, as was said, instead of {head.unit}, as the file has it",
+        f"read: heights in {requested.unit}, as was said, instead of {head.unit}, as the file has it",
     )
 
 
-def read_arrays(path: Path, name: str, asked: Asked) -> Surface:
+def read_arrays(path: Path, name: str, requested: Asked) -> Surface:
     """Return the map in a NumPy file; ``name`` says whether it is one array or an archive."""
-    arrays = numpy_files.opened(path, name)
-    scale = _scale_in_arrays(path, arrays) if asked.channel in (None, "heights") else None
-    channel = chosen(path, list(arrays.heads), asked.channel if scale is None else "heights")
+    arrays = opened(path, name)
+    scale = _scale_in_arrays(path, arrays) if requested.channel in (None, "heights") else None
+    channel = chosen(path, list(arrays.heads), requested.channel if scale is None else "heights")
     head = arrays.heads[channel]
-    line = len(head.shape) == 1 and head.shape[0] >= traces.FEWEST
+    line = len(head.shape) == 1 and head.shape[0] >= text_files.FEWEST
     if scale is None and line and head.dtype.kind in "fiu":
-        limits.require_points(path.name, head.shape, _EACH)
-        return traces.column(path, arrays.read(channel), asked)
+        memory.require_points(path.name, head.shape, _EACH)
+        return text_files.column(path, arrays.read(channel), requested)
     _require_map(path, head.shape, head.dtype, scale)
-    limits.require_points(path.name, head.shape, _EACH)
-    asked.expect(head.shape)
+    memory.require_points(path.name, head.shape, _EACH)
+    requested.expect(head.shape)
     provenance = Provenance(path.name, f"matrix ({name})", channel)
     values = arrays.read(channel)
     if scale is None:
-        trace = traces.in_columns(values)
+        trace = text_files.in_columns(values)
         if trace is not None:
-            return traces.read(path, trace, asked)
+            return text_files.read(path, trace, requested)
         _refuse_points(path, values)
         _refuse_list(path, values)
-    return _scaled(path, values, provenance, scale, asked)
+    return _scaled(path, values, provenance, scale, requested)
 
 
 def array_channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the arrays in a NumPy file."""
-    heads = numpy_files.opened(path, name).heads
+    heads = opened(path, name).heads
     return tuple(
         Channel(name, "", len(head.shape) == 2, head.shape) for name, head in heads.items()
     )
@@ -208,30 +325,30 @@ def _require_map(
 
 
 def scaled(
-    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, asked: Asked
+    path: Path, values: NDArray[Any], provenance: Provenance, unit: str, requested: Asked
 ) -> Surface:
     """Return the map of an array that states its unit, or none, and no pixel."""
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
-    metre, told = _unit_told(path, Head(0, unit=unit), asked)
-    pixel = asked_pixel(path, None, values.shape, asked)
-    for text in told:
+    metre, shown_text = _unit_told(path, Head(0, unit=unit), requested)
+    pixel = asked_pixel(path, None, values.shape, requested)
+    for text in shown_text:
         provenance = provenance.then(Operation.note(text))
     return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
 
 
 def _scaled(
-    path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale | None, asked: Asked
+    path: Path, values: NDArray[Any], provenance: Provenance, scale: Scale | None, requested: Asked
 ) -> Surface:
     """Return the map of numbers whose scale the file states, or whoever reads it."""
     _require_map(path, values.shape, values.dtype, scale)
     if scale is None:
-        metre, stated = unit_in_metres(path, asked.unit), None
+        metre, stated = unit_in_meters(path, requested.unit), None
     else:
-        refuse_unit(path, asked)
+        refuse_unit(path, requested)
         metre, stated = scale
-    pixel = asked_pixel(path, stated, values.shape, asked)
+    pixel = asked_pixel(path, stated, values.shape, requested)
     return surface_of(path, in_metres(values, metre), pixel, provenance, metre, stated)
 
 
@@ -247,7 +364,7 @@ def _naming(path: Path) -> Iterator[None]:
 def _head_of_text(path: Path) -> dict[str, str]:
     """Return what the head of a text matrix states; nothing if it has no head of this program."""
     try:
-        with content.opened(path, errors="replace") as stream:
+        with source.opened(path, errors="replace") as stream:
             lines = _lines(path, stream)
             if next(lines, "").strip() != TEXT_MARK:
                 return {}
@@ -281,14 +398,14 @@ def _scale_in_text(path: Path) -> Scale | None:
         raise FormatError(
             f"{path.name} lacks {', '.join(absent)} in its head; complete it, or remove the line "
             f"{TEXT_MARK!r} and give ",
-            Mention("unit"),
+            ArgumentRef("unit"),
             " and ",
-            Mention("size"),
+            ArgumentRef("size"),
         )
     if stated["quantity"] != "height":
         raise FormatError(f"{path.name} holds {stated['quantity']!r}, no heights")
     with _naming(path):
-        metre = unit_in_metres(path, stated["unit"])
+        metre = unit_in_meters(path, stated["unit"])
         dy, dx = (units.parse(stated[name], "length", name) for name in ("pixel_y", "pixel_x"))
     return metre, (dy, dx)
 
@@ -306,7 +423,7 @@ def _scale_in_arrays(path: Path, arrays: Arrays) -> Scale | None:
         )
     pixel, unit = arrays.read("pixel"), arrays.read("unit")
     with _naming(path):
-        metre = unit_in_metres(path, str(unit))
+        metre = unit_in_meters(path, str(unit))
     return metre, (float(pixel[0]) * metre, float(pixel[1]) * metre)
 
 
@@ -317,7 +434,7 @@ def chosen(path: Path, names: list[str], channel: str | int | None) -> str:
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
     if channel is None:
         raise InputError(
-            f"{path.name} holds the arrays {listing}; choose one with ", Mention("channel")
+            f"{path.name} holds the arrays {listing}; choose one with ", ArgumentRef("channel")
         )
     if channel in names:
         return str(channel)
@@ -335,12 +452,12 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
     first, columns, room = 0, 0, 0
     delimiter: str | None = None
     try:
-        with content.opened(path) as stream:
+        with source.opened(path) as stream:
             for number, line in enumerate(_lines(path, stream), start=1):
                 ended = line.endswith("\n")
                 if number <= head:
                     continue
-                if head and line.startswith("#") and heads.begins(line):
+                if head and line.startswith("#") and text_files.begins(line):
                     raise FormatError(
                         f"{path.name} holds several maps, another from line {number} on; export "
                         "each into its own file"
@@ -369,12 +486,12 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                     rows = len(values) // columns
                     more = 1 + (rows // 10 if rows else path.stat().st_size // len(line))
                     room = (rows + more) * columns
-                    limits.require_points(path.name, (rows + more, columns), _EACH)
+                    memory.require_points(path.name, (rows + more, columns), _EACH)
                 values.extend(row)
     except UnicodeDecodeError:
         raise FormatError(
             f"{path.name} is no plain text; save it as a plain text matrix, or give its ",
-            Mention("format"),
+            ArgumentRef("format"),
         ) from None
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None
@@ -457,7 +574,7 @@ def _mixed(path: Path, number: int) -> FormatError:
 def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
     """Refuse coordinates beside the heights, which would pass for heights of a narrow map."""
     for pairs in (matrix, matrix.T):
-        if traces.in_columns(pairs) or traces.in_columns(pairs[:, ::-1]):
+        if text_files.in_columns(pairs) or text_files.in_columns(pairs[:, ::-1]):
             raise FormatError(
                 f"{path.name} looks like a profile, {pairs.shape[0]} points x, z: write them in "
                 "two columns, the positions first"
@@ -466,8 +583,76 @@ def _refuse_points(path: Path, matrix: NDArray[Any]) -> None:
 
 def _refuse_list(path: Path, matrix: NDArray[Any]) -> None:
     """Refuse an array of points x, y, z, which would pass for a narrow map."""
-    if points.look_like_points(matrix.astype(np.float64)):
+    if text_files.look_like_points(matrix.astype(np.float64)):
         raise FormatError(
             f"{path.name} looks like a list of points x, y, z; write the heights as a matrix with "
             "one row of the map per line, or the points as text"
         )
+
+
+# --- Matrices of plain numbers in HDF5: every array of two dimensions is a channel ---
+
+
+# Bytes that reading takes a point.
+_UNIT_NAMES = ("unit", "units", "Unit", "Units")
+
+
+def read(path: Path, name: str, requested: Asked) -> Surface:
+    """Return one of the matrices in an HDF5 file: rows run along y."""
+    result = channels(path, name)
+    listed = [entry.name for entry in result]
+    index = listed.index(chosen(path, listed, requested.channel))
+    shape, unit = result[index].shape, result[index].unit
+    memory.require_points(path.name, shape, _EACH)
+    requested.expect(shape)
+    values = _values(path, listed[index])
+    about = Provenance(path.name, "matrix (hdf5)", listed[index] if len(listed) > 1 else "")
+    return scaled(path, values, about, unit, requested)
+
+
+def channels(path: Path, name: str) -> tuple[Channel, ...]:
+    """Return the matrices of real numbers in an HDF5 file."""
+    try:
+        stored = netcdf.check(path)
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            listed = tuple(
+                Channel(array, _unit(file[array]), True, said.shape)
+                for array, said in stored.items()
+                if len(said.shape) == 2 and min(said.shape) > 1 and said.kind in tuple("fiu")
+            )
+    except RoughcontactError:
+        raise
+    # h5py fails on damaged files with OSError, KeyError, RuntimeError and more.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as HDF5 ({one_line(error)}); check that the file is "
+            "complete"
+        ) from None
+    if not listed:
+        raise FormatError(f"{path.name} holds no matrix of at least 2 × 2 real numbers")
+    return listed
+
+
+def _values(path: Path, array: str) -> Any:
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return np.asarray(file[array][()])
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as HDF5 ({one_line(error)}); check that the file is "
+            "complete"
+        ) from None
+
+
+def _unit(array: Any) -> str:
+    """Return the unit of length that an array states; empty if it states none."""
+    for name in _UNIT_NAMES:
+        said = array.attrs.get(name)
+        text = said.decode("utf-8", "replace") if isinstance(said, bytes) else said
+        if isinstance(text, str) and is_length(Path(), text):
+            return text
+    return ""

@@ -1,4 +1,16 @@
-"""Height maps in the formats of surface metrology: X3P of ISO 25178-72, SUR of Digital Surf."""
+"""Height maps in the formats of surface metrology: X3P of ISO 25178-72, SUR of Digital Surf.
+
+`save_x3p`: ISO 25178-72:2017, Geometrical product specifications (GPS), Surface texture: Areal,
+Part 72: XML file format x3p
+
+`save_sur`: The format holds integers of 32 bits and their step, hence heights to within half a
+step of max|z| / (2³¹ - 2), and the pixel in single precision, hence to 6 × 10⁻⁸ of itself. X3P
+and NPZ keep every bit. Heights are integer × step; the header's offset is zero, since some
+readers add it, others leave it out, and one counts from the lowest point instead.
+
+Surf file format of Digital Surf, as D. Nečas and P. Klapetek describe it in Gwyddion's
+``surffile.c``
+"""
 
 from __future__ import annotations
 
@@ -15,8 +27,8 @@ import numpy as np
 
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
-from roughcontact.files import replacing, require_suffix
-from roughcontact.formats import binary
+from roughcontact.files import atomic_write, require_suffix
+from roughcontact.formats.source import BLOCK, blocks, little_endian
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, lengths
 
@@ -29,32 +41,9 @@ _DOCUMENT, _POINTS, _SUMS = "main.xml", "bindata/data.bin", "md5checksum.hex"
 
 
 def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map as X3P, the exchange format of ISO 25178-72 (ISO 5436-2).
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    path : str or path
-        File to write; it must end in ``.x3p``. Heights in metres with all their bits, NaN where
-        missing, as the standard has it for data in floating point; source and preparation are in
-        the comment. The date is that of the measurement where the file that was read told it,
-        else that of the writing.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    References
-    ----------
-    ISO 25178-72:2017, Geometrical product specifications (GPS), Surface texture: Areal, Part 72:
-    XML file format x3p
-    """
+    """Write a height map as X3P, the exchange format of ISO 25178-72 (ISO 5436-2)."""
     require_suffix(path, ".x3p")
-    heights = binary.little_endian(surface.heights)
+    heights = little_endian(surface.heights)
     document = _x3p_document(surface, _md5(heights)).encode("utf-8")
     members: dict[str, bytes | memoryview] = {
         _DOCUMENT: document,
@@ -62,31 +51,17 @@ def save_x3p(surface: Surface, path: str | os.PathLike[str]) -> None:
         _SUMS: f"{_md5(document)} *{_DOCUMENT}\n".encode("ascii"),
     }
     with (
-        replacing(path) as stream,
+        atomic_write(path) as stream,
         zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
     ):
         for name, content in members.items():
             with archive.open(name, "w", force_zip64=len(content) > _LARGE) as member:
-                for block in binary.blocks(content):
+                for block in blocks(content):
                     member.write(block)
 
 
 def check_x3p(path: Path) -> None:
-    """Refuse an X3P file whose members are not those that its MD5 checksums are of.
-
-    Parameters
-    ----------
-    path : Path
-        The file. The standard asks for checksums of the XML document and of the points; a file
-        without them is taken as it is.
-
-    Raises
-    ------
-    FormatError
-        If a checksum is wrong, or the points are more or fewer bytes than the document tells.
-    BadZipFile, OSError
-        If it is no archive.
-    """
+    """Refuse an X3P file whose members are not those that its MD5 checksums are of."""
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         stated = archive.read(_SUMS).splitlines() if _SUMS in names else []
@@ -94,11 +69,11 @@ def check_x3p(path: Path) -> None:
         sums = [(line[:32], line[32:].strip(b" *")) for line in stated]
         document = archive.read(_DOCUMENT) if _DOCUMENT in names else b""
         for what in (b"PointData", b"ValidPoints"):
-            found = [
+            result = [
                 re.search(rb"<%s>\s*([^<\s]+)\s*<" % tag, document)
                 for tag in (b"MD5Checksum" + what, what + b"Link")
             ]
-            sums += [(one[1], two[1]) for one, two in [found] if one and two]
+            sums += [(item[1], two[1]) for item, two in [result] if item and two]
         for stated_sum, member in sums:
             name = member.decode("utf-8", "replace")
             if name in names and _md5_of(archive, name).encode() != stated_sum.lower():
@@ -106,11 +81,11 @@ def check_x3p(path: Path) -> None:
                     f"{path.name} was damaged or changed after it was written: {name!r} does not "
                     "match its MD5 checksum; take a copy of the file, or export it again"
                 )
-        name, told = _x3p_points(document)
-        if name in names and (found_there := archive.getinfo(name).file_size) != told:
+        name, text = _x3p_points(document)
+        if name in names and (found_there := archive.getinfo(name).file_size) != text:
             raise FormatError(
                 f"{path.name} holds {found_there} bytes of points in {name!r}, and its document "
-                f"tells of {told}; take a copy of the file, or export it again"
+                f"tells of {text}; take a copy of the file, or export it again"
             )
 
 
@@ -127,35 +102,7 @@ def _x3p_points(document: bytes) -> tuple[str, int]:
 
 
 def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map as SUR, the format of Digital Surf's programs.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    path : str or path
-        File to write; it must end in ``.sur``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another, or the map has more points or other scales than the header can
-        tell.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    Notes
-    -----
-    The format holds integers of 32 bits and their step, hence heights to within half a step of
-    max|z| / (2³¹ - 2), and the pixel in single precision, hence to 6 × 10⁻⁸ of itself. X3P and
-    NPZ keep every bit. Heights are integer × step; the header's offset is zero, since some readers
-    add it, others leave it out, and one counts from the lowest point instead.
-
-    References
-    ----------
-    Surf file format of Digital Surf, as D. Nečas and P. Klapetek describe it in Gwyddion's
-    ``surffile.c``
-    """
+    """Write a height map as SUR, the format of Digital Surf's programs."""
     require_suffix(path, ".sur")
     (ny, nx), heights = surface.shape, surface.heights
     if surface.heights.size >= 2**31:
@@ -180,9 +127,9 @@ def save_sur(surface: Surface, path: str | os.PathLike[str]) -> None:
         )
     lowest, highest = (round(1e3 * extreme / step) for extreme in (low, high))
     missing = lowest - 2
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         stream.write(_sur_header(surface, (lowest, highest), (edges[0], edges[1]), step))
-        rows = max(1, binary.BLOCK // (8 * nx))
+        rows = max(1, BLOCK // (8 * nx))
         for first in range(0, ny, rows):
             block = np.rint(1e3 * heights[first : first + rows] / step)
             stream.write(np.where(np.isnan(block), missing, block).astype("<i4").tobytes())

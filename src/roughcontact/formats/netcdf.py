@@ -2,71 +2,130 @@
 
 from __future__ import annotations
 
+import io
 import math
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import limits, netcdf
+from roughcontact import memory, netcdf
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats import netcdf_classic
-from roughcontact.formats.scale import asked_pixel, refuse_unit
+from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_meters
 from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 
+if TYPE_CHECKING:
+    import xarray
+
+
+SIGNATURE = b"CDF"
+"""First bytes of such a file."""
+
+# Bytes that reading takes a point.
+_EACH = 40
+
+
+def read_classic(path: Path, requested: Asked) -> Surface:
+    """Return the variable ``heights`` of a classic NetCDF file."""
+    result, unit = _read(path, requested)
+    if unit:
+        refuse_unit(path, requested)
+    metre = unit_in_meters(path, unit or requested.unit)
+    values = result["heights"].values.astype(np.float64)
+    if "mask" in result:
+        values[result["mask"].values != 0] = np.nan
+    ny, nx = shape = values.shape[::-1]
+    stated = None
+    if all("length" in result[axis].attrs for axis in "yx"):
+        along_y, along_x = (float(result[axis].attrs["length"]) * metre for axis in "yx")
+        stated = along_y / ny, along_x / nx
+    pixel = asked_pixel(path, stated, shape, requested)
+    about = Provenance(path.name, "SurfaceTopography NetCDF")
+    # Its first index runs along x.
+    return surface_of(path, in_metres(values.T, metre), pixel, about, metre, stated)
+
+
+def classic_channels(path: Path) -> tuple[Channel, ...]:
+    """Return the heights as the only channel."""
+    result, unit = _read(path, Asked())
+    return (Channel("heights", unit, True, result["heights"].shape[::-1]),)
+
+
+def _read(path: Path, requested: Asked) -> tuple[xarray.Dataset, str]:
+    """Return heights and mask, and the unit of lengths; empty if the file gives none."""
+    memory.require_size(path.name, path.stat().st_size)
+    try:
+        import xarray
+
+        content = io.BytesIO(path.read_bytes())
+        with (
+            np.errstate(all="ignore"),
+            # Bytes are all that a damaged header can have; of a file it may ask for terabytes.
+            xarray.open_dataset(content, engine="scipy", decode_cf=False) as whole,
+        ):
+            heights = whole["heights"]
+            if heights.dims != ("x", "y"):
+                raise ValueError(f"'heights' over ({', '.join(map(str, heights.dims))}), no map")
+            memory.require_points(path.name, heights.shape[::-1], _EACH)
+            requested.expect(heights.shape[::-1])
+            result = whole[[name for name in ("heights", "mask") if name in whole]].load()
+        units = {str(result[name].attrs.get("unit", "")) for name in ("heights", "x", "y")} - {""}
+        if len(units) > 1:
+            raise ValueError(f"units differ: {', '.join(sorted(units))}")
+        return result, units.pop() if units else ""
+    except RoughcontactError:
+        raise
+    # A damaged header makes it fail with anything.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as classic NetCDF ({one_line(error)}); check that the "
+            "file is complete: expected a variable 'heights' over (x, y), as SurfaceTopography "
+            "writes it"
+        ) from None
+
+
+# Height maps in NetCDF, as this program writes them; the classic kind is SurfaceTopography's.
+
+
 Array = NDArray[np.float64]
 
 # Bytes that reading takes a point.
-_EACH = 20
+_NETCDF_EACH = 20
 
 
 def save(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map to a NetCDF file: heights, pixel and provenance.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    path : str or path
-        File to write; it must end in ``.nc``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
+    """Write a height map to a NetCDF file: heights, pixel and provenance."""
     # What keeps contacts is loaded by who writes one of their surfaces.
     from roughcontact.contact.archive import surface_to_dataset
 
     netcdf.write(surface_to_dataset(surface), path)
 
 
-def read(path: Path, name: str, asked: Asked) -> Surface:
+def read(path: Path, name: str, requested: Asked) -> Surface:
     """Return the variable ``height`` [m] over ``y`` and ``x`` [m] of a NetCDF file."""
     if _is_classic(path):
-        return netcdf_classic.read(path, asked)
-    refuse_unit(path, asked)
-    return _map(path, asked)
+        return read_classic(path, requested)
+    refuse_unit(path, requested)
+    return _map(path, requested)
 
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the heights as the only channel."""
     if _is_classic(path):
-        return netcdf_classic.channels(path)
+        return classic_channels(path)
     return (Channel("height", "m", True, _map(path, Asked()).shape),)
 
 
 def _is_classic(path: Path) -> bool:
     with path.open("rb") as stream:
-        return stream.read(3) == netcdf_classic.SIGNATURE
+        return stream.read(3) == SIGNATURE
 
 
-def _map(path: Path, asked: Asked) -> Surface:
+def _map(path: Path, requested: Asked) -> Surface:
     expected = "expected a NetCDF file with a variable 'height' [m] over (y, x)"
     try:
         with netcdf.opened(path) as dataset:
@@ -76,8 +135,8 @@ def _map(path: Path, asked: Asked) -> Surface:
                 raise FormatError(
                     f"{path.name} has 'height' over {dimensions} with units {unit!r}; {expected}"
                 )
-            limits.require_points(path.name, height.shape, _EACH)
-            asked.expect(height.shape)
+            memory.require_points(path.name, height.shape, _NETCDF_EACH)
+            requested.expect(height.shape)
             values = np.asarray(height.values)
             attributes = dict(dataset.attrs)
             coordinates = [
@@ -93,7 +152,7 @@ def _map(path: Path, asked: Asked) -> Surface:
     except Exception as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)}); {expected}") from None
     if changed:
-        raise netcdf.altered(path.name, changed)
+        raise netcdf.changed_file_error(path.name, changed)
     try:
         if "pixel_y" in attributes and "pixel_x" in attributes:
             pixel = float(attributes["pixel_y"]), float(attributes["pixel_x"])
@@ -104,7 +163,7 @@ def _map(path: Path, asked: Asked) -> Surface:
             f"{path.name} has neither attributes pixel_y and pixel_x [m] nor evenly spaced "
             f"coordinates y and x; {expected}"
         ) from None
-    chosen = asked_pixel(path, pixel, values.shape, asked)
+    chosen = asked_pixel(path, pixel, values.shape, requested)
     about = Provenance(path.name, "roughcontact NetCDF")
     return surface_of(path, values, chosen, about, stated=pixel)
 

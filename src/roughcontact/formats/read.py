@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from roughcontact.errors import FormatError, InputError, Mention
-from roughcontact.formats import content, hdf5_arrays, instruments, matrices, netcdf, spreadsheets
+from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
 from roughcontact.formats.scale import check_scale
 from roughcontact.formats.source import Asked, Channel, InputFormat, existing
 from roughcontact.surface.provenance import Operation
@@ -22,7 +22,7 @@ FORMATS: tuple[InputFormat, ...] = (
     InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
     InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
     InputFormat("xlsx", (".xlsx",), spreadsheets.read, spreadsheets.channels),
-    InputFormat("hdf5", (".h5", ".hdf5"), hdf5_arrays.read, hdf5_arrays.channels),
+    InputFormat("hdf5", (".h5", ".hdf5"), matrices.read, matrices.channels),
     InputFormat(
         "text", (".csv", ".txt", ".asc", ".xyz", ".hfm"), matrices.read_text, matrices.text_channels
     ),
@@ -119,26 +119,7 @@ def read_announced(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> Surface:
-    """Return what `read_surface` does, of a file whose size may be refused before it is read.
-
-    Parameters
-    ----------
-    path, format, channel, unit, size, override_size
-        As in `read_surface`.
-    announced : callable
-        ``announced((ny, nx))`` is called with the points that the header names; what it raises
-        ends the reading.
-
-    Returns
-    -------
-    Surface
-        The map.
-
-    Raises
-    ------
-    FormatError, InputError
-        As in `read_surface`.
-    """
+    """Return what `read_surface` does, of a file whose size may be refused before it is read."""
     with _opened(path, format) as (file, known):
         return _read(file, known, format, Asked(channel, unit, size, override_size, announced))
 
@@ -151,25 +132,7 @@ def read_with_channels(
     size: Quantities | str | None = None,
     override_size: bool = False,
 ) -> tuple[Surface, tuple[Channel, ...]]:
-    """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once.
-
-    Parameters
-    ----------
-    path, format, channel, unit, size, override_size
-        As in `read_surface`.
-
-    Returns
-    -------
-    Surface
-        The map.
-    tuple of Channel
-        The channels.
-
-    Raises
-    ------
-    FormatError, InputError
-        As in `read_surface`.
-    """
+    """Return what `read_surface` and `channels` do, of a pipe as well, which can be read once."""
     with _opened(path, format) as (file, known):
         surface = _read(file, known, format, Asked(channel, unit, size, override_size))
         return surface, known.channels(file, known.name)
@@ -179,25 +142,7 @@ def channels(
     path: str | os.PathLike[str],
     format: str | None = None,  # noqa: A002 - the word a user looks for
 ) -> tuple[Channel, ...]:
-    """Return the channels of a file in their order.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    format : str, optional
-        As in `read_surface`.
-
-    Returns
-    -------
-    tuple of Channel
-        At least one; the position is the index that `read_surface` takes.
-
-    Raises
-    ------
-    FormatError
-        If the file cannot be read.
-    """
+    """Return the channels of a file in their order."""
     with _opened(path, format) as (file, known):
         return known.channels(file, known.name)
 
@@ -209,22 +154,22 @@ def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[
         yield file, _format_of(file, wanted, piped=file != Path(path))
 
 
-def _read(file: Path, known: InputFormat, wanted: str | None, asked: Asked) -> Surface:
+def _read(file: Path, known: InputFormat, wanted: str | None, requested: Asked) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
-    if asked.override_size and asked.size is None:
-        raise InputError("needs a ", Mention("size"), argument="override_size")
-    surface = known.read(file, known.name, asked)
+    if requested.override_size and requested.size is None:
+        raise InputError("needs a ", ArgumentRef("size"), argument="override_size")
+    surface = known.read(file, known.name, requested)
     check_scale(file, surface)
-    said = {"channel": asked.channel, "unit": asked.unit, "size": asked.size}
-    if asked.override_size:
+    said = {"channel": requested.channel, "unit": requested.unit, "size": requested.size}
+    if requested.override_size:
         said["override_size"] = True
-    given = {"path": file.name, "format": wanted, **said}
+    specified = {"path": file.name, "format": wanted, **said}
     about = surface.provenance
     read = {} if about.origin is None else about.origin.found
     notes = replace(about, origin=None).steps
     size = surface.size[surface.is_profile :]
-    found = {"format": known.name, "size": size, "notes": notes, **read}
-    origin = Operation("read_surface", given, found)
+    result = {"format": known.name, "size": size, "notes": notes, **read}
+    origin = Operation("read_surface", specified, result)
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 
 
@@ -247,14 +192,14 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
         ),
         None,
     )
-    told = content.format_of(path, hinted)
+    text = source.format_of(path, hinted)
     for known in FORMATS:
-        if known.name == told:
+        if known.name == text:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
         f"{path.name} has the unknown suffix {suffix!r}; give ",
-        Mention("format"),
+        ArgumentRef("format"),
         f" or one of the known suffixes {suffixes}, .000 to .999",
     )
 

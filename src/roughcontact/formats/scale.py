@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import FormatError, InputError, Mention
+from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats.source import Asked
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.surface import Surface
@@ -28,56 +28,34 @@ _PIXEL_RANGE = (1e-12, 1e-2)
 _HEIGHT_OVER_SIDE = 100.0
 
 
-def refuse_unit(path: Path, asked: Asked) -> None:
+def refuse_unit(path: Path, requested: Asked) -> None:
     """Raise `InputError` where a unit is given that a file says itself."""
-    if asked.unit is not None:
+    if requested.unit is not None:
         raise InputError(
-            f"{path.name} gives its unit itself; leave out ", Mention("unit", asked.unit)
+            f"{path.name} gives its unit itself; leave out ", ArgumentRef("unit", requested.unit)
         )
 
 
 def asked_pixel(
-    path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], asked: Asked
+    path: Path, stated: tuple[float, float] | None, shape: tuple[int, ...], requested: Asked
 ) -> tuple[float, float]:
-    """Return the pixel of a map, from its file or from whoever reads it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    stated : (float, float) or None
-        Pixel edges ``(dy, dx)`` [m] that it gives.
-    shape : (int, int)
-        Points ``(ny, nx)``.
-    asked : Asked
-        What is said of it.
-
-    Returns
-    -------
-    (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Raises
-    ------
-    InputError
-        If both give a size and that of the file is not to be overridden, or neither gives one.
-    """
-    if stated is not None and asked.size is None:
+    """Return the pixel of a map, from its file or from whoever reads it."""
+    if stated is not None and requested.size is None:
         return stated
-    if stated is not None and not asked.override_size:
+    if stated is not None and not requested.override_size:
         raise InputError(
-            f"{path.name} gives its size itself; leave out ", Mention("size", asked.size),
-            ", or give ", Mention("override_size", True), " as well if the file is wrong",
+            f"{path.name} gives its size itself; leave out ", ArgumentRef("size", requested.size),
+            ", or give ", ArgumentRef("override_size", True), " as well if the file is wrong",
         )  # fmt: skip
     ny, nx = shape
-    return pixel_of(asked.size, (ny, nx), path.name)
+    return pixel_of(requested.size, (ny, nx), path.name)
 
 
-def unit_in_metres(path: Path, unit: str | None) -> float:
+def unit_in_meters(path: Path, unit: str | None) -> float:
     """Return a unit of length as files spell it [m]; without one, complain."""
     if unit is None:
         raise InputError(
-            f"{path.name} gives no unit of the heights; give it, e.g. ", Mention("unit", "um")
+            f"{path.name} gives no unit of the heights; give it, e.g. ", ArgumentRef("unit", "um")
         )
     return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
 
@@ -85,7 +63,7 @@ def unit_in_metres(path: Path, unit: str | None) -> float:
 def is_length(path: Path, unit: str) -> bool:
     """Return whether a unit as a file spells it is one of length."""
     try:
-        unit_in_metres(path, unit)
+        unit_in_meters(path, unit)
     except InputError:
         return False
     return True
@@ -94,36 +72,16 @@ def is_length(path: Path, unit: str) -> bool:
 def pixel_of(
     size: units.Quantities | str | None, shape: tuple[int, int], name: str = "the map"
 ) -> tuple[float, float]:
-    """Return the pixel of a grid over an outline.
-
-    Parameters
-    ----------
-    size : (float, float) or str
-        Lengths of the sides ``(y, x)`` [m], or as text; one for a square grid.
-    shape : (int, int)
-        Points ``(ny, nx)``.
-    name : str
-        What has these sides, for the message.
-
-    Returns
-    -------
-    (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Raises
-    ------
-    InputError
-        If the size is missing or cannot be used.
-    """
+    """Return the pixel of a grid over an outline."""
     ny, nx = shape
     if size is None and ny == 1:
         raise InputError(
-            f"{name} is a profile and gives no length; give it, e.g. ", Mention("size", "4 mm")
+            f"{name} is a profile and gives no length; give it, e.g. ", ArgumentRef("size", "4 mm")
         )
     if size is None:
         raise InputError(
             f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. ",
-            Mention("size", "0.1 mm x 0.2 mm"),
+            ArgumentRef("size", "0.1 mm x 0.2 mm"),
         )
     if isinstance(size, str):
         # An x before no number is part of a unit.
@@ -131,8 +89,8 @@ def pixel_of(
         sides = tuple(units.parse(part, "length", "size") for part in parts)
     else:
         try:
-            given = np.asarray(units.quantity(size, "length", "size"), dtype=float)
-            sides = tuple(float(side) for side in np.atleast_1d(given))
+            specified = np.asarray(units.quantity(size, "length", "size"), dtype=float)
+            sides = tuple(float(side) for side in np.atleast_1d(specified))
         except (TypeError, ValueError):
             raise InputError(
                 f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
@@ -143,7 +101,7 @@ def pixel_of(
             length = units.engineering(sides[-1], "m")
             raise InputError(
                 f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
-                "its length alone, ", Mention("size", length),
+                "its length alone, ", ArgumentRef("size", length),
                 ", and a map more lines: was it cut off?",
                 argument="size", value=size,
             )  # fmt: skip
@@ -192,9 +150,11 @@ def check_lengths(
             raise FormatError(
                 f"{path.name} was read with {name} of {units.lengths(counted)}, which is outside "
                 f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}, or "
-                "replace a size that the file has wrong by ", Mention("size", "0.1 mm x 0.2 mm"),
-                " and ", Mention("override_size", True),
-            )  # fmt: skip
+                "replace a size that the file has wrong by ",
+                ArgumentRef("size", "0.1 mm x 0.2 mm"),
+                " and ",
+                ArgumentRef("override_size", True),
+            )
     bottom, top = heights
     span, longest = top - bottom, max(sides)
     if span > _HEIGHT_OVER_SIDE * longest:

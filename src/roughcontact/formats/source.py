@@ -1,57 +1,172 @@
-"""What all readers share: what is asked of a file, its channels, one kind of complaint."""
+"""What all readers share: what is asked of a file, its channels, one kind of complaint.
+
+`check`: A member is read to the size that the archive states and no further, whatever it
+unpacks to; readers of a damaged length would stop before they come to the checksum.
+"""
 
 from __future__ import annotations
 
+import codecs
+import gzip
+import io
+import mmap
 import os
+import re
+import tempfile
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import pipes
+from roughcontact import files, memory, netcdf
 from roughcontact.errors import FormatError, InputError
-from roughcontact.formats import archives
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
+
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_BLOCK = 2**20
+
+_XML = (b"<", b"\xef\xbb\xbf<", b"\xff\xfe<", b"\xfe\xff\0<")
+
+_GZIP = b"\x1f\x8b"
+
+# How a stream of zlib starts.
+_ZLIB = re.compile(rb"\x78[\x01\x5e\x9c\xda]")
+
+
+def check(path: Path) -> None:
+    """Refuse an archive that is damaged, or unpacks to more than a map may take."""
+    check_sizes(path)
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.infolist():
+            _check_member(path, archive, member)
+
+
+def check_sizes(path: Path) -> int:
+    """Refuse an archive that states more than a map may take, or is packed in an unusual way."""
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+    size = sum(member.file_size for member in members)
+    memory.require_size(path.name, size, packed=path.stat().st_size)
+    for member in members:
+        check_method(path, member)
+    return size
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """Give what is in a file packed by gzip as a file, under the name that it has packed."""
+    with path.open("rb") as stream:
+        packed = stream.read(2) == _GZIP
+    if not packed:
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+        copy = Path(folder) / path.name
+        _unpack(path, copy)
+        yield copy
+
+
+def _unpack(path: Path, target: Path) -> None:
+    """Write what gzip has packed into a file, as far as a map may go."""
+    packed, size = path.stat().st_size, 0
+    maximum = min(memory.most_unpacked(packed), memory.free())
+    try:
+        with gzip.open(path) as source, target.open("xb") as copy:
+            while size <= maximum and (block := source.read(_BLOCK)):
+                size += copy.write(block)
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise FormatError(
+            f"{path.name} cannot be unpacked ({error}); check that the file is complete"
+        ) from None
+    memory.require_size(path.name, size, packed=packed)
+
+
+def check_method(path: Path, member: zipfile.ZipInfo) -> None:
+    """Refuse a member that is packed in a way in which a block may unpack to any size."""
+    if member.compress_type not in _METHODS:
+        raise FormatError(
+            f"{path.name} holds {member.filename!r} packed by another method than deflate; pack "
+            "it again as an ordinary ZIP archive"
+        )
+
+
+def _check_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:
+    try:
+        with archive.open(member) as stream:
+            start = stream.read(_BLOCK)
+            if member.file_size > memory.TEXT and start.startswith(_XML):
+                raise FormatError(
+                    f"{path.name} holds the text {member.filename!r} of "
+                    f"{member.file_size / 2**20:.0f} MiB, too long for a header; check where the "
+                    "file is from"
+                )
+            while stream.read(_BLOCK):
+                pass
+    except zipfile.BadZipFile:
+        raise ValueError(f"the checksum of {member.filename!r} in the archive is wrong") from None
+
+
+def check_streams(path: Path) -> None:
+    """Refuse a file in which streams of zlib unpack to more than a map may take."""
+    packed, unpacked, place = path.stat().st_size, 0, 0
+    maximum = memory.most_unpacked(packed)
+    with (
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
+    ):
+        while unpacked <= maximum and (result := _ZLIB.search(content, place)):
+            # Two bytes of a height may look like a start; what follows soon shows that they are
+            # none.
+            size, end = _unpacked(content, result.start(), maximum - unpacked)
+            unpacked, place = unpacked + size, end
+    memory.require_size(path.name, unpacked, packed=packed)
+
+
+def _unpacked(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
+    """Return the size of what is packed in a stream, and where to go on."""
+    unpacking, size, place = zlib.decompressobj(), 0, start
+    rest = b""
+    try:
+        while size <= maximum and not unpacking.eof and (rest or place < len(content)):
+            if not rest:
+                rest = content[place : place + _BLOCK]
+                place += len(rest)
+            size += len(unpacking.decompress(rest, _BLOCK))
+            rest = unpacking.unconsumed_tail
+    except zlib.error:
+        return size, start + 1
+    if unpacking.eof:
+        return size, place - len(unpacking.unused_data)
+    return size, start + 1
+
+
+# --- What all readers share: what is asked of a file, its channels, one kind of complaint ---
+
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One channel of a file.
+    """One channel of a file."""
 
-    Parameters
-    ----------
-    name : str
-        Name in the file; empty if the file names none.
-    unit : str
-        Unit of the values as the file gives it; empty if it gives none.
-    is_height : bool
-        Whether the channel holds heights, by its name and its unit.
-    shape : tuple of int
-        Grid points ``(ny, nx)``.
-    """
-
-    name: str
-    unit: str
-    is_height: bool
-    shape: tuple[int, ...]
+    name: str  # Name in the file
+    unit: str  # Unit of the values as the file gives it
+    is_height: bool  # Whether the channel holds heights, by its name and its unit
+    shape: tuple[int, ...]  # Grid points `(ny, nx)`
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What is said of a file beside its name; see `roughcontact.read_surface`.
-
-    ``override_size`` says that ``size`` counts where the file gives one as well. ``announced`` is
-    called with the points ``(ny, nx)`` that the header of a file names, before its heights are
-    read, and may refuse them; text has no header, and is judged once it is read.
-    """
+    """What is said of a file beside its name; see `roughcontact.read_surface`."""
 
     channel: str | int | None = None
     unit: str | None = None
@@ -73,35 +188,18 @@ class Asked:
 
 @dataclass(frozen=True)
 class InputFormat:
-    """A format that maps are read from: a line of the table in `roughcontact.formats.read`.
+    """A format that maps are read from: a line of the table in `roughcontact.formats.read`."""
 
-    Parameters
-    ----------
-    name : str
-        As ``format`` of `roughcontact.read_surface` takes it.
-    suffixes : tuple of str
-        How its files end.
-    read : callable
-        ``read(path, name, asked)`` returns the map.
-    channels : callable
-        ``channels(path, name)`` returns the channels in the order of their indices.
-    numbered : bool
-        Whether three digits as a suffix stand for it as well.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    read: Callable[[Path, str, Asked], Surface]
+    name: str  # As `format` of `roughcontact.read_surface` takes it
+    suffixes: tuple[str, ...]  # How its files end
+    read: Callable[[Path, str, Asked], Surface]  # `read(path, name, asked)` returns the map
     channels: Callable[[Path, str], tuple[Channel, ...]]
-    numbered: bool = False
+    numbered: bool = False  # Whether three digits as a suffix stand for it as well
 
 
 @contextmanager
 def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a file that is there and not empty, as one that may be opened again and searched.
-
-    What gzip has packed is unpacked.
-    """
+    """Give a file that is there and not empty, as one that may be opened again and searched."""
     path = Path(path)
     with ExitStack() as stack:
         try:
@@ -109,10 +207,10 @@ def existing(path: str | os.PathLike[str]) -> Iterator[Path]:
                 raise FormatError(f"{path} is a directory; give the file with the height map")
             if not path.exists():
                 raise FormatError(f"{path} does not exist; check the name of the file")
-            file = stack.enter_context(pipes.regular(path))
+            file = stack.enter_context(files.as_regular_file(path))
             with file.open("rb"):
                 empty = not file.stat().st_size
-            file = stack.enter_context(archives.unpacked(file))
+            file = stack.enter_context(unpacked(file))
         except FormatError:
             raise
         except (OSError, ValueError) as error:
@@ -132,18 +230,14 @@ def surface_of(
     stated: tuple[float, float] | None = None,
     acquired: str = "",
 ) -> Surface:
-    """Return a map, or complain of the file that it is from.
-
-    ``metre`` is the file's unit [m], ``stated`` the pixel [m] that it gives, if it gives one, and
-    ``acquired`` when the map was measured, if it tells.
-    """
-    found: dict[str, object] = {"unit": metre}
+    """Return a map, or complain of the file that it is from."""
+    result: dict[str, object] = {"unit": metre}
     if stated is not None and stated != pixel:
         sides = [n * edge for n, edge in zip(heights.shape, stated, strict=True)]
-        found["stated_size"] = sides[heights.shape[0] == 1 :]
+        result["stated_size"] = sides[heights.shape[0] == 1 :]
     if acquired:
-        found["acquired"] = acquired
-    origin = Operation("read_surface", {"path": path.name}, found)
+        result["acquired"] = acquired
+    origin = Operation("read_surface", {"path": path.name}, result)
     try:
         return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:
@@ -156,3 +250,116 @@ def one_line(error: BaseException) -> str:
     printable = "".join(c if c.isprintable() else " " for c in str(error))
     text = " ".join(printable.split()) or "no reason given"
     return f"{type(error).__name__}: {text if len(text) <= 160 else text[:159] + '…'}"
+
+
+# --- Numbers as bytes, little-endian and in blocks, for files too large for a second copy ---
+
+
+BLOCK = 2**20
+"""Bytes handled at a time; divisible by the size of every number."""
+
+
+class Bounded(io.BufferedReader):
+    """A stream that reserves no more memory for a read than the file can fill."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Return so many bytes, or those that are left."""
+        if size is not None and size > 0:
+            remaining = os.fstat(self.fileno()).st_size - self.tell()
+            size = min(size, max(remaining, 0))
+        return super().read(size)
+
+
+def little_endian(values: NDArray[Any]) -> memoryview:
+    """Return the little-endian bytes of a map; nothing is copied on most machines."""
+    little = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    return little.reshape(-1).view(np.uint8).data
+
+
+def blocks(content: bytes | memoryview) -> Iterator[memoryview]:
+    """Yield bytes in blocks, the last of them shorter."""
+    view = memoryview(content)
+    for start in range(0, len(view), BLOCK):
+        yield view[start : start + BLOCK]
+
+
+# --- What a file is by its first bytes: the suffix is a hint, the content decides ---
+
+
+_START = 4096
+# Bytes by which a text shows its encoding: of more than one line in a head.
+_TEXT_START = 2**15
+
+# First bytes -> name of the format.
+_SIGNATURES = (
+    (b"\x93NUMPY", "npy"),
+    (b"CDF\x01", "netcdf"),
+    (b"CDF\x02", "netcdf"),
+    (b"CDF\x05", "netcdf"),
+)
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+TEXT, HDF5 = "text", "hdf5"
+"""Names of the formats of text and of arrays in HDF5."""
+
+# Formats of this table and of texts, which a suffix may name by mistake.
+_PLAIN = ("netcdf", "npy", "npz", "text", "hdf5")
+
+# Formats of instruments whose suffix other programs give to texts; theirs are binary.
+_SHARED = ("metropro",)
+
+
+def format_of(path: Path, hinted: str | None) -> str | None:
+    """Return the name of the format that a file is, as far as its content decides."""
+    with path.open("rb") as stream:
+        start = stream.read(_START)
+    for signature, name in _SIGNATURES:
+        if start.startswith(signature):
+            return name
+    if start.startswith(_HDF5) and (hinted is None or hinted in _PLAIN):
+        return hinted if hinted == "netcdf" else _in_hdf5(path, hinted)
+    if (hinted is None or hinted in _SHARED) and encoding_of(path):
+        return TEXT
+    return hinted
+
+
+def _in_hdf5(path: Path, hinted: str | None) -> str:
+    """Return the name of the format that an HDF5 file has by what is in its root."""
+    try:
+        netcdf.check(path)
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            # A table there; others call a group so.
+            if "Data" in file and isinstance(file.get("MetaData"), h5py.Dataset):
+                return "datx"
+            # Who calls it by the suffix of bare arrays means these.
+            return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
+    # Whoever reads it tells what is wrong.
+    except Exception:
+        return HDF5
+
+
+def encoding_of(path: Path) -> str | None:
+    """Return the encoding of a text as its beginning shows it; None of what is no text."""
+    with path.open("rb") as stream:
+        start = stream.read(_TEXT_START)
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings: tuple[str, ...] = ("utf-16",)
+    elif len(start) > 1 and not (any(start[1::2]) and any(start[::2])):
+        encodings = ("utf-16-be",) if any(start[1::2]) else ("utf-16-le",)
+    else:
+        encodings = ("utf-8-sig", "cp1252")
+    for encoding in encodings:
+        try:
+            text = codecs.getincrementaldecoder(encoding)().decode(start)
+        except UnicodeDecodeError:
+            continue
+        if text and all(c.isprintable() or c in "\t\r\n\f\xa0" for c in text):
+            return encoding
+    return None
+
+
+def opened(path: Path, errors: str = "strict") -> TextIO:
+    """Return a text, opened in its own encoding; ``errors`` as for `open`."""
+    return path.open(encoding=encoding_of(path) or "utf-8-sig", errors=errors)

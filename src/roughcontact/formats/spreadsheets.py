@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats import archives, instruments, matrices
+from roughcontact.formats import instruments, matrices, source
 from roughcontact.formats.source import Asked, Channel, one_line
 from roughcontact.surface.surface import Surface
 
@@ -19,14 +19,14 @@ from roughcontact.surface.surface import Surface
 _MITUTOYO = "mitutoyo"
 
 
-def read(path: Path, name: str, asked: Asked) -> Surface:
+def read(path: Path, name: str, requested: Asked) -> Surface:
     """Return the map in one of the sheets of a workbook."""
     sheets = _sheets(path)
-    if _of_mitutoyo(sheets) and asked.channel is None:
-        return instruments.read(path, _MITUTOYO, asked)
-    sheet = matrices.chosen(path, sheets, asked.channel)
+    if _of_mitutoyo(sheets) and requested.channel is None:
+        return instruments.read(path, _MITUTOYO, requested)
+    sheet = matrices.chosen(path, sheets, requested.channel)
     with _as_text(path, sheet) as text:
-        surface = matrices.read_text(text, name, replace(asked, channel=None))
+        surface = matrices.read_text(text, name, replace(requested, channel=None))
     if len(sheets) == 1:
         return surface
     return replace(surface, provenance=replace(surface.provenance, channel=sheet))
@@ -34,7 +34,7 @@ def read(path: Path, name: str, asked: Asked) -> Surface:
 
 def channels(path: Path, name: str) -> tuple[Channel, ...]:
     """Return the sheets of a workbook; those without numbers are no heights."""
-    found = []
+    result = []
     sheets = _sheets(path)
     if _of_mitutoyo(sheets):
         return instruments.channels(path, _MITUTOYO)
@@ -42,10 +42,10 @@ def channels(path: Path, name: str) -> tuple[Channel, ...]:
         try:
             with _as_text(path, sheet) as text:
                 (inside,) = matrices.text_channels(text, name)
-            found.append(replace(inside, name=sheet))
+            result.append(replace(inside, name=sheet))
         except FormatError:
-            found.append(Channel(sheet, "", False, ()))
-    return tuple(found)
+            result.append(Channel(sheet, "", False, ()))
+    return tuple(result)
 
 
 def _of_mitutoyo(sheets: list[str]) -> bool:
@@ -64,12 +64,12 @@ def _as_text(path: Path, sheet: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
         copy = Path(folder) / path.name
         with _opened(path) as workbook, copy.open("x", encoding="utf-8") as stream:
-            size, most = 0, limits.most_unpacked(path.stat().st_size)
+            size, maximum = 0, memory.most_unpacked(path.stat().st_size)
             for row in _rows(path, workbook[sheet]):
                 size += stream.write("\t".join(map(_cell, row)) + "\n")
                 # One cell may stand thousands of empty ones away from the others.
-                if size > most:
-                    limits.require_size(path.name, size, packed=path.stat().st_size)
+                if size > maximum:
+                    memory.require_size(path.name, size, packed=path.stat().st_size)
         if not copy.stat().st_size:
             raise FormatError(f"{path.name} holds no numbers in its sheet {sheet!r}")
         yield copy
@@ -78,7 +78,7 @@ def _as_text(path: Path, sheet: str) -> Iterator[Path]:
 def _rows(path: Path, sheet: Any) -> Iterator[tuple[Any, ...]]:
     """Return the rows of a sheet, of one length unless it states more cells than are there."""
     stated = (sheet.max_row or 0) * (sheet.max_column or 0)
-    if stated > archives.check_sizes(path):
+    if stated > source.check_sizes(path):
         sheet.reset_dimensions()
     return iter(sheet.iter_rows(values_only=True))
 
@@ -102,7 +102,7 @@ def _opened(path: Path) -> Iterator[Any]:
         ) from None
     workbook = None
     try:
-        archives.check_sizes(path)
+        source.check_sizes(path)
         workbook = openpyxl.load_workbook(path, read_only=True, data_only=True)
         yield workbook
     except RoughcontactError:

@@ -1,4 +1,10 @@
-"""Maps as matrices of numbers, and the numbers of a result as a table and as JSON."""
+"""Maps as matrices of numbers, and the numbers of a result as a table and as JSON.
+
+`save_csv`: Lines that start with # head the file and name quantity, unit and pixel;
+`read_surface` takes unit and size of a file of heights from them. Every number keeps its bits;
+"nan" is a missing point, and masks are 0 and 1. Of a profile there are two columns, the
+position [m] first.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +18,73 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
-from roughcontact.files import replacing, require_suffix, to_json, write
-from roughcontact.formats import fields
-from roughcontact.formats.fields import Result
+from roughcontact.files import atomic_write, require_suffix, to_json, write
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.result import ElastoplasticResult
+
+Result = ContactResult | ElastoplasticResult
+
+UNITS = {
+    "height": "m",
+    "counter_height": "m",
+    "initial_gap": "m",
+    "pressure": "Pa",
+    "gap": "m",
+    "contact": "1",
+    "saturated": "1",
+    "residual_indentation": "m",
+    "ceiling": "Pa",
+    "residual_displacement": "m",
+}
+"""Every map that a result may have, with its unit."""
+
+# Those that only one of the two models has.
+_CEILING_ONLY = {"saturated", "residual_indentation", "ceiling"}
+_VOLUME_ONLY = {"residual_displacement"}
+
+
+def surface_of(source: Surface | Result) -> Surface:
+    """Return the map itself, or that of the rough body of a result."""
+    if isinstance(source, ElastoplasticResult):
+        return source.solution.surface
+    return source if isinstance(source, Surface) else source.surface
+
+
+def names(source: Surface | Result) -> list[str]:
+    """Return which maps there are."""
+    if isinstance(source, Surface):
+        return ["height"]
+    if isinstance(source, ElastoplasticResult):
+        pressed, absent = source.solution, set(_CEILING_ONLY)
+    else:
+        pressed, absent = source, set(_VOLUME_ONLY)
+    if pressed.counter_surface is None:
+        absent.add("counter_height")
+    if not isinstance(pressed.ceiling, np.ndarray):
+        absent.add("ceiling")
+    return [name for name in UNITS if name not in absent]
+
+
+def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
+    """Return one of the maps that `names` lists, in the unit of `UNITS`."""
+    if isinstance(source, Surface):
+        return source.heights
+    if isinstance(source, ElastoplasticResult):
+        if name in _VOLUME_ONLY:
+            return source.residual_displacement
+        return field_values(source.solution, name)
+    if name == "height":
+        return source.surface.heights
+    if name == "counter_height" and source.counter_surface is not None:
+        return source.counter_surface.heights
+    result: NDArray[Any] = getattr(source, name)
+    return result
+
+
+# --- Maps as matrices of numbers, and the numbers of a result as a table and as JSON ---
+
 
 _SUMMARY_UNITS = {
     "certificate": "1",
@@ -53,83 +119,40 @@ _SUMMARY_UNITS = {
 
 
 def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
-    """Write a height map to a NumPy archive.
-
-    Parameters
-    ----------
-    surface : Surface
-        The map.
-    path : str or path
-        File to write; it must end in ``.npz``. It holds the arrays ``heights`` [y, x] and
-        ``pixel`` (dy, dx), and in ``unit`` the unit of both: an archive with these three needs no
-        unit and size when it is read.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
+    """Write a height map to a NumPy archive."""
     require_suffix(path, ".npz")
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         np.savez(stream, heights=surface.heights, pixel=np.array(surface.pixel), unit=np.array("m"))
 
 
 def save_csv(
     source: Surface | Result, path: str | os.PathLike[str], field: str | None = None
 ) -> None:
-    """Write one map as a matrix of numbers, one row of the map a line.
-
-    Parameters
-    ----------
-    source : Surface, ContactResult or ElastoplasticResult
-        Where the map is taken from.
-    path : str or path
-        File to write; it must end in ``.csv``.
-    field : str, optional
-        Which map: ``"height"``, ``"counter_height"``, ``"initial_gap"``, ``"pressure"``,
-        ``"gap"``, ``"contact"``, ``"saturated"``, ``"residual_indentation"``, ``"ceiling"``,
-        ``"residual_displacement"``, as far as the source has them. By default the heights of a
-        surface, the pressure of a result.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another, or the source has no such map.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    Notes
-    -----
-    Lines that start with # head the file and name quantity, unit and pixel; `read_surface` takes
-    unit and size of a file of heights from them. Every number keeps its bits; "nan" is a missing
-    point, and masks are 0 and 1. Of a profile there are two columns, the position [m] first.
-    """
+    """Write one map as a matrix of numbers, one row of the map a line."""
     require_suffix(path, ".csv")
     if field is None:
         field = "height" if isinstance(source, Surface) else "pressure"
-    known = fields.names(source)
+    known = names(source)
     if field not in known:
         raise InputError(
             f"must be one of {', '.join(known)}, got {field!r}", argument="field", value=field
         )
-    (dy, dx), values = fields.surface_of(source).pixel, fields.values(source, field)
+    (dy, dx), values = surface_of(source).pixel, field_values(source, field)
     if values.dtype == np.bool_:
         values = values.astype(np.uint8)
     head = (
         f"{TEXT_MARK}\n"
         f"# quantity: {field}\n"
-        f"# unit: {fields.UNITS[field]}\n"
+        f"# unit: {UNITS[field]}\n"
         f"# pixel_y: {dy!r} m\n"
         f"# pixel_x: {dx!r} m\n"
         f"# {values.shape[0]} rows along y from the smallest y on, {values.shape[1]} columns "
         "along x; nan where missing\n"
     )
-    if fields.surface_of(source).is_profile:
-        _save_columns(values[0], dx, f"{field} [{fields.UNITS[field]}]", path)
+    if surface_of(source).is_profile:
+        _save_columns(values[0], dx, f"{field} [{UNITS[field]}]", path)
         return
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         stream.write(head.encode("utf-8"))
         for row in values:
             stream.write((",".join(map(repr, row.tolist())) + "\n").encode("ascii"))
@@ -139,30 +162,14 @@ def _save_columns(
     values: NDArray[Any], spacing: float, name: str, path: str | os.PathLike[str]
 ) -> None:
     """Write what a profile has at each of its points."""
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         stream.write(f"# x [m],{name}\n".encode())
         for number, value in enumerate(values.tolist()):
             stream.write(f"{(number + 0.5) * spacing!r},{value!r}\n".encode("ascii"))
 
 
 def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result as a table of name, value and unit.
-
-    Parameters
-    ----------
-    result : ContactResult
-        The result.
-    path : str or path
-        File to write; it must end in ``.csv``. One line a number or word; several values of one
-        name are separated by semicolons, pairs in the order (y, x). Units are SI.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
+    """Write the summary of a result as a table of name, value and unit."""
     require_suffix(path, ".csv")
     rows = [
         (f"{name}_{part}" if part else name, entry)
@@ -184,46 +191,18 @@ def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
 
 
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result, as `record` gives it, as JSON in SI units.
-
-    Parameters
-    ----------
-    result : ContactResult or ElastoplasticResult
-        The result.
-    path : str or path
-        File to write; it must end in ``.json``. Numbers that are not finite are ``null``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
+    """Write the summary of a result, as `record` gives it, as JSON in SI units."""
     require_suffix(path, ".json")
     write(path, to_json(record(result)) + "\n")
 
 
 def record(result: Result) -> dict[str, Any]:
-    """Return the summary of a result with the bodies that went in.
-
-    Parameters
-    ----------
-    result : ContactResult or ElastoplasticResult
-        The result.
-
-    Returns
-    -------
-    dict
-        `ContactResult.summary` and ``converged``, ``precision``, ``material``,
-        ``counter_material``, ``counter_source``, ``counter_preparation``; SI units. With plasticity
-        of the volume also ``volume``, the `ElastoplasticResult.summary`.
-    """
+    """Return the summary of a result with the bodies that went in."""
     if isinstance(result, ElastoplasticResult):
-        told = result.summary()
+        text = result.summary()
         # The contact alone knows no plastic strain.
-        own = {name: told[name] for name in ("status", "regime", "warnings", "cautions")}
-        return {**record(result.solution), **own, "converged": result.converged, "volume": told}
+        own = {name: text[name] for name in ("status", "regime", "warnings", "cautions")}
+        return {**record(result.solution), **own, "converged": result.converged, "volume": text}
     bodies = {"material": result.material, "counter_material": result.counter_material}
     other = result.counter_surface
     return {

@@ -1,4 +1,36 @@
-"""Maps and volumes for ParaView, in VTK's XML formats."""
+"""Maps and volumes for ParaView, in VTK's XML formats.
+
+`save_vtk`: A pixel is an area, yet its values are stored at its centre, as data of the points
+of the image, not of its cells: *Warp By Scalar*, which turns the flat image into a relief,
+takes nothing else. Choose ``height`` in it and a scale factor to exaggerate the heights, and
+colour by ``pressure``. The image therefore ends half a pixel before the edge of the map on each
+side. *Threshold* over the whole range of ``height`` cuts the missing points out of the relief.
+
+All lengths are in metres; the field data ``units`` says the unit of each map. The layout is
+VTK's XML ImageData with appended data, base64, zlib, little-endian, headers of 64 bits.
+
+Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
+
+`save_vtr`: A cell is a pixel of a layer; its values are those of the layer, averages over its
+thickness. The map begins at x = y = 0 as in the file of `save_vtk`, and the margin of the
+volume lies around it. The surface is z = 0 and z points up: the rough body lies below, its
+counter-body above, as far as they yield. The tensors are in these axes, hence the shear
+components xz and yz of the lower body are those of `PlasticBody`, whose z points into the body,
+with the other sign.
+
+``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ,
+XZ, in which VTK keeps symmetric tensors; shear strains are those of the tensor, half the
+engineering ones. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
+``von_mises`` and ``residual_von_mises`` are scalars. Numbers have the precision of the volume,
+lengths are in metres, the field data ``units`` says the rest. The layout is VTK's XML
+RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image knows
+equal steps only.
+
+Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
+
+`save_pvd`: A step is a second of ParaView's time; the volume is part 0 of the series, the
+surface part 1.
+"""
 
 from __future__ import annotations
 
@@ -8,66 +40,35 @@ import struct
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import IO, Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.files import replacing, require_suffix
-from roughcontact.formats import binary, fields
+from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.rolling import RollingResult
+from roughcontact.files import atomic_write, require_suffix, write
+from roughcontact.formats import tables
+from roughcontact.formats.source import BLOCK, blocks, little_endian
 from roughcontact.halfspace.tensors import equivalent, tensor
 from roughcontact.surface.surface import Surface
-from roughcontact.volume.plastic_body import PlasticBody
-from roughcontact.volume.result import ElastoplasticResult
 
 _VTK_TYPES = {"b1": "UInt8", "f4": "Float32", "f8": "Float64"}
 _SYMMETRIC = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 
 
-def save_vtk(source: Surface | fields.Result, path: str | os.PathLike[str]) -> None:
-    """Write all maps to one VTK image, which ParaView opens.
-
-    Parameters
-    ----------
-    source : Surface, ContactResult or ElastoplasticResult
-        The heights of a surface; of a result ``height``, ``initial_gap``, ``pressure``, ``gap``,
-        ``contact``, and ``counter_height`` where it is a map; with a ceiling ``saturated``,
-        ``residual_indentation`` and ``ceiling`` where it is a map; with plasticity of the volume
-        ``residual_displacement``. NaN where missing.
-    path : str or path
-        File to write; it must end in ``.vti``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    See Also
-    --------
-    save_vtr : What lies below the surface.
-
-    Notes
-    -----
-    A pixel is an area, yet its values are stored at its centre, as data of the points of the
-    image, not of its cells: *Warp By Scalar*, which turns the flat image into a relief, takes
-    nothing else. Choose ``height`` in it and a scale factor to exaggerate the heights, and colour
-    by ``pressure``. The image therefore ends half a pixel before the edge of the map on each side.
-    *Threshold* over the whole range of ``height`` cuts the missing points out of the relief.
-
-    All lengths are in metres; the field data ``units`` says the unit of each map. The layout is
-    VTK's XML ImageData with appended data, base64, zlib, little-endian, headers of 64 bits.
-
-    References
-    ----------
-    Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
-    """
+def save_vtk(source: Surface | tables.Result, path: str | os.PathLike[str]) -> None:
+    """Write all maps to one VTK image, which ParaView opens."""
     require_suffix(path, ".vti")
-    surface = fields.surface_of(source)
+    surface = tables.surface_of(source)
     (ny, nx), (dy, dx) = surface.shape, surface.pixel
-    names = fields.names(source)
-    maps = [_VtkArray.of(name, fields.values(source, name), fields.UNITS[name]) for name in names]
+    names = tables.names(source)
+    maps = [
+        _VtkArray.of(name, tables.field_values(source, name), tables.UNITS[name]) for name in names
+    ]
     shown = "pressure" if "pressure" in names else "height"
     _write_vtk(
         path, "ImageData", f"0 {nx - 1} 0 {ny - 1} 0 0",
@@ -77,46 +78,7 @@ def save_vtk(source: Surface | fields.Result, path: str | os.PathLike[str]) -> N
 
 
 def save_vtr(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
-    """Write plastic strain and stress of the volume to a VTK grid, which ParaView opens.
-
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        The result.
-    path : str or path
-        File to write; it must end in ``.vtr``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is another.
-    OSError
-        If the file cannot be written; an old file survives.
-
-    See Also
-    --------
-    save_vtk : The maps of the surface.
-
-    Notes
-    -----
-    A cell is a pixel of a layer; its values are those of the layer, averages over its thickness.
-    The map begins at x = y = 0 as in the file of `save_vtk`, and the margin of the volume lies
-    around it. The surface is z = 0 and z points up: the rough body lies below, its counter-body
-    above, as far as they yield. The tensors are in these axes, hence the shear components xz and yz
-    of the lower body are those of `PlasticBody`, whose z points into the body, with the other sign.
-
-    ``plastic_strain``, ``stress`` and ``residual_stress`` have the components XX, YY, ZZ, XY, YZ,
-    XZ, in which VTK keeps symmetric tensors; shear strains are those of the tensor, half the
-    engineering ones. Stress includes its mean, tension is positive. ``accumulated_plastic_strain``,
-    ``von_mises`` and ``residual_von_mises`` are scalars. Numbers have the precision of the volume,
-    lengths are in metres, the field data ``units`` says the rest. The layout is VTK's XML
-    RectilinearGrid with appended data as in `save_vtk`: the layers are graded, and an image knows
-    equal steps only.
-
-    References
-    ----------
-    Kitware, VTK File Formats, "XML File Formats", https://docs.vtk.org/en/latest/vtk_file_formats/
-    """
+    """Write plastic strain and stress of the volume to a VTK grid, which ParaView opens."""
     require_suffix(path, ".vtr")
     (ny, nx), (dy, dx) = result.solution.surface.shape, result.solution.surface.pixel
     margin = result.whole_bodies[0].margin
@@ -236,10 +198,10 @@ def _write_vtk(
     units = [f"{array.name}: {array.unit}\0".encode("ascii") for array in arrays]
 
     def head(offsets: list[int]) -> bytes:
-        left = iter(offsets)
+        remaining = iter(offsets)
         data = "".join(
             f"      <{tag}>\n"
-            + "".join(array.tag(next(left)) for array in group)
+            + "".join(array.tag(next(remaining)) for array in group)
             + f"      </{tag.split()[0]}>\n"
             for tag, group in groups.items()
         )
@@ -261,7 +223,7 @@ def _write_vtk(
         )
         return text.encode("ascii")
 
-    with replacing(path) as stream:
+    with atomic_write(path) as stream:
         start = stream.write(head([0] * len(arrays)))
         offsets = []
         for array in arrays:
@@ -276,14 +238,14 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
     """Write one array of appended data: its table of blocks, then the blocks, in base64."""
     packed, pending = [], b""
     for part in parts:
-        for piece in binary.blocks(binary.little_endian(part)):
+        for piece in blocks(little_endian(part)):
             pending += piece
-            if len(pending) >= binary.BLOCK:
-                packed.append(zlib.compress(pending[: binary.BLOCK], 1))
-                pending = pending[binary.BLOCK :]
+            if len(pending) >= BLOCK:
+                packed.append(zlib.compress(pending[:BLOCK], 1))
+                pending = pending[BLOCK:]
     if pending:
         packed.append(zlib.compress(pending, 1))
-    table = (len(packed), binary.BLOCK, len(pending), *map(len, packed))
+    table = (len(packed), BLOCK, len(pending), *map(len, packed))
     stream.write(base64.b64encode(struct.pack(f"<{len(table)}Q", *table)))
     # Encoded as one stream: three bytes become four letters, and only the end is filled up.
     rest = b""
@@ -293,3 +255,26 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
         stream.write(base64.b64encode(joined[:whole]))
         rest = joined[whole:]
     stream.write(base64.b64encode(rest))
+
+
+# --- Steps of repeated passes as a series that ParaView plays ---
+
+
+def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
+    """Write every step that is kept of repeated passes as a series for ParaView."""
+    require_suffix(path, ".pvd")
+    target = Path(path)
+    folder = target.with_suffix("")
+    lines = []
+    for time, (_, _, state) in enumerate(rolling.states(), 1):
+        folder.mkdir(exist_ok=True)
+        for part, (suffix, save) in enumerate(((".vtr", save_vtr), (".vti", save_vtk))):
+            name = f"step-{time:04d}{suffix}"
+            save(state, folder / name)
+            place = quoteattr(f"{folder.name}/{name}")
+            lines.append(f'    <DataSet timestep="{time}" part="{part}" file={place}/>\n')
+    write(
+        path,
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+        f"{''.join(lines)}  </Collection>\n</VTKFile>\n",
+    )

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from roughcontact.halfspace.convolution import Convolution
+    from roughcontact.halfspace.distributed import SlabConvolution
     from roughcontact.halfspace.fft import Workspace
-    from roughcontact.halfspace.slabs import SlabConvolution
     from roughcontact.ranks import Ranks
 
 
@@ -210,13 +210,13 @@ class Boundary(StrEnum):
         callable
             ``operator(shape, (ky, kx))`` as `bounded.solve` wants it; all ranks call it together.
         """
-        from roughcontact.halfspace import slab_symbols
+        from roughcontact.halfspace import distributed
 
         symbol = _BEYOND[self].slab_symbol
         if symbol is None:
             known = [b for b in Boundary if _BEYOND[b].slab_symbol]
             raise self._not_known("a map on several ranks", known)
-        return slab_symbols.operators(
+        return distributed.operators(
             symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
             ranks, precision=precision, workspace=workspace,
         )  # fmt: skip
@@ -323,21 +323,21 @@ def _endless(*problem: Any, **options: Any) -> Convolution:
 
 
 def _free_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import slab_symbols
+    from roughcontact.halfspace import distributed
 
-    return slab_symbols.free(*problem)
+    return distributed.free(*problem)
 
 
 def _periodic_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import slab_symbols
+    from roughcontact.halfspace import distributed
 
-    return slab_symbols.periodic(*problem)
+    return distributed.periodic(*problem)
 
 
 def _endless_slab(*problem: Any, axis: int) -> tuple[NDArray[np.float64], float]:
-    from roughcontact.halfspace import slab_symbols
+    from roughcontact.halfspace import distributed
 
-    return slab_symbols.strip_y(*problem) if axis == 0 else slab_symbols.strip_x(*problem)
+    return distributed.strip_y(*problem) if axis == 0 else distributed.strip_x(*problem)
 
 
 def _strip(axis: int) -> _Beyond:

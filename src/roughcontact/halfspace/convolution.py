@@ -8,19 +8,137 @@ is still in cache, so that no whole-array pass is needed around the transforms.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
-from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.kept import SPECTRA
-from roughcontact.halfspace.sums import LocalSums
+from roughcontact.halfspace.fft import Workspace, default_workers
+
+Array = NDArray[np.float64]
+
+MOST = 2**27
+"""Bytes that are kept at most, in a process; a map of 2900 × 2900 points needs half of it."""
+
+
+class ArrayCache:
+    """Arrays by what they depend on, the last used ones within a memory.
+
+    Parameters
+    ----------
+    most : int
+        Bytes that are kept at most. What is larger is made each time.
+
+    Examples
+    --------
+    >>> kept = Kept(100)
+    >>> kept.get("ones", lambda: np.ones(4)) is kept.get("ones", lambda: np.ones(4))
+    True
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._arrays: OrderedDict[Hashable, Array] = OrderedDict()
+        self._lock = threading.Lock()
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that are kept now."""
+        return sum(array.nbytes for array in self._arrays.values())
+
+    def get(self, key: Hashable, make: Callable[[], Array]) -> Array:
+        """Return what ``make()`` returned for this key, read-only."""
+        with self._lock:
+            if key in self._arrays:
+                self._arrays.move_to_end(key)
+                return self._arrays[key]
+        # Two threads may make the same array, which is the same either way.
+        array = make()
+        array.flags.writeable = False
+        if array.nbytes <= self._most:
+            with self._lock:
+                self._arrays[key] = array
+                while self.nbytes > self._most:
+                    self._arrays.popitem(last=False)
+        return array
+
+
+# The one thing that outlives a call. It changes no result: an array depends on its key alone.
+SPECTRA = ArrayCache(MOST)
+
+
+# --- Sums and extremes over all pixels of a map ---
+
+
+Found = TypeVar("Found")
+
+
+class LocalSums:
+    """What is summed over all pixels of a map that this process holds alone.
+
+    A map on several processes takes the same from an object of its own, which adds up what each
+    of them finds; see `roughcontact.solvers.operator.Sums`.
+    """
+
+    def size(self, values: NDArray[Any]) -> int:
+        """Return how many there are."""
+        return values.size
+
+    def total(self, values: NDArray[Any]) -> float:
+        """Return their sum."""
+        return float(values.sum())
+
+    def dot(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+        """Return the inner product of two rows."""
+        # Not by BLAS: its threads spin for a while after each call, and the transforms need the
+        # cores.
+        return float(np.einsum("i,i->", first, second))
+
+    def count(self, chosen: NDArray[np.bool_]) -> int:
+        """Return how many are true."""
+        return int(np.count_nonzero(chosen))
+
+    def largest(self, values: NDArray[Any], least: float = -math.inf) -> float:
+        """Return the largest, or ``least`` where none is larger."""
+        return max(float(values.max()), least) if values.size else least
+
+    def smallest(self, values: NDArray[Any], most: float = math.inf) -> float:
+        """Return the smallest, or ``most`` where none is smaller."""
+        return min(float(values.min()), most) if values.size else most
+
+    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+        """Return the sums, entry by entry, of what the processes made of their own pixels."""
+        return parts
+
+    # What else a contact needs where several processes hold its map.
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return the result of a task, or raise its error on all processes."""
+        return task()
+
+    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the same rows of the next process, and of the first one after the last."""
+        return rows
+
+    def workers(self) -> int:
+        """Return the number of threads of this process."""
+        return default_workers()
+
+    def cost(self) -> NDArray[np.float64]:
+        """Return time in communication [s] and bytes sent, up to now, mean of all processes."""
+        return np.zeros(2)
+
+
+# --- Convolution of pressure maps with influence coefficients, on threads and by FFT ---
+
 
 Visit = Callable[[int, slice, NDArray[Any]], None]
 Part = tuple[slice, NDArray[Any]]
@@ -243,13 +361,13 @@ class Convolution:
         runs_in = joined(blocks, loaded)
         runs_out = joined(blocks, shown)
 
-        def columns(left: int) -> None:
-            at = slice(left, min(left + self._column_step, width))
+        def columns(remaining: int) -> None:
+            index = slice(remaining, min(remaining + self._column_step, width))
             multiply_columns(
-                [(rows, spectra[rows, at]) for rows in runs_in],
-                [(rows, spectra[rows, at]) for rows in runs_out],
-                self.spectrum[:, at],
-                scratch_array("column", (my, at.stop - at.start), self._complex),
+                [(rows, spectra[rows, index]) for rows in runs_in],
+                [(rows, spectra[rows, index]) for rows in runs_out],
+                self.spectrum[:, index],
+                scratch_array("column", (my, index.stop - index.start), self._complex),
             )
 
         each(columns, range(0, width, self._column_step))

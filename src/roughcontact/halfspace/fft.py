@@ -41,8 +41,8 @@ _most: ContextVar[int | None] = ContextVar("most", default=None)
 
 def default_workers() -> int:
     """Return the number of processor cores that this process may use; see `at_most`."""
-    found = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return min(found or 1, _most.get() or found or 1)
+    result = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return min(result or 1, _most.get() or result or 1)
 
 
 @contextmanager
@@ -221,10 +221,10 @@ class Workspace:
         """Call a task for every item, on all threads and this one."""
         items = list(items)
         # One iterator for all: whoever is free takes the next item, and nothing is queued.
-        left = iter(items)
+        remaining = iter(items)
 
         def work() -> None:
-            for item in left:
+            for item in remaining:
                 task(item)
 
         helpers = [self._pool.submit(work) for _ in range(min(self.workers, len(items)) - 1)]
@@ -333,11 +333,11 @@ def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[
 
 def frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
     """Return the frequencies of a transform: cycles per length in which ``spacing`` is given."""
-    found: NDArray[np.float64] = np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
-    return found
+    result: NDArray[np.float64] = np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
+    return result
 
 
 def half_frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
     """Return the frequencies of the transform of real values, from 0 on."""
-    found: NDArray[np.float64] = np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)
-    return found
+    result: NDArray[np.float64] = np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)
+    return result

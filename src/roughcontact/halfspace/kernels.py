@@ -79,12 +79,16 @@ def love(
     for top in range(0, ny, rows):
         bottom = min(top + rows, ny)
         offsets = np.arange(first_row + top, first_row + bottom, dtype=np.float64)
-        left = min(nx, near[1]) if top < near_rows else 0
+        remaining = min(nx, near[1]) if top < near_rows else 0
         block = coefficients[top:bottom]
-        if left:
-            block[:, :left] = _closed_form(offsets, np.arange(left, dtype=np.float64), pixel)
-        if left < nx:
-            block[:, left:] = _expansion(offsets, np.arange(left, nx, dtype=np.float64), pixel)
+        if remaining:
+            block[:, :remaining] = _closed_form(
+                offsets, np.arange(remaining, dtype=np.float64), pixel
+            )
+        if remaining < nx:
+            block[:, remaining:] = _expansion(
+                offsets, np.arange(remaining, nx, dtype=np.float64), pixel
+            )
     coefficients /= math.pi * contact_modulus
     return coefficients
 

@@ -248,12 +248,12 @@ def of_parts(
     poisson, pressure, pulls
         As for `shares_of_parts`.
     """
-    found: list[Array] = []
+    result: list[Array] = []
     for part, shares in zip(parts, shares_of_parts(poisson, pressure, pulls), strict=True):
-        found = found or [np.zeros(part.shape) for _ in range(6)]
+        result = result or [np.zeros(part.shape) for _ in range(6)]
         for number, share in shares:
-            found[number] += share * part
-    return found
+            result[number] += share * part
+    return result
 
 
 def _over_pixels(corners: Array) -> Array:
@@ -402,7 +402,7 @@ def waves(
     c, s = qx * inverse, qy * inverse
     qz = q * z
     damping = np.exp(-qz)
-    found = [
+    result = [
         c * c * (qz - 1) - 2 * poisson * s * s,
         s * s * (qz - 1) - 2 * poisson * c * c,
         -(1 + qz),
@@ -411,12 +411,12 @@ def waves(
         -c * s * (qz - 1 + 2 * poisson),
     ]
     for number in (XX, YY):
-        found[number][q == 0] = -poisson / (1 - poisson)
+        result[number][q == 0] = -poisson / (1 - poisson)
     for axis, share in pulls:
-        found += [share * part for part in _pulled(axis, c, s, qz, poisson)]
-    for part in found:
+        result += [share * part for part in _pulled(axis, c, s, qz, poisson)]
+    for part in result:
         part *= damping
-    return found
+    return result
 
 
 def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[Array, ...]:

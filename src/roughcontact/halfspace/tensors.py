@@ -70,8 +70,8 @@ def von_mises_squared(stress: NDArray[Any]) -> NDArray[Any]:
     squared += np.square(xz, out=part)
     squared += np.square(xy, out=part)
     squared *= 6
-    for one, other in ((xx, yy), (yy, zz), (zz, xx)):
-        np.subtract(one, other, out=part)
+    for item, other in ((xx, yy), (yy, zz), (zz, xx)):
+        np.subtract(item, other, out=part)
         squared += np.square(part, out=part)
     squared *= 0.5
     return squared

@@ -2,25 +2,261 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.contact.cautions import Caution, Kind, noted, ordered
+from roughcontact.cautions import Caution, Kind, as_note, ordered
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError, Mention, require_positive
-from roughcontact.joint import formulas
-from roughcontact.joint.formulas import CONTACT, GAP, SATURATED, VOLUME, Groups
+from roughcontact.errors import ArgumentRef, InputError, require_positive
 from roughcontact.material.hardening import Linear, Perfect
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import johnson
-from roughcontact.theory.persson import persson_fractions
+from roughcontact.theory import height_distribution
+from roughcontact.theory.height_distribution import gap_below_plane
+from roughcontact.theory.persson import diffused, persson_fractions
 from roughcontact.units import Quantity, percent, quantity
+
+Array = NDArray[np.float64]
+
+STORED = Path(__file__).with_name("atlas.json")
+
+CONTACT, SATURATED, GAP, VOLUME = "contact", "saturated", "gap", "volume"
+"""What there is a formula for."""
+
+LEVEL = 0.90
+"""Share of maps that fall into the interval of a formula."""
+
+# Middle of the set, from which polynomials count.
+_BREADTH, _TEXTURE = 3.0, 0.9
+# Gradients from which coordinates are told, over h′; for the gap over Sq/Sal.
+_FIRST = {CONTACT: 0.7, SATURATED: 0.7, GAP: 1.2, VOLUME: 0.7}
+_LOGARITHMIC = (CONTACT, VOLUME)
+_STEEPEST = 20.0
+# Peak pressure of a sphere at first yield over three yield strengths, at ν = 0.3.
+_FIRST_YIELD = 1.295 * math.exp(0.736 * 0.3) / 3
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Nominally flat contacts in groups without unit; arrays of one shape (n,)."""
+
+    pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
+    ratio: Array  # E* h′ over the pressure ceiling, of the volume model over three yield strengths
+    breadth: Array  # Sdq Sal/Sq: how many slopes the waves have beside the longest
+    texture: Array  # Str, Ssk and Sku
+    skewness: Array  # Str, Ssk and Sku
+    kurtosis: Array  # Str, Ssk and Sku
+    hardening: Array  # H h′/σ_Y, H the hardening modulus
+
+    @property
+    def tails(self) -> Array:
+        """Sku over that of a gamma distribution, 3 + 1.5 Ssk²."""
+        return self.kurtosis / (3 + 1.5 * self.skewness**2)
+
+    def told(self) -> dict[str, Array]:
+        """Return what a domain bounds: all groups, and what follows from them."""
+        return vars(self) | {
+            "contact": theory_contact(self),
+            "tails": self.tails,
+            "middle": self.kurtosis - self.skewness**2 - 1,
+        }
+
+    def taken(self, chosen: Any) -> Groups:
+        """Return some of them."""
+        return Groups(**{name: values[chosen] for name, values in vars(self).items()})
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula for one quantity."""
+
+    quantity: str  # A/A₀, saturated area/A₀, mean gap/Sq, or plastic volume h′/(Sq A₀)
+    knee: float  # `ratio` beyond which the effective gradient falls with it
+    terms: tuple[str, ...]
+    coefficients: tuple[float, ...]  # Of the terms
+    scatter_terms: tuple[str, ...] = ("",)
+    scatter: tuple[float, ...] = (0.0,)
+    factor: float = 1.96  # Half width of the interval of `LEVEL`, over that
+
+    def design(self, groups: Groups) -> Array:
+        """Return the terms, shape (n, number of terms)."""
+        return _products(self.terms, self._coordinates(groups))
+
+    def value(self, groups: Groups, design: Array | None = None) -> Array:
+        """Return the quantity, shape (n,); ``design`` where it is known."""
+        design = self.design(groups) if design is None else design
+        fitted = _sum(design, self.coefficients)
+        if self.quantity == VOLUME:
+            volume: Array = np.exp(fitted) * _yielded(groups, self._start(groups))
+            return volume
+        gradient = np.exp(np.minimum(fitted - self._softening(groups), math.log(_STEEPEST)))
+        if self.quantity == GAP and not np.isnan(groups.breadth).any():
+            gradient = gradient / groups.breadth
+        contact, saturated = _theory(groups, gradient)
+        if self.quantity == GAP:
+            share = np.clip(contact, 1e-12, 1 - 1e-12)
+            return gap_below_plane(share, groups.skewness, groups.kurtosis)
+        return saturated if self.quantity == SATURATED else contact
+
+    def missed(self, value: Array, result: Array) -> Array:
+        """Return by how much values are too large, in the measure in which scatter is told."""
+        return self._measured(value) - self._measured(result)
+
+    def _measured(self, value: Array) -> Array:
+        """Return values in the measure in which their scatter is told."""
+        if self.quantity in _LOGARITHMIC:
+            return np.log(value)
+        return np.sqrt(value) if self.quantity == SATURATED else value
+
+    def ranged(self, groups: Groups, wider: float = 1.0) -> tuple[Array, Array, Array]:
+        """Return the quantity and the ends of its interval, so much wider, each of shape (n,)."""
+        coordinates = self._coordinates(groups)
+        value = self.value(groups, _products(self.terms, coordinates))
+        spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
+        half = wider * self.factor * np.exp(spread)
+        return (value, *self._interval(groups, value, half))
+
+    def spread_design(self, groups: Groups) -> Array:
+        """Return the terms of the scatter, shape (n, number of them)."""
+        return _products(self.scatter_terms, self._coordinates(groups))
+
+    def _interval(self, groups: Groups, value: Array, half: Array) -> tuple[Array, Array]:
+        """Return the ends of the interval about a value."""
+        middle = self._measured(value)
+        low, high = middle - half, middle + half
+        if self.quantity in _LOGARITHMIC:
+            low, high = np.exp(low), np.exp(high)
+        else:
+            low = np.maximum(low, 0)
+        if self.quantity == SATURATED:
+            low, high = low**2, high**2
+        # What carries the load at no more than the ceiling, and what can be at it.
+        minimum = groups.pressure * groups.ratio
+        if self.quantity == CONTACT:
+            return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
+        return (low, np.minimum(high, minimum)) if self.quantity == SATURATED else (low, high)
+
+    def _softening(self, groups: Groups) -> Array:
+        """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
+        softening: Array = np.log1p((groups.ratio / self.knee) ** 2) / 2
+        return softening
+
+    def _start(self, groups: Groups) -> Array:
+        """Return the effective gradient over h′ from which coordinates are told."""
+        first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
+        if self.quantity == GAP and not np.isnan(groups.breadth).any():
+            first = first / groups.breadth
+        return first
+
+    def _coordinates(self, groups: Groups) -> dict[str, Array]:
+        """Return the coordinates of polynomials by their letters."""
+        from scipy.special import ndtri
+
+        first = self._start(groups)
+        contact = np.clip(_theory(groups, first)[0], 1e-9, 1 - 1e-9)
+        result = {
+            "z": ndtri(contact) + 1,
+            "w": self._softening(groups),
+            "b": np.log(groups.breadth / _BREADTH),
+            "s": groups.skewness,
+            "q": np.log(groups.tails),
+            "t": np.log(groups.texture / _TEXTURE),
+            "k": np.log1p(groups.hardening),
+        }
+        if self.quantity == VOLUME:
+            result["y"] = np.log(_yielded(groups, first) / contact)
+        return result
+
+
+def theory_contact(groups: Groups) -> Array:
+    """Return the contact fraction of Persson's theory with the gradient of the surface itself."""
+    return _theory(groups, np.ones_like(groups.pressure))[0]
+
+
+def _theory(groups: Groups, gradient: Array) -> tuple[Array, Array]:
+    with np.errstate(divide="ignore"):
+        ceiling = 1 / groups.ratio
+    return diffused(groups.pressure, gradient / 2, ceiling)
+
+
+def _yielded(groups: Groups, gradient: Array) -> Array:
+    """Return the fraction of the nominal area on which the theory finds first yield exceeded."""
+    with np.errstate(divide="ignore"):
+        bound = _FIRST_YIELD / groups.ratio
+    # More than that pressure on average is it everywhere.
+    pressure = np.minimum(groups.pressure, bound)
+    return np.maximum(diffused(pressure, gradient / 2, bound)[1], 1e-12)
+
+
+def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
+    """Return products of coordinates, a column each."""
+    columns = np.ones((len(terms), coordinates["z"].size))
+    for column, term in zip(columns, terms, strict=True):
+        for letter in term:
+            column *= coordinates[letter]
+    return columns.T
+
+
+def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
+    # Without BLAS, whose last digits depend on its threads.
+    total: Array = np.sum(design * np.array(coefficients), axis=1)
+    return total
+
+
+# --- what is stored
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """The formulas, where they hold, and what they were fitted to."""
+
+    formulas: dict[str, Formula]
+    domain: dict[str, dict[str, tuple[float, float]]]
+    measured: float  # How much wider an interval is that holds `LEVEL` of measured maps
+
+    def formula(self, quantity: str, with_Sal: bool) -> Formula:
+        """Return the formula for a quantity."""
+        known = self.formulas[quantity]
+        return known if with_Sal else self.formulas.get(f"{quantity}_without_Sal", known)
+
+
+@lru_cache(maxsize=1)
+def stored() -> Atlas:
+    """Return the formulas that the package holds."""
+    text = json.loads(STORED.read_text(encoding="utf-8"))
+    return Atlas(
+        {name: _formula(item) for name, item in text["formulas"].items()},
+        {
+            model: {name: (low, high) for name, (low, high) in ranges.items()}
+            for model, ranges in text["domain"].items()
+        },
+        text["measured"],
+    )
+
+
+def _formula(text: dict[str, Any]) -> Formula:
+    return Formula(
+        text["quantity"],
+        text["knee"],
+        tuple(text["terms"]),
+        tuple(text["coefficients"]),
+        tuple(text["scatter_terms"]),
+        tuple(text["scatter"]),
+        text["factor"],
+    )
+
+
+# --- Estimates of nominally flat contact from a few parameters, without solving it ---
+
 
 _CEILING, _VOLUME = "ceiling", "volume"
 LEAST_WAVES = 6.0
@@ -42,28 +278,14 @@ class Range:
 
 @dataclass(frozen=True)
 class Roughness:
-    """What the formulas know of a surface.
+    """What the formulas know of a surface."""
 
-    Parameters
-    ----------
-    Sq : float
-        Root-mean-square height [m].
-    Sdq : float
-        Root-mean-square gradient h′.
-    Sal : float or None
-        Autocorrelation length [m]; without it gap and plastic volume are less sure.
-    Str, Ssk, Sku : float
-        Texture aspect ratio, skewness and kurtosis.
-    waves : float or None
-        Autocorrelation lengths along the shorter side, where it is that of a map.
-    """
-
-    Sq: float
-    Sdq: float
-    Sal: float | None
-    Str: float
-    Ssk: float
-    Sku: float
+    Sq: float  # Root-mean-square height [m]
+    Sdq: float  # Root-mean-square gradient h′
+    Sal: float | None  # Autocorrelation length [m]
+    Str: float  # Texture aspect ratio, skewness and kurtosis
+    Ssk: float  # Texture aspect ratio, skewness and kurtosis
+    Sku: float  # Texture aspect ratio, skewness and kurtosis
     waves: float | None = None
 
 
@@ -172,7 +394,7 @@ def estimate(
     Notes
     -----
     The contact is that of a periodic map: of a large, nominally flat surface, of which the edges
-    do not count. See `roughcontact.joint.formulas` for the form of the formulas, and the page on
+    do not count. See `roughcontact.joint.estimate` for the form of the formulas, and the page on
     estimates for what they miss. The plastic volume is that of perfect plasticity or linear
     hardening at ν = 0.3.
 
@@ -184,12 +406,14 @@ def estimate(
     >>> found.contact.low < found.contact.value < found.contact.high
     True
     """
-    given = {"Sq": quantity(Sq, "length", "Sq"), "Sdq": Sdq,
+    specified = {"Sq": quantity(Sq, "length", "Sq"), "Sdq": Sdq,
              "Sal": quantity(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
-    roughness = _roughness(surface, given)
+    roughness = _roughness(surface, specified)
     mean = quantity(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
-    strengths = [one.yield_strength for one in (material, counter_material) if one.yield_strength]
+    strengths = [
+        item.yield_strength for item in (material, counter_material) if item.yield_strength
+    ]
     strength = min(strengths, default=None)
     limit = _limit(ceiling, material, counter_material)
     return _estimated(
@@ -199,19 +423,7 @@ def estimate(
 
 
 def of_result(result: ContactResult) -> Estimate | None:
-    """Return what the formulas say of a contact that was solved.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-
-    Returns
-    -------
-    Estimate or None
-        None unless the contact is one of a periodic, nominally flat map under one ceiling or
-        none, within the domain of the formulas, which one process holds.
-    """
+    """Return what the formulas say of a contact that was solved."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
     if not flat or result.smooth is not None or isinstance(result.ceiling, np.ndarray):
@@ -242,26 +454,31 @@ def of_surface(surface: Surface) -> Roughness:
     return Roughness(**known, Str=texture, waves=min(surface.size) / known["Sal"])
 
 
-def _roughness(surface: Surface | None, given: dict[str, Any]) -> Roughness:
-    for name, value in given.items():
+def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
+    for name, value in specified.items():
         if value is not None and name != "Ssk":
             require_positive(**{name: value})
         elif value is not None and not math.isfinite(value):
             raise InputError(f"must be finite, got {value!r}", argument=name, value=value)
-    told = {name: value for name, value in given.items() if value is not None}
+    text = {name: value for name, value in specified.items() if value is not None}
     if surface is not None:
         if surface.is_profile:
             raise InputError(
                 "is a profile, and formulas are of areas: give Sq and Sdq of the surface",
                 argument="surface",
             )
-        return replace(of_surface(surface), **told)
+        return replace(of_surface(surface), **text)
     for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
-        if name not in told:
+        if name not in text:
             raise InputError(f"must be given, or a map: {what}", argument=name)
-    skewness = told.get("Ssk", 0.0)
-    usual = {"Sal": None, "Str": 1.0, "Ssk": skewness, "Sku": johnson.usual_kurtosis(skewness)}
-    return Roughness(**usual | told)
+    skewness = text.get("Ssk", 0.0)
+    usual = {
+        "Sal": None,
+        "Str": 1.0,
+        "Ssk": skewness,
+        "Sku": height_distribution.usual_kurtosis(skewness),
+    }
+    return Roughness(**usual | text)
 
 
 def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
@@ -304,7 +521,7 @@ def _estimated(
         )
     stress = modulus * roughness.Sdq
     groups = _groups(pressure, stress, 0.0 if ceiling is None else stress / ceiling, roughness)
-    _require(groups, formulas.stored().domain[_CEILING], roughness)
+    _require(groups, stored().domain[_CEILING], roughness)
     contact, saturated, gap = (
         _ranged(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
     )
@@ -337,7 +554,7 @@ def _groups(
 
 def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
     """Return a quantity with its interval, that of measured maps where it is that of a map."""
-    atlas = formulas.stored()
+    atlas = stored()
     formula = atlas.formula(quantity, roughness.Sal is not None)
     wider = 1.0 if roughness.waves is None else atlas.measured
     return Range(*(float(end[0]) for end in formula.ranged(groups, wider)))
@@ -405,20 +622,20 @@ def _volume(
         return None, []
     if hardening is None:
         return None, [
-            noted(Kind.DOMAIN, "the depth with plastic strain is told for perfect plasticity "
-                  "and linear hardening only; for this law use ", Mention("model", "volume"))
+            as_note(Kind.DOMAIN, "the depth with plastic strain is told for perfect plasticity "
+                  "and linear hardening only; for this law use ", ArgumentRef("model", "volume"))
         ]  # fmt: skip
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
-    domain = formulas.stored().domain[_VOLUME]
+    domain = stored().domain[_VOLUME]
     outside = [_told(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
-            noted(
+            as_note(
                 Kind.DOMAIN,
                 "the depth with plastic strain is not told: its formula holds for ",
                 outside[0],
             )
         ]
-    found = _ranged(VOLUME, groups, roughness)
-    return found.times(roughness.Sq / roughness.Sdq), []
+    result = _ranged(VOLUME, groups, roughness)
+    return result.times(roughness.Sq / roughness.Sdq), []

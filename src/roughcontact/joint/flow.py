@@ -1,23 +1,145 @@
-"""Thin-film flow through a gap that contact interrupts, on the pixels of a map."""
+"""Thin-film flow through a gap that contact interrupts, on the pixels of a map.
+
+`percolating_points`: Exact on the pixels: those that share an edge are joined, those that share
+a corner are not, as in the flow. Parts of the map that meet across its seams are joined with
+the number of periods that lie between them; a part winds around where two ways to it differ in
+that number.
+
+`constriction`: The largest gap at which the points that are at least as wide still lead
+through, by bisection among the gaps that occur. In two dimensions nearly all of the pressure
+falls over a few of such places (Persson and Yang 2008, doi:10.1088/0953-8984/20/31/315011).
+
+`flow`: ∇·(g³ ∇p) = 0 by finite volumes on the pixels, g³ at the face of two pixels their
+harmonic mean, half a pixel of its own at a side with given pressure. A fluid of viscosity η
+flows at 1/(12 η) of this.
+
+Near the threshold of percolation all of the pressure falls at one place, and in the pools at
+both ends the pressure differs by less than its last digit. It is therefore held as the sum of
+two numbers, the second of which is found from what the first leaves unbalanced.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import ConvergenceError, InputError
-from roughcontact.joint.percolation import components, through
-from roughcontact.solvers.aggregation import (
-    Indices,
-    Multigrid,
-    Network,
-    conjugate_gradients,
-)
+from roughcontact.solvers.aggregation import Indices, Multigrid, Network, conjugate_gradients
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Constriction:
+    """The narrowest place of the widest way through a gap."""
+
+    gap: float  # Its gap [m]: the largest that any way through has at its narrowest point
+    place: tuple[int, int]  # Its pixel `(y, x)`
+
+
+def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] = ()) -> Mask:
+    """Return the open points that hang together with a way through the map."""
+    label, parts = _labelled(opened, axis, periodic_axes)
+    root = parts.roots()
+    leads = np.zeros(root.size, bool)
+    if axis in periodic_axes:
+        leads[list(parts.winding)] = True
+        leads = leads[root]
+    else:
+        first, last = (root[np.unique(label.take(side, axis))] for side in (0, -1))
+        leads = np.isin(root, np.intersect1d(first, last))
+    leads[0] = False
+    result: Mask = leads[label]
+    return result
+
+
+def components(opened: Mask, periodic_axes: tuple[int, ...] = ()) -> NDArray[np.int32]:
+    """Return a number for each part of the open points that hangs together, 0 where not open."""
+    label, parts = _labelled(opened, 0, periodic_axes)
+    result: NDArray[np.int32] = parts.roots()[label]
+    return result
+
+
+def constriction(gap: Array, axis: int, periodic_axes: tuple[int, ...] = ()) -> Constriction | None:
+    """Return the narrowest place of the widest way through a gap; None without a way."""
+    gaps = np.unique(gap[percolating_points(gap > 0, axis, periodic_axes)])
+    if gaps.size == 0:
+        return None
+    low, high = 0, gaps.size
+    while high - low > 1:
+        middle = (low + high) // 2
+        if percolating_points(gap >= gaps[middle], axis, periodic_axes).any():
+            low = middle
+        else:
+            high = middle
+    wide = percolating_points(gap >= gaps[low], axis, periodic_axes)
+    y, x = np.argwhere(wide & (gap == gaps[low]))[0].tolist()
+    return Constriction(float(gaps[low]), (y, x))
+
+
+def _labelled(
+    opened: Mask, axis: int, periodic_axes: tuple[int, ...]
+) -> tuple[NDArray[np.int32], _Parts]:
+    """Return the parts inside the map, and how they are joined across its seams."""
+    from scipy import ndimage
+
+    label = np.empty(opened.shape, np.int32)
+    count = int(ndimage.label(opened, output=label))
+    parts = _Parts(count + 1)
+    for seam in periodic_axes:
+        for item, two in _meeting(label, seam):
+            parts.join(item, two, int(seam == axis))
+    return label, parts
+
+
+def _meeting(label: NDArray[np.int32], axis: int) -> Iterator[tuple[int, int]]:
+    """Yield the parts that meet across the seam of an axis, the one before it first."""
+    pairs = np.stack([label.take(-1, axis), label.take(0, axis)], axis=1)
+    pairs = pairs[(pairs > 0).all(axis=1)]
+    if pairs.size:
+        yield from (tuple(pair) for pair in np.unique(pairs, axis=0).tolist())
+
+
+class _Parts:
+    """Parts of a map that are joined across its seams, each with the period it lies in."""
+
+    def __init__(self, count: int) -> None:
+        self._parent = list(range(count))
+        self._period = [0] * count
+        self.winding: set[int] = set()
+
+    def find(self, part: int) -> tuple[int, int]:
+        """Return the part that stands for all that are joined, and the periods from it to this."""
+        periods = 0
+        while self._parent[part] != part:
+            periods += self._period[part]
+            part = self._parent[part]
+        return part, periods
+
+    def roots(self) -> NDArray[np.int32]:
+        """Return for each part the one that stands for all that are joined with it."""
+        return np.array([self.find(part)[0] for part in range(len(self._parent))], np.int32)
+
+    def join(self, item: int, two: int, periods: int) -> None:
+        """Join two parts, the second so many periods further on."""
+        (first, before), (second, after) = self.find(item), self.find(two)
+        if first == second:
+            if before + periods != after:
+                self.winding.add(first)
+            return
+        self._parent[second] = first
+        self._period[second] = before + periods - after
+        if second in self.winding:
+            self.winding.add(first)
+
+
+# --- Thin-film flow through a gap that contact interrupts, on the pixels of a map ---
+
 
 TOLERANCE = 1e-8
 """Flow that appears or vanishes anywhere, over the flow through the gap."""
@@ -34,36 +156,15 @@ _MOST_STEPS = 300
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """What flows through a gap per unit of viscosity and of pressure gradient.
+    """What flows through a gap per unit of viscosity and of pressure gradient."""
 
-    Parameters
-    ----------
-    axis : {0, 1}
-        Along which the mean pressure gradient points: 0 y, 1 x.
-    permeability : (float, float)
-        Mean of g³ ∂p along y and x per unit mean gradient [m³]; 0 without a way through, and
-        NaN across the gradient where the map does not repeat along both axes.
-    pressure : ndarray of float32, shape (ny, nx)
-        Pressure over the pressure difference between the sides, or between a period and the next;
-        NaN where nothing flows.
-    density : ndarray of float32, shape (ny, nx)
-        Amount of g³ ∇p over the mean gradient [m³].
-    unbalanced : float
-        Flow that appears or vanishes at a pixel, summed over all pixels, over the flow through the
-        gap. What flows in differs less from what flows out.
-    steps : int
-        Steps of conjugate gradients.
-    nodes : int
-        Pixels that hang together with a way through.
-    """
-
-    axis: int
-    permeability: tuple[float, float]
-    pressure: NDArray[np.float32]
-    density: NDArray[np.float32]
+    axis: int  # Along which the mean pressure gradient points: 0 y, 1 x
+    permeability: tuple[float, float]  # Mean of g³ ∂p along y and x per unit mean gradient [m³]
+    pressure: NDArray[np.float32]  # (ny, nx)
+    density: NDArray[np.float32]  # (ny, nx) Amount of g³ ∇p over the mean gradient [m³]
     unbalanced: float
-    steps: int
-    nodes: int
+    steps: int  # Steps of conjugate gradients
+    nodes: int  # Pixels that hang together with a way through
 
     @property
     def percolates(self) -> bool:
@@ -74,49 +175,12 @@ class Flow:
 def flow(
     gap: Array, pixel: tuple[float, float], axis: int, periodic_axes: tuple[int, ...] = ()
 ) -> Flow:
-    """Return the flow through a gap under a mean pressure gradient along an axis.
-
-    Parameters
-    ----------
-    gap : ndarray, shape (ny, nx)
-        Gap [m]; nothing flows where it is zero or less, or NaN.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    axis : {0, 1}
-        Along which the mean gradient points: 0 y, 1 x.
-    periodic_axes : tuple of int
-        Axes along which the map repeats. Where it does along the gradient, the pressure
-        falls by the same amount from each period to the next; where it does not, it is given on the
-        first and the last side. Nothing flows through the other two sides where it does not
-        repeat across the gradient.
-
-    Returns
-    -------
-    Flow
-        Permeability, pressure and flow density.
-
-    Raises
-    ------
-    InputError
-        If there is only one pixel along a flow that repeats.
-    ConvergenceError
-        If the flow does not balance to `TOLERANCE`.
-
-    Notes
-    -----
-    ∇·(g³ ∇p) = 0 by finite volumes on the pixels, g³ at the face of two pixels their harmonic
-    mean, half a pixel of its own at a side with given pressure. A fluid of viscosity η flows
-    at 1/(12 η) of this.
-
-    Near the threshold of percolation all of the pressure falls at one place, and in the pools at
-    both ends the pressure differs by less than its last digit. It is therefore held as the sum of
-    two numbers, the second of which is found from what the first leaves unbalanced.
-    """
+    """Return the flow through a gap under a mean pressure gradient along an axis."""
     if axis in periodic_axes and gap.shape[axis] < 2:
         raise InputError(
             f"must have at least two points along the flow, got shape {gap.shape}", argument="gap"
         )
-    part = through(gap > 0, axis, periodic_axes)
+    part = percolating_points(gap > 0, axis, periodic_axes)
     nodes = int(np.count_nonzero(part))
     if nodes == 0:
         empty = np.full(gap.shape, np.nan, np.float32)
@@ -129,11 +193,7 @@ def flow(
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """A network with what drives the flow: sides of given pressure, or a jump at a seam.
-
-    ``along`` has the axis of each link, ``forward`` 1, or -1 where it leads back across a seam.
-    ``inlet`` and ``outlet`` are conductances to pressure 1 and 0.
-    """
+    """A network with what drives the flow: sides of given pressure, or a jump at a seam."""
 
     network: Network
     along: NDArray[np.int8]
@@ -181,8 +241,8 @@ def _problem(
     else:
         shape = _shape(pixel, axis)
         for side, ends in ((0, inlet), (-1, outlet)):
-            at: Indices = np.take(number, side, axis)
-            ends[at[at >= 0]] = 2 * shape * np.take(cube, side, axis)[at >= 0]
+            index: Indices = np.take(number, side, axis)
+            ends[index[index >= 0]] = 2 * shape * np.take(cube, side, axis)[index >= 0]
     network = Network(first, second, conductance, held + inlet + outlet)
     return _Problem(network, along, forward, inlet, outlet, axis, periodic_axes)
 
@@ -194,20 +254,20 @@ def _links(
     ends = [(slice(None, -1), slice(1, None), 1)]
     if wraps and number.shape[axis] > 1:
         ends.append((slice(None, 1), slice(-1, None), -1))
-    found = []
+    result = []
     for low, high, forward in ends:
-        one, two = (
+        item, two = (
             (part, slice(None)) if axis == 0 else (slice(None), part) for part in (low, high)
         )
-        joined = (number[one] >= 0) & (number[two] >= 0)
-        k, other = cube[one][joined], cube[two][joined]
+        joined = (number[item] >= 0) & (number[two] >= 0)
+        k, other = cube[item][joined], cube[two][joined]
         # The harmonic mean, in an order in which no product of small numbers is lost.
         other /= k + other
         other *= 2 * _shape(pixel, axis) * k
-        first, second = number[one][joined], number[two][joined]
-        found.append((first, second, other, np.full(first.size, forward, np.int8)))
+        first, second = number[item][joined], number[two][joined]
+        result.append((first, second, other, np.full(first.size, forward, np.int8)))
     first, second, conductance, direction = (
-        np.concatenate(column) for column in zip(*found, strict=True)
+        np.concatenate(column) for column in zip(*result, strict=True)
     )
     return first, second, conductance, direction
 
@@ -252,10 +312,10 @@ class _Solved:
 
     def unbalanced(self, problem: _Problem) -> Array:
         """Return what flows into each node and not out again."""
-        left = problem.network.outflow(self.through)
-        np.subtract(self.inflow, left, out=left)
-        left -= self.outflow
-        return left
+        remaining = problem.network.outflow(self.through)
+        np.subtract(self.inflow, remaining, out=remaining)
+        remaining -= self.outflow
+        return remaining
 
 
 def _solved(problem: _Problem) -> _Solved:
@@ -265,11 +325,11 @@ def _solved(problem: _Problem) -> _Solved:
     # What flows at the nodes takes memory: only its sums are kept from round to round.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     for number in range(_ROUNDS):
-        left, power = _left(problem, pressure, small)
-        total = float(np.abs(left).sum())
+        remaining, power = _left(problem, pressure, small)
+        total = float(np.abs(remaining).sum())
         if total <= _AIM * power:
             break
-        change, more = _balanced(inverse, left, total, power)
+        change, more = _balanced(inverse, remaining, total, power)
         if number == 0:
             pressure = change
         else:
@@ -281,19 +341,21 @@ def _solved(problem: _Problem) -> _Solved:
 
 def _left(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
     """Return what flows into each node and not out again, and the power of the flow."""
-    found = _Solved.at(problem, pressure, small, 0)
-    return found.unbalanced(problem), found.power
+    result = _Solved.at(problem, pressure, small, 0)
+    return result.unbalanced(problem), result.power
 
 
-def _balanced(inverse: Multigrid, left: Array, total: float, power: float) -> tuple[Array, int]:
+def _balanced(
+    inverse: Multigrid, remaining: Array, total: float, power: float
+) -> tuple[Array, int]:
     """Return the change of pressure that balances what is left, to a part of it."""
 
     def enough(change: Array, unbalanced: float) -> bool:
         # The power of the flow over the pressure difference, 1, is the flow.
-        flow = max(power - _dot(left, change), 0.0)
+        flow = max(power - _dot(remaining, change), 0.0)
         return unbalanced <= max(_REDUCTION * total, _AIM * flow)
 
-    return conjugate_gradients(inverse, left, enough, _MOST_STEPS)
+    return conjugate_gradients(inverse, remaining, enough, _MOST_STEPS)
 
 
 def _measured(
@@ -340,12 +402,14 @@ def _amount(
     for axis in (0, 1):
         along = problem.along == axis
         flow = forward[along]
-        at = np.bincount(network.first[along], flow, network.nodes).astype(np.float64, copy=False)
-        at += np.bincount(network.second[along], flow, network.nodes)
+        index = np.bincount(network.first[along], flow, network.nodes).astype(
+            np.float64, copy=False
+        )
+        index += np.bincount(network.second[along], flow, network.nodes)
         if axis == problem.axis:
-            at += solved.inflow + solved.outflow
-        at /= 2 * pixel[1 - axis]
-        square += at * at
+            index += solved.inflow + solved.outflow
+        index /= 2 * pixel[1 - axis]
+        square += index * index
     return np.sqrt(square)
 
 

@@ -1,13 +1,24 @@
-"""Pressure over separation between solved points, and tables of it for other programs."""
+"""Pressure over separation between solved points, and tables of it for other programs.
+
+`Asperities`: η = m₄/(6π√3 m₂) and R = 3√π/(8√m₄) are those of an isotropic Gaussian surface.
+
+Greenwood and Tripp 1970, doi:10.1243/PIME_PROC_1970_185_069_02 Nayak 1971,
+doi:10.1115/1.3451608; McCool 1987, J. Tribol. 109, 264
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning
+from roughcontact.errors import ArgumentRef
+from roughcontact.units import counted, engineering, percent
 
 Array = NDArray[np.float64]
 
@@ -26,27 +37,12 @@ _LEAST_STEP = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One branch of a law: nominal pressure over the separation of the mean planes.
+    """One branch of a law: nominal pressure over the separation of the mean planes."""
 
-    Between two solved points the separation is a cubic of ln p̄ with the computed stiffness at both
-    ends, held monotone.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (n,)
-        p̄ [Pa], ascending and positive.
-    separation : ndarray, shape (n,)
-        ū [m], descending.
-    compliance : ndarray, shape (n,), or None
-        -dū/dp̄ [m/Pa]; without it the slopes are those of parabolas through the neighbors.
-    first_touch : float
-        ū at which the bodies first touch [m].
-    """
-
-    pressure: Array
-    separation: Array
-    compliance: Array | None
-    first_touch: float
+    pressure: Array  # (n,) p̄ [Pa], ascending and positive
+    separation: Array  # (n,) ū [m], descending
+    compliance: Array | None  # (n,) -dū/dp̄ [m/Pa]
+    first_touch: float  # ū at which the bodies first touch [m]
 
     @property
     def slope(self) -> Array:
@@ -64,65 +60,50 @@ class Curve:
         """Return ū [m] at nominal pressures [Pa] between the first and the last."""
         x, y = np.log(self.pressure), self.separation
         slope = _monotone(x, y, -self.slope)
-        at = np.log(np.asarray(pressure, dtype=np.float64))
-        k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, max(x.size - 2, 0))
+        index = np.log(np.asarray(pressure, dtype=np.float64))
+        k = np.clip(np.searchsorted(x, index, side="right") - 1, 0, max(x.size - 2, 0))
         if x.size == 1:
-            return np.full(at.shape, y[0])
+            return np.full(index.shape, y[0])
         step = x[k + 1] - x[k]
-        t = (at - x[k]) / step
-        found: Array = (
+        t = (index - x[k]) / step
+        result: Array = (
             (1 + 2 * t) * (1 - t) ** 2 * y[k] + t * (1 - t) ** 2 * step * slope[k]
             + t**2 * (3 - 2 * t) * y[k + 1] - t**2 * (1 - t) * step * slope[k + 1]
         )  # fmt: skip
-        return found
+        return result
 
     @property
     def error(self) -> float:
-        """By what part the pressure between two solved ones may be off.
-
-        What every second point is off on the curve through the others, as pressure at the same
-        separation, less what half the distance makes of it; NaN of fewer than three points. On
-        Westergaard's law it is 0.6 to 1.6 of the error.
-        """
+        """By what part the pressure between two solved ones may be off."""
         if self.pressure.size < _FEWEST:
             return math.nan
         inner = np.arange(1, self.pressure.size - 1)
         worst = 0.0
         for odd in (inner[::2], inner[1::2]):
-            left = np.setdiff1d(np.arange(self.pressure.size), odd)
-            known = None if self.compliance is None else self.compliance[left]
-            rest = Curve(self.pressure[left], self.separation[left], known, self.first_touch)
+            remaining = np.setdiff1d(np.arange(self.pressure.size), odd)
+            known = None if self.compliance is None else self.compliance[remaining]
+            rest = Curve(
+                self.pressure[remaining], self.separation[remaining], known, self.first_touch
+            )
             off = np.abs(rest.separation_at(self.pressure[odd]) - self.separation[odd])
             slope = self.slope[odd]
-            told = off[slope > 0] / slope[slope > 0]
-            worst = max(worst, float(told.max(initial=0.0)))
+            text = off[slope > 0] / slope[slope > 0]
+            worst = max(worst, float(text.max(initial=0.0)))
         return worst / (_FROM_NEIGHBORS if self.compliance is None else _COMPUTED)
 
     def fine(self) -> tuple[Array, Array]:
         """Return pressures and separations of closely spaced points, strictly monotone."""
         p = between(self.pressure)
         u = self.separation_at(p)
-        kept = [0]
-        least = _LEAST_STEP * abs(self.first_touch)
+        cached = [0]
+        minimum = _LEAST_STEP * abs(self.first_touch)
         for number in range(1, p.size):
-            if u[kept[-1]] - u[number] > least:
-                kept.append(number)
-        return p[kept], u[kept]
+            if u[cached[-1]] - u[number] > minimum:
+                cached.append(number)
+        return p[cached], u[cached]
 
     def table(self, error: float = ERROR) -> tuple[Array, Array]:
-        """Return the rows of a table: pressures [Pa] and separations [m].
-
-        Parameters
-        ----------
-        error : float
-            Part of the pressure that straight lines between the rows may be off.
-
-        Returns
-        -------
-        (ndarray, ndarray), shape (m,)
-            The first row is zero pressure at the first touch; a straight line joins it to the
-            smallest pressure that was solved. Pressures ascend and separations descend strictly.
-        """
+        """Return the rows of a table: pressures [Pa] and separations [m]."""
         p, u = self.fine()
         rows = thinned(-u, p, error)
         return np.concatenate([[0.0], p[rows]]), np.concatenate([[self.first_touch], u[rows]])
@@ -135,23 +116,10 @@ def between(values: Array, number: int = _FINE) -> Array:
 
 
 def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
-    """Return which points of a curve a table needs, the first and the last among them.
-
-    Parameters
-    ----------
-    x, y : ndarray, shape (n,)
-        The curve, x ascending and y positive.
-    error : float
-        Part of y by which straight lines between the points kept may be off at the others.
-
-    Returns
-    -------
-    ndarray of int
-        Numbers of the points, ascending.
-    """
-    kept = [0]
-    while kept[-1] < x.size - 1:
-        first = kept[-1]
+    """Return which points of a curve a table needs, the first and the last among them."""
+    cached = [0]
+    while cached[-1] < x.size - 1:
+        first = cached[-1]
         # The next point always holds; the longer a line, the less it does.
         holding, failing = first + 1, x.size
         while failing - holding > 1:
@@ -160,8 +128,8 @@ def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
                 holding = middle
             else:
                 failing = middle
-        kept.append(holding)
-    return np.array(kept)
+        cached.append(holding)
+    return np.array(cached)
 
 
 def _holds(x: Array, y: Array, error: float) -> bool:
@@ -177,3 +145,197 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
     steepest = np.maximum(np.append(secant, -math.inf), np.append(-math.inf, secant))
     limited: Array = np.clip(slope, 3 * steepest, 0.0)
     return limited
+
+
+# --- Asperities of a surface after Greenwood and Tripp, from moments of its spectrum ---
+
+
+@dataclass(frozen=True)
+class Asperities:
+    """What programs of mixed lubrication ask of a rough surface."""
+
+    m0: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
+    m2: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
+    m4: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the heights σ [m]."""
+        return math.sqrt(self.m0)
+
+    @property
+    def density(self) -> float:
+        """Summits per area η [1/m²]."""
+        return self.m4 / (6 * math.pi * math.sqrt(3) * self.m2)
+
+    @property
+    def radius(self) -> float:
+        """Mean radius of the summits R [m]."""
+        return 3 * math.sqrt(math.pi) / (8 * math.sqrt(self.m4))
+
+    @property
+    def bandwidth(self) -> float:
+        """α = m₀ m₄/m₂², 1.5 of a single wavelength and growing with the breadth of a spectrum."""
+        return self.m0 * self.m4 / self.m2**2
+
+    @property
+    def roughness_parameter(self) -> float:
+        """η R σ."""
+        return self.density * self.radius * self.deviation
+
+
+def asperities(heights: Array, pixel: tuple[float, float]) -> Asperities:
+    """Return the moments of a map."""
+    slopes, curvatures = [], []
+    for axis, edge in enumerate(pixel):
+        slopes.append(np.nanmean((np.diff(heights, axis=axis) / edge) ** 2))
+        curvatures.append(np.nanmean((np.diff(heights, 2, axis=axis) / edge**2) ** 2))
+    return Asperities(float(np.nanvar(heights)), float(np.mean(slopes)), float(np.mean(curvatures)))
+
+
+# How far the law of an interface can be trusted: what its maps resolve, and whether they do.
+
+
+LEAST_SPOTS = 10
+"""Contact spots below which the law is that of a few summits, and another map has another."""
+
+LEAST_POINTS = 100
+"""Points in contact, and points open, below which the pixel makes them."""
+
+MOST_CONTACT = 0.9
+"""Contact fraction above which what stays open is the narrowest dales, which the pixel cuts."""
+
+# Whole and parts that agree to this part of the pressure are alike.
+_ALIKE = 0.05
+# Maps below which an interval is some ten times the standard error.
+_FEW = 3
+
+SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
+
+
+@dataclass(frozen=True)
+class Resolved:
+    """The range of nominal pressures that maps resolve."""
+
+    low: float  # Its ends [Pa]
+    high: float  # Its ends [Pa]
+    low_by: str = ""  # What ends it: `"spots"`, too few of them
+    high_by: str = ""  # What ends it: `"spots"`, too few of them
+
+
+def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:
+    """Return the range of pressures that maps resolve."""
+    from_below = (
+        (SPOTS, means["spots"] >= LEAST_SPOTS), (POINTS, means["contact_points"] >= LEAST_POINTS)
+    )  # fmt: skip
+    from_above = (
+        (CONTACT, means["contact_fraction"] <= MOST_CONTACT),
+        (POINTS, means["open_points"] >= LEAST_POINTS),
+        (SLOPE, pressures <= scatter),
+    )
+    # Where the contact closes, its spots become one again: the first pressure with enough counts.
+    first = [
+        (int(np.argmax(good)) if good.any() else pressures.size, by) for by, good in from_below
+    ]
+    last = [(int(good.sum()) - 1, by) for by, good in from_above]
+    (low, low_by), (high, high_by) = max(first), min(last)
+    if low > high:
+        return Resolved(math.nan, math.nan, low_by if low else "", high_by)
+    return Resolved(
+        float(pressures[low]),
+        float(pressures[high]),
+        low_by if low else "",
+        high_by if high < pressures.size - 1 else "",
+    )
+
+
+WHY = {
+    SPOTS: f"below it there are fewer than {LEAST_SPOTS} contact spots, and the law is that of a "
+    "few summits",
+    POINTS: f"beyond it fewer than {LEAST_POINTS} points touch, or are open",
+    CONTACT: f"above it more than {100 * MOST_CONTACT:.0f} % touch, and what stays open are the "
+    "narrowest dales, which the pixel cuts",
+    SLOPE: "above it the pressure exceeds E* h'/2, and the steepest waves carry, which the pixel "
+    "cuts",
+}
+
+
+SMOOTH = as_note(
+    Kind.SMOOTH,
+    "the counter-face is smooth: of two rough faces give the other one, too, as ",
+    ArgumentRef("counter_surface"),
+)
+
+
+def cautions(
+    maps: int, pressures: Array, result: Resolved, rim: float, error: float
+) -> Iterator[Caution]:
+    """Yield what number of maps, range, rim and distance of the pressures give cause for."""
+    if error > ERROR:
+        yield as_caution(
+            Kind.STEPS,
+            f"between the pressures that were solved the law is known to about {percent(error)} "
+            "alone, and so are the tables for other programs: give more of them, ",
+            ArgumentRef("steps"),
+            error=error,
+        )
+    if math.isnan(result.low):
+        yield as_warning(
+            Kind.RANGE,
+            "the maps resolve the law at none of the pressures: they are too small, or the "
+            "pressures too low or too high",
+        )
+    elif result.low_by or result.high_by:
+        ends = f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
+        why = "; ".join(WHY[by] for by in dict.fromkeys((result.low_by, result.high_by)) if by)
+        yield as_caution(
+            Kind.RANGE,
+            f"the maps resolve the law from {ends}, of {engineering(float(pressures[0]), 'Pa', 3)} "
+            f"to {engineering(float(pressures[-1]), 'Pa', 3)}: {why}",
+            low=result.low,
+            high=result.high,
+        )
+    if maps < _FEW:
+        text = "one map alone tells no scatter" if maps == 1 else (
+            "the interval of two maps is 13 standard errors to each side"
+        )  # fmt: skip
+        yield as_caution(Kind.FEW, f"{text}: give several maps of the surface", maps=maps)
+    if rim:
+        yield as_note(
+            Kind.RIM,
+            f"a rim of {engineering(rim, 'm', 3)} along each free edge is left out; pressures are "
+            "those inside it",
+            rim=rim,
+        )
+
+
+def judge_part_size(
+    whole: Curve, parts: Curve, error: Array, count: int, within: Resolved
+) -> Caution:
+    """Return whether maps are large enough, from the law of their parts."""
+    low = max(within.low, parts.pressure[0])
+    high = min(within.high, parts.pressure[-1])
+    inside = (whole.pressure >= low) & (whole.pressure <= high)
+    index = whole.pressure[inside]
+    # A difference of separations as one of pressures, by the slope.
+    slope = 1 / np.maximum(whole.slope[inside], 1e-300)
+    off = np.abs(parts.separation_at(index) - whole.separation[inside]) * slope
+    chance = np.interp(np.log(index), np.log(parts.pressure), error) * slope
+    worst = int(np.argmax(off)) if off.size else 0
+    numbers = {"off": float(off[worst]), "chance": float(chance[worst])} if off.size else {}
+    if off.size and (off > np.maximum(_ALIKE, chance)).any():
+        return as_caution(
+            Kind.SCALING,
+            f"{counted(count, 'part')} of the maps have another law: at the same separation their "
+            f"pressure is up to {percent(float(off[worst]))} off, more than chance "
+            f"({percent(float(chance[worst]))}) explains; the law depends on the size of the map, "
+            "and a larger one would move it",
+            **numbers,
+        )
+    text = percent(float(off[worst])) if off.size else "nothing"
+    return as_note(
+        Kind.SCALING,
+        f"{counted(count, 'part')} of the maps have the same law within {text} of the pressure and "
+        "what chance explains: the maps are large enough for it",
+        **numbers,
+    )

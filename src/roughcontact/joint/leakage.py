@@ -3,23 +3,116 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.contact.cautions import Caution, ordered
-from roughcontact.contact.judgment import over_loads
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.joint import leakage_judgment
-from roughcontact.joint.flow import Flow, flow
-from roughcontact.joint.percolation import Constriction, constriction
-from roughcontact.joint.series import of_one_pair
+from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
+from roughcontact.joint.contacts import of_one_pair
+from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.result import Result
-from roughcontact.units import Quantity, quantity
+from roughcontact.theory.rarefied import mean_free_path
+from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
+
+THRESHOLD = 0.42
+"""Contact fraction at which isotropic self-affine contact closes all ways.
+
+Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
+"""
+
+_NEAR = 0.1
+# Distance from it within which what leaks is that of a few constrictions.
+
+_MOVED = 0.1
+
+GAS = 5e-5
+"""Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
+
+# Factor by which helium leaks more from which on slip is told.
+_SLIPS = 1.05
+
+
+def of_step(
+    result: ContactResult,
+    places: tuple[Constriction | None, Constriction | None],
+    axes: tuple[int, ...],
+) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact."""
+    if not result.contact.any():
+        yield as_note(Kind.WAYS, "the bodies do not touch: what flows is that of an open gap")
+    closed = [axis for axis in axes if places[axis] is None]
+    if closed:
+        names = " and ".join("yx"[axis] for axis in closed)
+        yield as_note(
+            Kind.WAYS,
+            f"no way leads through the gap along {names}: with {percent(result.contact_fraction)} "
+            "of the map in contact nothing leaks on these pixels; a larger map may have a way",
+            contact_fraction=result.contact_fraction,
+        )
+    elif abs(result.contact_fraction - THRESHOLD) < _NEAR:
+        yield as_caution(
+            Kind.WAYS,
+            f"{percent(result.contact_fraction)} of the map are in contact; where about "
+            f"{percent(THRESHOLD)} are, an isotropic rough joint closes, and what leaks is that "
+            "of a single constriction: another part of the same face may leak many times as much",
+            contact_fraction=result.contact_fraction,
+        )
+
+
+def slip(
+    gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
+) -> Iterator[Caution]:
+    """Yield by how much a gas leaks more than is told, the lightest and air at its viscosity."""
+    open_flows = [flow for flow in flows if flow.percolates]
+    if viscosity >= GAS or not open_flows:
+        return
+    # The outlet at the atmosphere, and in vacuum.
+    outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
+    air, helium = (
+        max(
+            slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
+            for flow in open_flows
+        )
+        for pressure, mass in ((outer, AIR_MASS), (inner, HELIUM_MASS))
+    )
+    if helium < _SLIPS:
+        return
+    # Of the plane gap that lets as much through.
+    knudsen = (air - 1) / 6
+    yield as_caution(
+        Kind.SLIP,
+        f"gases slip: air with its outlet at 1 atm (Kn {knudsen:.2g}) leaks at least {air:.2g} "
+        f"times what is told, helium into vacuum {helium:.2g} times",
+        knudsen=knudsen,
+        air=air,
+        helium=helium,
+    )
+
+
+def grid(changes: tuple[float, float], pixel: float) -> Iterator[Caution]:
+    """Yield what is said of permeabilities that change on a grid of twice the pixel [m]."""
+    worst: float = max(
+        (change for change in changes if not math.isnan(change)), key=abs, default=0.0
+    )
+    if abs(worst) <= _MOVED:
+        return
+    yield as_caution(
+        Kind.STUDY,
+        f"on a grid with pixels of {engineering(pixel, 'm')} the permeability changes by "
+        f"{changed_by(worst)}: it hangs on the narrowest gaps, which the map does not resolve",
+        change=worst,
+    )
+
+
+# --- What leaks through the gap of a contact, and the flow factors of its roughness ---
+
 
 Array = NDArray[np.float64]
 
@@ -32,72 +125,34 @@ AXES = ("y", "x")
 
 @dataclass(frozen=True)
 class Seal:
-    """A fluid, the pressure that drives it, and the face that it leaks through.
+    """A fluid, the pressure that drives it, and the face that it leaks through."""
 
-    Parameters
-    ----------
-    viscosity : float
-        η [Pa s].
-    pressure_difference : float
-        From inlet to outlet [Pa].
-    width, length : float or None
-        Of the face, across the flow and along it [m]; ``None`` for those of the map.
-    """
-
-    viscosity: float
-    pressure_difference: float
-    width: float | None = None
-    length: float | None = None
+    viscosity: float  # η [Pa s]
+    pressure_difference: float  # From inlet to outlet [Pa]
+    width: float | None = None  # Of the face, across the flow and along it [m]
+    length: float | None = None  # Of the face, across the flow and along it [m]
 
 
 @dataclass(frozen=True)
 class LeakageStep:
-    """What the gap lets through under one load; pairs are along (y, x).
+    """What the gap lets through under one load; pairs are along (y, x)."""
 
-    Parameters
-    ----------
-    load : float
-        W [N].
-    contact_area, saturated_area : float
-        Real contact area, and that at the ceiling [m²].
-    mean_gap : float
-        ū [m], over all of the map; what touches counts as closed.
-    permeability : ((float, float), (float, float))
-        Tensor k [m³]: mean flow density g³ ∂p along the first index under a unit mean gradient
-        along the second. 0 without a way through; NaN where it was not asked for, and across the
-        gradient unless the map is periodic along both axes.
-    constriction : (Constriction or None, Constriction or None)
-        Narrowest place of the widest way along y and x; ``None`` without a way.
-    unbalanced : float
-        Larger of what the two flows lose or gain on the way, of what flows.
-    steps : int
-        Steps of the solver, both flows together.
-    """
-
-    load: float
-    contact_area: float
-    saturated_area: float
-    mean_gap: float
-    permeability: tuple[tuple[float, float], tuple[float, float]]
+    load: float  # W [N]
+    contact_area: float  # Real contact area, and that at the ceiling [m²]
+    saturated_area: float  # Real contact area, and that at the ceiling [m²]
+    mean_gap: float  # ū [m], over all of the map
+    permeability: tuple[tuple[float, float], tuple[float, float]]  # [m³]
     constriction: tuple[Constriction | None, Constriction | None]
-    unbalanced: float
-    steps: int
+    unbalanced: float  # Larger of what the two flows lose or gain on the way, of what flows
+    steps: int  # Steps of the solver, both flows together
 
 
 @dataclass(frozen=True)
 class Change:
-    """How numbers change from one grid to a coarser one.
+    """How numbers change from one grid to a coarser one."""
 
-    Parameters
-    ----------
-    pixel : float
-        Larger edge of its pixels [m].
-    permeability : (float, float)
-        Relative changes of k along y and x; NaN where nothing flows on either.
-    """
-
-    pixel: float
-    permeability: tuple[float, float]
+    pixel: float  # Larger edge of its pixels [m]
+    permeability: tuple[float, float]  # Relative changes of k along y and x
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,12 +215,12 @@ class Leakage(Result):
         fine = self.steps[-1]
         changes = [math.nan, math.nan]
         for axis in self.axes:
-            old, new = (one.permeability[axis][axis] for one in (fine, step))
+            old, new = (item.permeability[axis][axis] for item in (fine, step))
             if old > 0:
                 changes[axis] = new / old - 1
         change = Change(max(coarser.pair.pixel), (changes[0], changes[1]))
-        told = leakage_judgment.grid(change.permeability, change.pixel)
-        return replace(self, coarser=change, found=(*self.found, *told))
+        text = grid(change.permeability, change.pixel)
+        return replace(self, coarser=change, found=(*self.found, *text))
 
     def column(self, name: str) -> Array:
         """Return one number of all steps, shape (n,); see `LeakageStep`."""
@@ -224,7 +279,7 @@ class Leakage(Result):
 def leakage(
     contacts: ContactResult | Iterable[ContactResult],
     *,
-    direction: str | None = None,
+    flow_axis: str | None = None,
     viscosity: Quantity | None = None,
     pressure_difference: Quantity | None = None,
     seal_width: Quantity | None = None,
@@ -237,7 +292,7 @@ def leakage(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is looked at, and
         that under the largest load is kept.
-    direction : {"y", "x"}, optional
+    flow_axis : {"y", "x"}, optional
         Along which the fluid flows; by default both, one after the other.
     viscosity : float, str or quantity of pint, optional
         η of the fluid [Pa s].
@@ -271,7 +326,7 @@ def leakage(
     A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
     at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
     path of its molecules it slips and leaks more: a caution tells by what factor, see
-    `roughcontact.joint.filling.slip_factor`.
+    `roughcontact.joint.conductance.slip_factor`.
 
     References
     ----------
@@ -288,38 +343,38 @@ def leakage(
     >>> bool(found.rate(axis=0)[0] > 0)
     True
     """
-    axes = _axes(direction)
+    axes = _axes(flow_axis)
     seal = seal_of(viscosity, pressure_difference, seal_width, seal_length)
-    found: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
+    answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
     for result in of_one_pair(contacts, OF):
         step, driven = _step(result, axes)
-        own = [*leakage_judgment.of_step(result, step.constriction, axes)]
+        own = [*of_step(result, step.constriction, axes)]
         if seal is not None:
             fluid = seal.viscosity, seal.pressure_difference
-            own += leakage_judgment.slip(opened(result), driven, *fluid)
-        found.append((step, (*result.cautions, *own)))
+            own += slip(flow_gap(result), driven, *fluid)
+        answer.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven
     assert largest is not None
-    found.sort(key=lambda one: one[0].load)
-    judged = over_loads([(step.load, cautions) for step, cautions in found], "N")
-    steps = tuple(step for step, _ in found)
+    answer.sort(key=lambda item: item[0].load)
+    judged = over_loads([(step.load, cautions) for step, cautions in answer], "N")
+    steps = tuple(step for step, _ in answer)
     roughness = float(np.nanstd(largest.pair.initial_gap))
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
 
 
 def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tuple[Flow, ...]]:
-    gap = opened(result)
+    gap = flow_gap(result)
     periodic_axes = result.boundary.periodic_axes
     flows = tuple(flow(gap, result.pair.pixel, axis, periodic_axes) for axis in axes)
     tensor = np.full((2, 2), math.nan)
     places: list[Constriction | None] = [None, None]
-    for found in flows:
-        tensor[:, found.axis] = found.permeability
-        if found.percolates:
-            places[found.axis] = constriction(gap, found.axis, periodic_axes)
+    for answer in flows:
+        tensor[:, answer.axis] = answer.permeability
+        if answer.percolates:
+            places[answer.axis] = constriction(gap, answer.axis, periodic_axes)
     step = LeakageStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -327,13 +382,13 @@ def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tu
         mean_gap=result.mean_gap,
         permeability=(tuple(tensor[0].tolist()), tuple(tensor[1].tolist())),
         constriction=(places[0], places[1]),
-        unbalanced=max(found.unbalanced for found in flows),
-        steps=sum(found.steps for found in flows),
+        unbalanced=max(result.unbalanced for result in flows),
+        steps=sum(result.steps for result in flows),
     )
     return step, flows
 
 
-def opened(result: ContactResult) -> Array:
+def flow_gap(result: ContactResult) -> Array:
     """Return the gap that fluid may flow through [m], 0 where the bodies touch, shape (ny, nx)."""
     gap: Array = np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
     return gap
@@ -358,7 +413,7 @@ def seal_of(
     seal_length: Quantity | None,
 ) -> Seal | None:
     """Return what leaks, or refuse what is only half of it."""
-    given = {
+    specified = {
         "viscosity": (viscosity, "viscosity"),
         "pressure_difference": (pressure_difference, "pressure"),
         "seal_width": (seal_width, "length"),
@@ -366,7 +421,7 @@ def seal_of(
     }
     known = {
         name: _positive(value, dimension, name)
-        for name, (value, dimension) in given.items()
+        for name, (value, dimension) in specified.items()
         if value is not None
     }
     if not known:
@@ -381,9 +436,9 @@ def seal_of(
 
 
 def _positive(value: Quantity, dimension: str, argument: str) -> float:
-    found = quantity(value, dimension, argument)
-    if not (isinstance(found, (int, float)) and 0 < found < math.inf):
+    result = quantity(value, dimension, argument)
+    if not (isinstance(result, (int, float)) and 0 < result < math.inf):
         raise InputError(
             f"must be positive and finite, got {value!r}", argument=argument, value=value
         )
-    return float(found)
+    return float(result)

@@ -3,6 +3,10 @@
 A law is a frozen dataclass with two methods: ``strength(strain)`` gives the yield strength [Pa]
 at an accumulated plastic strain, ``slope(strain)`` its derivative [Pa]. `Kinematic` adds a back
 stress to one of the others, which remembers the direction of flow.
+
+`plastic_increment`: Simo and Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2,
+doi:10.1007/b98904; as "universal algorithm" Fotiu and Nemat-Nasser, Int. J. Plast. 12 (1996),
+doi:10.1016/S0749-6419(96)00024-4
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.errors import InputError, Mention, require_positive
+from roughcontact.errors import ArgumentRef, InputError, require_positive
 from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[Any]
@@ -203,12 +207,12 @@ class Tabulated:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
             raise InputError(
-                "and ", Mention("stress"), " must be rows of numbers", argument="strain"
+                "and ", ArgumentRef("stress"), " must be rows of numbers", argument="strain"
             ) from None
         if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
             raise InputError(
                 "and ",
-                Mention("stress"),
+                ArgumentRef("stress"),
                 " must be rows of the same length, two or more; got shapes "
                 f"{strain.shape} and {stress.shape}",
                 argument="strain",
@@ -316,26 +320,12 @@ Hardening = Isotropic | Kinematic
 
 
 def back_modulus(law: Hardening) -> float:
-    """Return C [Pa] of the back stress 2/3 C ε_p; zero for laws without one.
-
-    Parameters
-    ----------
-    law : Perfect, Linear, Swift, Tabulated or Kinematic
-        The law.
-    """
+    """Return C [Pa] of the back stress 2/3 C ε_p; zero for laws without one."""
     return law.modulus if isinstance(law, Kinematic) else 0.0
 
 
 def flow_stress(law: Hardening, strain: Array) -> Array:
-    """Return the stress [Pa] of a bar that has only ever been strained in one direction.
-
-    Parameters
-    ----------
-    law : Perfect, Linear, Swift, Tabulated or Kinematic
-        The law.
-    strain : ndarray
-        Plastic strains.
-    """
+    """Return the stress [Pa] of a bar that has only ever been strained in one direction."""
     result: Array = law.strength(strain) + back_modulus(law) * strain
     return result
 
@@ -351,23 +341,7 @@ def _require_modulus(modulus: Any) -> None:
 
 
 def to_text(law: Hardening) -> str:
-    """Return a hardening law as JSON.
-
-    Parameters
-    ----------
-    law : Perfect, Linear, Swift, Tabulated or Kinematic
-        The law.
-
-    Returns
-    -------
-    str
-        Its name and its constants in SI units.
-
-    Examples
-    --------
-    >>> to_text(Linear(initial=1e9, modulus=2e9))
-    '{"law": "Linear", "initial": 1000000000.0, "modulus": 2000000000.0}'
-    """
+    """Return a hardening law as JSON."""
     return json.dumps(_named(law))
 
 
@@ -379,23 +353,7 @@ def _named(law: Hardening) -> dict[str, Any]:
 
 
 def from_text(text: str) -> Hardening:
-    """Return the hardening law that `to_text` wrote.
-
-    Parameters
-    ----------
-    text : str
-        JSON.
-
-    Returns
-    -------
-    Perfect, Linear, Swift, Tabulated or Kinematic
-        The law; every number keeps its bits.
-
-    Raises
-    ------
-    InputError
-        If the text does not name a law with its constants.
-    """
+    """Return the hardening law that `to_text` wrote."""
     try:
         return _law(json.loads(text))
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
@@ -415,39 +373,7 @@ def _law(constants: dict[str, Any]) -> Hardening:
 
 
 def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus: float) -> Array:
-    """Return the plastic strain that brings trial stresses back to the yield surface.
-
-    Parameters
-    ----------
-    trial : ndarray, shape (n,)
-        Von Mises stress q of trial deviators [Pa], at frozen total strain, less the back stress
-        before.
-    strain : ndarray, shape (n,)
-        Plastic strain e accumulated before.
-    law : Perfect, Linear, Swift, Tabulated or Kinematic
-        Yield strength Y, and the modulus C of the back stress.
-    shear_modulus : float
-        μ [Pa].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Equivalent plastic strain dλ ≥ 0 with ``q - (3μ + C) dλ = Y(e + dλ)``, and 0 where
-        q ≤ Y(e). The plastic strain tensor is ``3/2 dλ s/q`` with s the trial deviator, less the
-        back stress.
-
-    References
-    ----------
-    Simo and Hughes, Computational Inelasticity (1998), boxes 3.1 and 3.2, doi:10.1007/b98904;
-    as "universal algorithm" Fotiu and Nemat-Nasser, Int. J. Plast. 12 (1996),
-    doi:10.1016/S0749-6419(96)00024-4
-
-    Examples
-    --------
-    >>> law = Linear(initial=1.0, modulus=1.0)
-    >>> plastic_increment(np.array([0.5, 5.0]), np.zeros(2), law, 1.0).tolist()
-    [0.0, 1.0]
-    """
+    """Return the plastic strain that brings trial stresses back to the yield surface."""
     stiffness = 3 * shear_modulus + back_modulus(law)
     law = law.isotropic if isinstance(law, Kinematic) else law
     excess = trial - law.strength(strain)
@@ -460,13 +386,13 @@ def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus
     low, high = np.zeros_like(trial), np.maximum(excess, 0) / stiffness
     small = 4 * float(np.finfo(trial.dtype).eps)
     for _ in range(_STEPS):
-        at = strain + step
-        miss = trial - stiffness * step - law.strength(at)
+        index = strain + step
+        miss = trial - stiffness * step - law.strength(index)
         if not (flows & (np.abs(miss) > small * trial)).any():
             break
         low = np.where(miss > 0, step, low)
         high = np.where(miss > 0, high, step)
-        newton = step + miss / (stiffness + law.slope(at))
+        newton = step + miss / (stiffness + law.slope(index))
         step = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2)
     step[~flows] = 0
     return step

@@ -12,6 +12,30 @@ References
 ----------
 Tabor, The Hardness of Metals (1951), ISBN 978-0-19-850776-5
 ISO 6507-1 (Vickers), ISO 6506-1 (Brinell), ISO 18265:2013 (conversion)
+
+`vickers`: The table holds for unalloyed and low-alloy steel and cast steel. ASTM E140-12, table
+1, whose scope includes tool steel, differs from it by at most 0.4 % in the C scale and 1.4 % in
+HBW; its table 2 by up to 5.3 % in the B scale. Austenitic steel and all other metals need a
+table of their own. Conversion scatters by ±25 HV.
+
+ISO 18265:2013, Metallic materials - Conversion of hardness values, table A.1 ASTM E140-12b,
+Standard hardness conversion tables for metals, tables 1 and 2
+
+`pressure`: Opposite faces of the pyramid enclose 136°, so that the projected area is sin 68° =
+0.927 of that of the faces.
+
+ISO 6507-1:2018, Metallic materials - Vickers hardness test - Part 1 Tabor, The Hardness of
+Metals (1951), ch. VII
+
+`brinell_pressure`: The cap of a ball of diameter D and depth h has the area πDh = F/HBW and the
+projected area πh(D - h), so that the pressure is HBW / (1 - F/(π D² HBW)). Under a pyramid the
+same steel carries 3 % more at 100 HBW and 11 % at 600 (by the table of `vickers`).
+
+ISO 6506-1:2014, Metallic materials - Brinell hardness test - Part 1 Tabor, The Hardness of
+Metals (1951), ch. II
+
+`ceiling`: HV and HBW are pressures by definition and need no conversion, whatever the material.
+HRB and HRC are depths: they are converted by the table for steel (`vickers`).
 """
 
 from __future__ import annotations
@@ -24,7 +48,7 @@ import numpy as np
 
 from roughcontact import units
 from roughcontact.arguments import checked
-from roughcontact.errors import InputError, Mention, require_positive
+from roughcontact.errors import ArgumentRef, InputError, require_positive
 
 STANDARD_GRAVITY = 9.80665
 """Force of one kilogram-force [N]."""
@@ -74,51 +98,15 @@ _VALUE_LAST = re.compile(rf"{_SCALE}{_TEST}\s+(?P<value>{_NUMBER})", re.IGNORECA
 
 
 class Reading(NamedTuple):
-    """A hardness number with its scale.
+    """A hardness number with its scale."""
 
-    Attributes
-    ----------
-    value : float
-        The number.
-    scale : {"HV", "HBW", "HRB", "HRC"}
-        Vickers, Brinell with a hard-metal ball, Rockwell B or C.
-    force_index : float
-        Of a Brinell test, load over squared diameter of the ball [kgf/mm²].
-    """
-
-    value: float
-    scale: str
-    force_index: float = 30.0
+    value: float  # The number
+    scale: str  # Vickers, Brinell with a hard-metal ball, Rockwell B or C
+    force_index: float = 30.0  # Of a Brinell test, load over squared diameter of the ball [kgf/mm²]
 
 
 def parse(text: str) -> Reading:
-    """Return the number and the scale of a hardness as engineers write it.
-
-    Parameters
-    ----------
-    text : str
-        Number and scale in either order: ``"62 HRC"``, ``"HV 700"``. The conditions of the test
-        may follow the scale: ``"700 HV10"``, ``"95 HBW 10/500"`` (diameter of the ball [mm],
-        load [kgf]). ``HB`` is taken as ``HBW``; without conditions its force index is 30, as for
-        steel.
-
-    Returns
-    -------
-    Reading
-        Number, scale and force index.
-
-    Raises
-    ------
-    InputError
-        If the text is not one positive number with one of the four scales.
-
-    Examples
-    --------
-    >>> parse("700 HV10")
-    Reading(value=700.0, scale='HV', force_index=30.0)
-    >>> parse("95 HBW 10/500").force_index
-    5.0
-    """
+    """Return the number and the scale of a hardness as engineers write it."""
     wanted = "needs a number and a scale (HV, HBW, HRB or HRC) such as '62 HRC'"
     if not isinstance(text, str):
         raise InputError(f"{wanted}, got {text!r}", argument="hardness", value=text)
@@ -148,43 +136,7 @@ def parse(text: str) -> Reading:
 
 @checked
 def vickers(value: float, scale: str) -> float:
-    """Return the Vickers number of a steel from another scale.
-
-    Parameters
-    ----------
-    value : float
-        The number.
-    scale : {"HV", "HBW", "HRB", "HRC"}
-        Its scale. HV is returned as it is, for any material.
-
-    Returns
-    -------
-    float
-        HV [kgf/mm²], linear between the rows of the table.
-
-    Raises
-    ------
-    InputError
-        If the scale is none of the four, or the number lies outside the table: 76 to 618 HBW,
-        56.2 to 99.5 HRB, 20.3 to 68 HRC. Nothing is extrapolated.
-
-    Notes
-    -----
-    The table holds for unalloyed and low-alloy steel and cast steel. ASTM E140-12, table 1, whose
-    scope includes tool steel, differs from it by at most 0.4 % in the C scale and 1.4 % in HBW;
-    its table 2 by up to 5.3 % in the B scale. Austenitic steel and all other metals need a table
-    of their own. Conversion scatters by ±25 HV.
-
-    References
-    ----------
-    ISO 18265:2013, Metallic materials - Conversion of hardness values, table A.1
-    ASTM E140-12b, Standard hardness conversion tables for metals, tables 1 and 2
-
-    Examples
-    --------
-    >>> vickers(60.1, "HRC"), round(vickers(62, "HRC"), 1)
-    (700.0, 745.7)
-    """
+    """Return the Vickers number of a steel from another scale."""
     require_positive(value=value)
     if scale == "HV":
         return float(value)
@@ -206,80 +158,14 @@ def vickers(value: float, scale: str) -> float:
 
 @checked
 def pressure(vickers: float) -> float:
-    """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°``.
-
-    Parameters
-    ----------
-    vickers : float
-        HV [kgf/mm²]: load over the slanted area of the indentation.
-
-    Returns
-    -------
-    float
-        Load over the projected area [Pa].
-
-    Raises
-    ------
-    InputError
-        If the number is not positive and finite.
-
-    Notes
-    -----
-    Opposite faces of the pyramid enclose 136°, so that the projected area is sin 68° = 0.927 of
-    that of the faces.
-
-    References
-    ----------
-    ISO 6507-1:2018, Metallic materials - Vickers hardness test - Part 1
-    Tabor, The Hardness of Metals (1951), ch. VII
-
-    Examples
-    --------
-    >>> round(pressure(700) / 1e9, 2)
-    7.4
-    """
+    """Return the mean pressure under a Vickers pyramid, ``g HV / sin 68°``."""
     require_positive(vickers=vickers)
     return vickers * STANDARD_GRAVITY * 1e6 / math.sin(_HALF_ANGLE)
 
 
 @checked
 def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
-    """Return the mean pressure under a Brinell ball (Meyer's hardness).
-
-    Parameters
-    ----------
-    brinell : float
-        HBW [kgf/mm²]: load over the curved area of the indentation.
-    force_index : float
-        Load over squared diameter of the ball, F/D² [kgf/mm²]: 30 for steel, 10 or 5 for softer
-        metals.
-
-    Returns
-    -------
-    float
-        Load over the projected area [Pa].
-
-    Raises
-    ------
-    InputError
-        If a number is not positive, or the indentation would be wider than 0.6 of the ball.
-
-    Notes
-    -----
-    The cap of a ball of diameter D and depth h has the area πDh = F/HBW and the projected area
-    πh(D - h), so that the pressure is HBW / (1 - F/(π D² HBW)). Under a pyramid the same steel
-    carries 3 % more at 100 HBW and 11 % at 600 (by the table of `vickers`).
-
-    References
-    ----------
-    ISO 6506-1:2014, Metallic materials - Brinell hardness test - Part 1
-    Tabor, The Hardness of Metals (1951), ch. II
-
-    Examples
-    --------
-    >>> round(brinell_pressure(240) / 1e9, 2)
-    2.45
-    """
+    """Return the mean pressure under a Brinell ball (Meyer's hardness)."""
     require_positive(brinell=brinell, force_index=force_index)
     depth = force_index / (math.pi * brinell)
     # d² = 4h(D - h); depths are in units of D.
@@ -292,30 +178,7 @@ def brinell_pressure(brinell: float, force_index: float = 30.0) -> float:
 
 
 def stress(value: Any, name: str) -> Any:
-    """Return a pressure that may be given as a hardness, in the scale of a test.
-
-    Parameters
-    ----------
-    value : object
-        A number in Pa, a pressure with its unit, or a hardness such as ``"62 HRC"``.
-    name : str
-        The argument that it is given for, which errors carry.
-
-    Returns
-    -------
-    object
-        Texts and quantities of pint as numbers [Pa], all else as it was given.
-
-    Raises
-    ------
-    InputError
-        If a text is neither.
-
-    Examples
-    --------
-    >>> round(stress("700 HV", "ceiling") / 1e9, 2), stress("3 GPa", "ceiling")
-    (7.4, 3000000000.0)
-    """
+    """Return a pressure that may be given as a hardness, in the scale of a test."""
     if not isinstance(value, str):
         return units.quantity(value, "pressure", name)
     if not _SCALED.search(value):
@@ -323,39 +186,13 @@ def stress(value: Any, name: str) -> Any:
     try:
         return ceiling(value)
     except InputError as error:
-        own = () if error.argument in (None, name) else (Mention(str(error.argument)), " ")
-        raise InputError(Mention(name), ": ", *own, *error.parts) from None
+        own = () if error.argument in (None, name) else (ArgumentRef(str(error.argument)), " ")
+        raise InputError(ArgumentRef(name), ": ", *own, *error.parts) from None
 
 
 @checked
 def ceiling(hardness: str | float) -> float:
-    """Return the pressure ceiling of a body from its hardness.
-
-    Parameters
-    ----------
-    hardness : str or float
-        As `parse` reads it, or a Vickers number.
-
-    Returns
-    -------
-    float
-        Mean pressure under the indenter, over its projected area [Pa].
-
-    Raises
-    ------
-    InputError
-        If the hardness cannot be read or lies outside its scale.
-
-    Notes
-    -----
-    HV and HBW are pressures by definition and need no conversion, whatever the material. HRB and
-    HRC are depths: they are converted by the table for steel (`vickers`).
-
-    Examples
-    --------
-    >>> round(ceiling("62 HRC") / 1e9, 2), ceiling("700 HV") == ceiling(700)
-    (7.89, True)
-    """
+    """Return the pressure ceiling of a body from its hardness."""
     if not isinstance(hardness, str):
         return pressure(hardness)
     value, scale, force_index = parse(hardness)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.arguments import checked
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
 from roughcontact.result import face
@@ -92,8 +92,8 @@ class Material:
     @classmethod
     def _named(cls, name: str) -> Material:
         """Return a metal of the catalogue."""
-        found: Material = face().material(name)
-        return found
+        result: Material = face().material(name)
+        return result
 
     def _check(self) -> None:
         """Refuse constants that no material has."""
@@ -133,7 +133,7 @@ class Material:
         if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
             raise InputError(
                 f"= {self.yield_strength:.6g} Pa, but ",
-                Mention("hardening"),
+                ArgumentRef("hardening"),
                 f" starts at {first:.6g} Pa; leave one of them out",
                 argument="yield_strength",
                 value=self.yield_strength,
@@ -227,12 +227,12 @@ RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
 
 
 @checked
-def contact_modulus(first: Material, second: Material) -> float:
+def contact_modulus(material: Material, counter_material: Material) -> float:
     """Return the contact modulus E* of two bodies.
 
     Parameters
     ----------
-    first, second : Material
+    material, counter_material : Material
         The two bodies; at most one of them rigid.
 
     Returns
@@ -255,7 +255,7 @@ def contact_modulus(first: Material, second: Material) -> float:
     >>> round(contact_modulus(steel, RIGID) / 1e9, 2)
     230.77
     """
-    compliance = first.compliance + second.compliance
+    compliance = material.compliance + counter_material.compliance
     if compliance == 0:
         raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
     return 1 / compliance
@@ -265,3 +265,59 @@ def softer(first: Material, second: Material) -> Material | None:
     """Return the body with the smaller ceiling, or ``None`` if none is known."""
     known = [body for body in (first, second) if body.ceiling is not None]
     return min(known, key=lambda body: body.ceiling or math.inf, default=None)
+
+
+# --- What a body conducts: electricity and heat ---
+
+
+@dataclass(frozen=True)
+class Conductor:
+    """How well an isotropic body conducts.
+
+    Parameters
+    ----------
+    resistivity : float, str or quantity of pint, optional
+        Electrical resistivity ρ: a number in Ω m, or with its unit, as ``"17 nohm m"``.
+    conductivity : float, str or quantity of pint, optional
+        Thermal conductivity k: a number in W/(m K), or with its unit, as ``"46 W/m/K"``.
+    name : str
+        A name for reports.
+
+    Raises
+    ------
+    InputError
+        If a constant is not positive and finite.
+
+    Examples
+    --------
+    >>> Conductor(resistivity="17 nohm m").resistivity
+    1.7e-08
+    """
+
+    resistivity: float | None = None
+    conductivity: float | None = None
+    name: str = ""
+
+    @checked
+    def __init__(
+        self,
+        resistivity: Quantity | None = None,
+        conductivity: Quantity | None = None,
+        name: str = "",
+    ) -> None:
+        object.__setattr__(self, "resistivity", _positive(resistivity, "resistivity"))
+        object.__setattr__(self, "conductivity", _positive(conductivity, "conductivity"))
+        object.__setattr__(self, "name", name)
+
+
+def _positive(value: Quantity | None, dimension: str) -> float | None:
+    result = quantity(value, dimension, dimension)
+    if result is None:
+        return None
+    if not (isinstance(result, Real) and 0 < float(result) < math.inf):
+        raise InputError(
+            f"must be positive and finite, got {value!r}; leave it out where it is unknown",
+            argument=dimension,
+            value=value,
+        )
+    return float(result)

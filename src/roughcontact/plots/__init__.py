@@ -1,9 +1,10 @@
 """Figures of surfaces and results."""
 
-from roughcontact.plots.conduction import conductance
-from roughcontact.plots.curves import hysteresis, load_curve
-from roughcontact.plots.laws import interface_law
+from roughcontact.plots.conductance import conductance
+from roughcontact.plots.export import save
+from roughcontact.plots.interface_law import interface_law
 from roughcontact.plots.leakage import flow_factors, leak
+from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.plots.maps import (
     close_up,
     comparison,
@@ -14,9 +15,8 @@ from roughcontact.plots.maps import (
     spots,
     surface,
 )
-from roughcontact.plots.profiles import bearing_curve, pressure_histogram, section
-from roughcontact.plots.saving import save
-from roughcontact.plots.stress import stress_depth, stress_map, stress_section
+from roughcontact.plots.sections import bearing_curve, pressure_histogram, section
+from roughcontact.plots.subsurface_stress import stress_depth, stress_map, stress_section
 
 __all__ = [
     "bearing_curve",

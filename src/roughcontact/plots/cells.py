@@ -6,15 +6,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.plots.style import ELASTIC, MISSING, OPEN, SATURATED, cell_share, mixed, reduced
+from roughcontact.plots.style import (
+    ELASTIC,
+    MISSING,
+    OPEN,
+    SATURATED,
+    TITLE,
+    cell_share,
+    colour_bar,
+    draw_map,
+    listed,
+    mixed,
+    prefixed,
+    reduced,
+    single_axes,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -68,7 +88,7 @@ def pressure_limit(results: Sequence[ContactResult], limit: float | None = None)
     return max(reached or [r.max_pressure for r in results]) or 1.0
 
 
-def pressure_colours() -> Any:
+def pressure_colors() -> Any:
     """Return the 256 colours of pressures, red, green, blue, opacity along the end."""
     from matplotlib import colormaps
 
@@ -100,9 +120,9 @@ def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) 
     )
 
 
-def classes(found: Shares) -> Array:
+def classes(result: Shares) -> Array:
     """Return the colours of the classes, in their shares of each cell."""
-    colours = (ELASTIC, found.elastic), (SATURATED, found.saturated), (MISSING, found.missing)
+    colours = (ELASTIC, result.elastic), (SATURATED, result.saturated), (MISSING, result.missing)
     return mixed(colours, OPEN)
 
 
@@ -115,11 +135,64 @@ def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
     return mean
 
 
-def closed_cover(found: Shares, colour: str) -> Array:
+def closed_cover(result: Shares, colour: str) -> Array:
     """Return what covers an open gap: the colour of closed points and that of missing ones.
 
     Red, green, blue and opacity along the end; the opacity is their share of a cell.
     """
-    covered = found.touching + found.missing
-    cover = mixed([(MISSING, found.missing / np.where(covered > 0, covered, 1.0))], colour)
+    covered = result.touching + result.missing
+    cover = mixed([(MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour)
     return np.dstack([cover, np.minimum(covered, 1.0)])
+
+
+# --- Maps that no process holds as a whole, drawn from blocks of their points ---
+
+
+def figures(
+    size: tuple[float, float], heights: Array, pressure: Array, gap: Array
+) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the reduced maps of a contact, by what they show.
+
+    Parameters
+    ----------
+    size : (float, float)
+        Lengths of the sides (y, x) of the map [m].
+    heights, pressure, gap : ndarray
+        Mean height [m], largest pressure [Pa] and mean gap [m] of each block of points.
+    """
+    from matplotlib import colormaps
+
+    heights = heights - np.nanmean(heights)
+    low, high, *_ = height_limits(heights)
+    top = float(pressure.max()) or 1.0
+    viridis = colormaps["viridis"].with_extremes(bad=MISSING)
+    open_gap = np.maximum(gap, 0)
+    loaded = np.where(pressure > 0, pressure, np.nan)
+    colours = listed(pressure_colors()).with_extremes(bad=OPEN)
+    draw = partial(_map, size)
+    return {
+        "Mean height of each block": partial(draw, heights, "height", "m", low, high, viridis),
+        "Largest pressure in each block": partial(draw, loaded, "pressure", "Pa", 0, top, colours),
+        "Mean gap of each block": partial(
+            draw, open_gap, "gap", "m", 0, gap_limit(open_gap), viridis
+        ),
+    }
+
+
+def _map(
+    size: tuple[float, float],
+    values: Array,
+    name: str,
+    unit: str,
+    low: float,
+    high: float,
+    colours: Colormap,
+) -> Figure:
+    figure, axes = single_axes(size, legend=False)
+    factor, named = prefixed(max(abs(low), abs(high)), unit)
+    image = draw_map(axes, values * factor, size, (1, 1), values.shape)
+    image.set_cmap(colours)
+    image.set_clim(low * factor, high * factor)
+    colour_bar(axes, image, f"{name} [{named}]", "neither")
+    axes.set_title(name.capitalize(), fontsize=TITLE)
+    return figure

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roughcontact.plots.cells import closed_cover, gap_limit, open_gap, shares
-from roughcontact.plots.labels import load_text
 from roughcontact.plots.style import (
     CELLS_IN_PANEL,
     CLOSED,
@@ -22,6 +21,7 @@ from roughcontact.plots.style import (
     colour_bar,
     draw_map,
     layout,
+    load_text,
     plain_axes,
     prefixed,
     prefixed_window,
@@ -84,7 +84,7 @@ def flow_factors(found: Leakage) -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.2, 4.6), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    remaining, right = figure.subplots(1, 2)
     load = found.column("load")
     mean = found.column("mean_gap")
     load_factor, load_unit = prefixed(float(load.max()), "N")
@@ -93,12 +93,12 @@ def flow_factors(found: Leakage) -> Figure:
     for axis in found.axes:
         style, colour = ("o-", "s--")[axis], SERIES[axis]
         label = f"along {'yx'[axis]}"
-        left.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
+        remaining.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
                   label=label)  # fmt: skip
         narrow = _positive(found.critical_gap(axis)) * factor
         right.plot(load * load_factor, narrow, style, color=colour, label=f"narrowest, {label}")
     for axes, x, y, title in (
-        (left, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
+        (remaining, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
         (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
@@ -116,10 +116,10 @@ def _positive(values: np.ndarray) -> np.ndarray:
     return np.where(values > 0, values, np.nan)
 
 
-def _draw_gap(axes: Axes, found: Leakage, flows: bool) -> None:
+def _draw_gap(axes: Axes, answer: Leakage, flows: bool) -> None:
     from matplotlib import colormaps
 
-    result = found.largest
+    result = answer.largest
     size = result.surface.size
     blocks = cell_size(result.gap.shape, size, CELLS_IN_PANEL)
     values = open_gap(result.contact, result.gap, blocks)
@@ -131,39 +131,39 @@ def _draw_gap(axes: Axes, found: Leakage, flows: bool) -> None:
     cover = closed_cover(shares(result.contact, result.saturated, result.gap, blocks), CLOSED)
     draw_map(axes, cover, size, blocks, result.gap.shape)
     colour_bar(axes, image, f"open gap [{unit}]", "max" if (values > top).any() else "neither")
-    for axis in found.axes:
-        _mark(axes, found, axis)
+    for axis in answer.axes:
+        _mark(axes, answer, axis)
     more = "" if flows else ", no way through"
     axes.set_title(f"Gap and contact at {load_text(result)}{more}", fontsize=TITLE)
 
 
-def _draw_flow(axes: Axes, found: Leakage, flow: Flow) -> None:
+def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
     from matplotlib import colormaps
     from matplotlib.colors import LogNorm
 
-    result = found.largest
+    result = answer.largest
     size = result.surface.size
     blocks = cell_size(flow.density.shape, size, CELLS_IN_PANEL)
     mean = flow.permeability[flow.axis]
     values = cell_max(flow.density.astype(float), blocks) / mean
-    most = float(values.max())
+    maximum = float(values.max())
     image = draw_map(
-        axes, np.maximum(values, most * 10.0**-_DECADES), size, blocks, flow.density.shape
+        axes, np.maximum(values, maximum * 10.0**-_DECADES), size, blocks, flow.density.shape
     )
     image.set_cmap(colormaps["inferno"])
-    image.set_norm(LogNorm(most * 10.0**-_DECADES, most))
+    image.set_norm(LogNorm(maximum * 10.0**-_DECADES, maximum))
     colour_bar(axes, image, "flow density over its mean", "min")
-    _mark(axes, found, flow.axis)
+    _mark(axes, answer, flow.axis)
     axes.set_title(f"Flow along {'yx'[flow.axis]}", fontsize=TITLE)
 
 
-def _mark(axes: Axes, found: Leakage, axis: int) -> None:
+def _mark(axes: Axes, result: Leakage, axis: int) -> None:
     """Mark the narrowest place under the largest load."""
-    place = found.steps[-1].constriction[axis]
+    place = result.steps[-1].constriction[axis]
     if place is None:
         return
-    pixel = found.largest.pair.pixel
-    factor, _ = prefixed_window(0.0, max(found.largest.pair.size))
-    y, x = ((at + 0.5) * edge * factor for at, edge in zip(place.place, pixel, strict=True))
+    pixel = result.largest.pair.pixel
+    factor, _ = prefixed_window(0.0, max(result.largest.pair.size))
+    y, x = ((index + 0.5) * edge * factor for index, edge in zip(place.place, pixel, strict=True))
     for colour, width in (("white", 3.0), (SERIES[1], 1.5)):
         axes.plot([x], [y], "x", color=colour, markersize=9, markeredgewidth=width)

@@ -27,12 +27,11 @@ from roughcontact.plots.cells import (
     gap_limit,
     height_limits,
     open_gap,
-    pressure_colours,
+    pressure_colors,
     pressure_limit,
     shares as cell_shares,
 )
-from roughcontact.plots.labels import doubt, load_text, result_names
-from roughcontact.plots.profiles import draw_histogram, window
+from roughcontact.plots.sections import draw_histogram, window
 from roughcontact.plots.style import (
     CELLS_ALONE,
     CELLS_IN_PANEL,
@@ -53,15 +52,18 @@ from roughcontact.plots.style import (
     cell_points,
     cell_size,
     colour_bar,
+    doubt,
     draw_map,
     in_unit,
     layout,
     legend_below,
     listed,
+    load_text,
     patch_legend,
     plain_axes,
     prefixed,
     prefixed_area,
+    result_names,
     shown_aspect,
     single_axes,
 )
@@ -341,15 +343,15 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
     blocks = cell_size(part.shape, size, CELLS_IN_PANEL)
     figure = Figure(figsize=(10.8, 4.0 * shown_aspect(size) + 2.2), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    remaining, right = figure.subplots(1, 2)
     top = pressure_limit([result])
     values = cell_max(part, blocks)
     factor, _ = prefixed(top, "Pa")
     values = np.where(values > 0, values * factor, np.nan)
-    image = draw_map(left, values, size, blocks, part.shape, corner)
+    image = draw_map(remaining, values, size, blocks, part.shape, corner)
     _colour_pressure(image, top * factor)
-    _pressure_bar(left, image, top, over=bool(part.max() > top))
-    left.set_title("Contact pressure", fontsize=TITLE)
+    _pressure_bar(remaining, image, top, over=bool(part.max() > top))
+    remaining.set_title("Contact pressure", fontsize=TITLE)
     gap = result.gap[rows, columns]
     shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
     draw_map(right, classes(shares), size, blocks, part.shape, corner)
@@ -453,7 +455,7 @@ def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) ->
 
 
 def _colour_pressure(image: AxesImage, top: float) -> None:
-    image.set_cmap(listed(pressure_colours()).with_extremes(bad=OPEN, over=OVER))
+    image.set_cmap(listed(pressure_colors()).with_extremes(bad=OPEN, over=OVER))
     image.set_clim(0, top)
 
 

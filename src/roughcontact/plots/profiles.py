@@ -1,105 +1,83 @@
-"""Lines through a result: sections, the bearing curve, the distribution of the pressure."""
+"""Figures of profiles: the trace, the profile under load, load curves per length."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError, require_positive
-from roughcontact.plots.labels import doubt, load_text, result_names
+from roughcontact.errors import require_positive
+from roughcontact.plots.sections import draw_line_pressure, draw_profile, line_of
 from roughcontact.plots.style import (
     DPI,
-    ELASTIC,
     LABEL,
-    NEUTRAL,
     SATURATED,
     SERIES,
     TICK,
     TITLE,
-    in_unit,
+    doubt,
     layout,
-    legend_below,
+    load_text,
     plain_axes,
     prefixed,
     prefixed_window,
     shared_legend,
 )
-from roughcontact.solvers import tilt
-from roughcontact.surface import bearing
+from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
-
-def pressure_histogram(
-    results: ContactResult | Sequence[ContactResult],
-    labels: Sequence[str] | None = None,
-    scale: str = "linear",
-) -> Figure:
-    """Draw how the contact area is spread over the pressure.
+def heights(surface: Surface) -> Figure:
+    """Draw the heights of a profile.
 
     Parameters
     ----------
-    results : ContactResult or sequence of them
-        One or several solved contacts, drawn over the same bins.
-    labels : sequence of str, optional
-        One name a result.
-    scale : {"linear", "log"}
-        Of the pressure axis. With ``"log"`` the density is per decade of pressure.
+    surface : Surface
+        A profile; where points are missing the line ends.
 
     Returns
     -------
     Figure
-        Density of contact area over pressure, in percent of the result's contact area. Points
-        at the ceiling, a peak without width, are not drawn but stated in the legend.
-
-    Raises
-    ------
-    InputError
-        If there is no result, the labels do not fit, or the scale is unknown.
+        Heights over the position. They are exaggerated.
     """
     from matplotlib.figure import Figure
 
-    if isinstance(results, ContactResult):
-        results = [results]
-    names = result_names(results, labels)
-    if scale not in ("linear", "log"):
-        raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
+    z, spacing = surface.heights[0], surface.pixel[1]
+    x = spacing * (np.arange(z.size) + 0.5)
+    along, unit_along = prefixed(surface.size[1], "m")
+    up, unit_up = prefixed(float(np.nanmax(np.abs(z))), "m")
+    figure = Figure(figsize=(10.6, 3.8), dpi=DPI, layout=layout())
     axes = figure.subplots()
-    draw_histogram(axes, results, names, scale)
-    axes.set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
+    axes.plot(x * along, z * up, color=SERIES[0], linewidth=0.9)
+    axes.set_xlim(0, surface.size[1] * along)
+    axes.set_xlabel(f"x [{unit_along}]", fontsize=LABEL)
+    axes.set_ylabel(f"height [{unit_up}]", fontsize=LABEL)
+    axes.set_title("Profile", fontsize=TITLE)
+    plain_axes(axes)
     return figure
 
 
-def section(result: ContactResult, width: float | None = None) -> Figure:
-    """Draw sections through the highest peak: the profile before and under load, the pressure.
+def pressed(result: ContactResult, width: float | None = None, middle: int | None = None) -> Figure:
+    """Draw a profile before and under load, and the pressure on it.
 
     Parameters
     ----------
     result : ContactResult
-        A solved contact.
+        A contact of profiles.
     width : float, optional
-        Length that is drawn [m], around the peak but within the map; by default all of it.
+        Length that is drawn [m]; by default all of the profile.
+    middle : int, optional
+        Point in the middle of it; by default that of the largest pressure.
 
     Returns
     -------
     Figure
-        Along x on the left, along y on the right. Zero height is the counter-body: the profile
-        before loading, moved as a whole by approach and tilt, overlaps it; under load it does not,
-        but for the indentation of saturated points. Of two measured bodies it is the sum of their
-        heights. Heights are exaggerated.
+        Zero height is the counter-body. Of two profiles it is the sum of their heights.
 
     Raises
     ------
@@ -111,366 +89,89 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
 
     if width is not None:
         require_positive(width=width)
-    before = result.initial_gap
-    peak = _highest(before)
-    length = min(width or math.inf, max(result.surface.size))
-    lines = [line_of(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
-    far = max(line.limits[1] for line in lines)
-    factor, unit = prefixed_window(far - length, far)
-    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
-    tall = max(_largest(line.before, line.under) for line in lines)
-    height_factor, height_unit = prefixed(tall, "m")
-    top = max(_largest(line.pressure) for line in lines)
-    # Ceilings far above all pressures do not stretch the axis.
-    ceilings = [line.ceiling for line in lines if line.ceiling is not None]
-    top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
-    pressure_factor, pressure_unit = prefixed(top, "Pa")
-    for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
-        upper, lower = grid[:, column]
-        draw_profile(upper, line, factor, height_factor)
-        draw_line_pressure(lower, line, top, factor, pressure_factor)
-        upper.set_title(
-            f"along {name}, at {other} = {in_unit(line.across, (factor, unit), 'm')}",
-            fontsize=TITLE,
-        )
-        lower.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
-        lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
-        for axes in (upper, lower):
-            axes.axvline(line.peak * factor, color=NEUTRAL, linewidth=0.9, linestyle=":")
-            axes.xaxis.set_major_locator(MaxNLocator(6))
-            plain_axes(axes)
+    place = 0, int(np.argmax(result.pressure)) if middle is None else middle
+    line = line_of(result, result.initial_gap, place, 1, width or math.inf)
+    first, last = line.limits
+    factor, unit = prefixed_window(first, last)
+    tall = float(np.nanmax(np.abs([line.before, line.under])))
+    up, unit_up = prefixed(tall, "m")
+    top = float(line.pressure.max())
+    if line.ceiling is not None:
+        top = max([top, *line.ceiling[line.ceiling <= 2 * top]])
+    press, unit_press = prefixed(top, "Pa")
+    figure = Figure(figsize=(10.6, 6.8), dpi=DPI, layout=layout())
+    grid = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1))
+    draw_profile(grid[0], line, factor, up)
+    draw_line_pressure(grid[1], line, top, factor, press)
+    for axes in grid:
+        axes.xaxis.set_major_locator(MaxNLocator(8))
+        plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=LABEL)
-    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
-    grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
+    grid[0].set_ylabel(f"{what} [{unit_up}]", fontsize=LABEL)
+    grid[1].set_ylabel(f"pressure [{unit_press}]", fontsize=LABEL)
+    grid[1].set_ylim(0, 1.08 * (top or 1.0) * press)
+    grid[1].set_xlabel(f"x [{unit}]", fontsize=LABEL)
+    grid[1].set_xlim(first * factor, last * factor)
     shared_legend(figure, grid)
-    figure.suptitle(
-        f"Sections through the highest peak at {load_text(result)}{doubt(result)}", fontsize=TITLE
-    )
+    figure.suptitle(f"Profile under {load_text(result)}{doubt(result)}", fontsize=TITLE)
     return figure
 
 
-def bearing_curve(surface: Surface) -> Figure:
-    """Draw the areal material ratio curve of a surface (bearing or Abbott-Firestone curve).
+def load_curve(curve: LoadCurve) -> Figure:
+    """Draw a load curve of profiles: contact, approach and mean gap, stiffness, segments.
 
     Parameters
     ----------
-    surface : Surface
-        The map; missing points are left out.
+    curve : LoadCurve
+        The solved loads per length.
 
     Returns
     -------
     Figure
-        Height above the mean over the share of the points that lie above it, with the
-        equivalent straight line of the core and the triangles of reduced peaks and dales, see
-        `bearing.core_parameters`.
+        Four panels over the load.
     """
     from matplotlib.figure import Figure
 
-    ratio, height, core, upper = bearing_parts(surface)
-    lower = upper - core["Sk"]
-    scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
-    first, second = 100 * core["Smr1"], 100 * core["Smr2"]
-    axes.plot(100 * ratio, height * factor, color=SERIES[0], linewidth=2.2, zorder=3)
-    axes.fill(
-        [0, 0, first],
-        [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
-        color=SERIES[4],
-        label=f"reduced peaks: Spk {in_unit(core['Spk'], scale, 'm')}, Smr1 {first:.1f} %",
+    figure = Figure(figsize=(11.0, 8.6), dpi=DPI, layout=layout())
+    grid = figure.subplots(2, 2)
+    load = curve.column("load")
+    factor, unit = prefixed(float(load.max()), "N/m")
+    for key, name, colour in (
+        ("contact_area", "contact", SERIES[0]), ("saturated_area", "saturated", SATURATED)
+    ):  # fmt: skip
+        share = 100 * curve.column(key) / curve.nominal_area
+        share[share == 0] = np.nan
+        if np.isfinite(share).any():
+            grid[0, 0].plot(load * factor, share, "o-", color=colour, label=name)
+    grid[0, 0].set_yscale("log")
+    scale, length_unit = prefixed(
+        float(max(curve.column("approach").max(), curve.column("mean_gap").max())), "m"
     )
-    axes.plot(
-        [0, 100],
-        [upper * factor, lower * factor],
-        color=NEUTRAL,
-        linestyle=(0, (5, 3)),
-        linewidth=1.5,
-        label=f"core: Sk {in_unit(core['Sk'], scale, 'm')}",
-    )
-    axes.fill(
-        [100, 100, second],
-        [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
-        color=SERIES[5],
-        label=f"reduced dales: Svk {in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
-    )
-    for value in (upper, lower):
-        axes.axhline(value * factor, color=NEUTRAL, linewidth=0.8, linestyle=":")
-    axes.set_xlim(0, 100)
-    axes.set_xlabel("material ratio [%]", fontsize=LABEL)
-    axes.set_ylabel(f"height above mean [{unit}]", fontsize=LABEL)
-    axes.set_title("Material ratio curve", fontsize=TITLE)
-    plain_axes(axes)
-    legend_below(axes)
-    return figure
-
-
-def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], float]:
-    """Return ratios and heights [m] of a bearing curve, its core, and where the core begins [m]."""
-    ratio, height = bearing.material_ratio_curve(surface.heights)
-    core = bearing.core_parameters(ratio, height)
-    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
-    if core["Smr1"] > 0:
-        upper = float(np.interp(core["Smr1"], ratio, height))
-    elif core["Smr2"] < 1:
-        upper = float(np.interp(core["Smr2"], ratio, height)) + core["Sk"]
-    else:
-        upper = core["Sk"] / 2
-    return ratio, height, core, upper
-
-
-class Line(NamedTuple):
-    """Points on a section; lengths and heights in metres, heights above the counter-body."""
-
-    place: Array
-    pixel: float
-    peak: float
-    across: float
-    limits: tuple[float, float]
-    before: Array
-    under: Array
-    pressure: Array
-    saturated: Mask
-    ceiling: Array | None
-
-
-def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
-    """Return what the tilt adds to the gap on a section [m]."""
-    y, x = tilt.levers(result.gap.shape, result.surface.pixel)
-    slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
-    raised: Array = (slope_y * y + slope_x * x)[where]
-    return raised
-
-
-def _highest(initial_gap: Array) -> tuple[int, int]:
-    y, x = np.unravel_index(np.nanargmin(initial_gap), initial_gap.shape)
-    return int(y), int(x)
-
-
-def window(centre: int, pixel: float, points: int, width: float) -> tuple[int, int]:
-    """Return the first point and the point after the last of a length around a point."""
-    if width >= points * pixel:
-        return 0, points
-    shown = min(max(math.ceil(width / pixel - 1e-9), 2), points)
-    first = min(max(centre - shown // 2, 0), points - shown)
-    return first, first + shown
-
-
-def line_of(
-    result: ContactResult, before: Array, peak: tuple[int, int], axis: int, width: float
-) -> Line:
-    """Return the section along an axis through a point, a length around that point [m]."""
-    here: list[int | slice] = list(peak)
-    pixel, points = result.surface.pixel[axis], result.surface.shape[axis]
-    first, last = window(peak[axis], pixel, points, width)
-    here[axis] = slice(first, last)
-    where = tuple(here)
-    ceiling = result.ceiling
-    return Line(
-        place=pixel * (np.arange(first, last, dtype=np.float64) + 0.5),
-        pixel=pixel,
-        peak=(peak[axis] + 0.5) * pixel,
-        across=(peak[1 - axis] + 0.5) * result.surface.pixel[1 - axis],
-        limits=(first * pixel, last * pixel),
-        before=result.approach - before[where] - _tilted(result, where),
-        under=-result.gap[where],
-        pressure=result.pressure[where],
-        saturated=result.saturated[where],
-        ceiling=None
-        if ceiling is None
-        else np.broadcast_to(ceiling, result.pressure.shape)[where].astype(np.float64),
-    )
-
-
-def _largest(*values: Array) -> float:
-    return max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values)
-
-
-def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -> None:
-    """Draw a section before and under load into axes."""
-    place = line.place * factor
-    before, under = line.before * height_factor, line.under * height_factor
-    axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
-    axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
-    axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
-    axes.plot(place, under, color=SERIES[0], linewidth=1.6, label="under load")
-    if line.saturated.any():
-        sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
-        axes.fill_between(
-            place, sunk, 0, step="mid", color=SATURATED, label="has to flow away (saturated)"
-        )
-
-
-def draw_line_pressure(
-    axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
-) -> None:
-    """Draw the pressure on a section into axes, whose limits are the caller's."""
-    from matplotlib.patches import StepPatch
-
-    edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
-    for mask, colour in ((~line.saturated, ELASTIC), (line.saturated, SATURATED)):
-        values = np.where(mask, line.pressure, 0.0) * pressure_factor
-        # `stairs` would look at every edge as a curve, for limits that are known.
-        axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
-    if line.ceiling is not None and (line.ceiling <= top).any():
-        axes.plot(
-            line.place * factor,
-            np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
-            color=NEUTRAL,
-            linestyle=(0, (5, 3)),
-            linewidth=1.3,
-            label="ceiling",
-        )
-
-
-def draw_histogram(
-    axes: Axes, results: Sequence[ContactResult], names: Sequence[str], scale: str
-) -> None:
-    """Draw the distributions of pressures into axes; see `pressure_histogram`."""
-    below = [result.pressure[result.contact & ~result.saturated] for result in results]
-    bins = (_logarithmic if scale == "log" else linear_bins)(results, below)
-    edges, shown, (_, last) = bins
-    factor, unit = prefixed(last, "Pa")
-    widths, per = np.diff(edges) * factor, unit
-    if scale == "log":
-        widths, per = np.diff(np.log10(edges)), "decade"
-    for index, (result, name, values) in enumerate(zip(results, names, below, strict=True)):
-        counts, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
-        points = max(int(np.count_nonzero(result.contact)), 1)
-        axes.stairs(
-            100 * counts / points / widths,
-            edges * factor,
-            color=SERIES[index % len(SERIES)],
-            linewidth=1.8,
-            linestyle=("-", "--", ":")[index // len(SERIES) % 3],
-            fill=len(results) == 1,
-            label=histogram_label(result, name, values, bins.limits, (factor, unit)),
-        )
-    for row, ceiling in enumerate(shown):
-        text = f"ceiling {in_unit(ceiling, (factor, unit), 'Pa')}"
-        if len(results) == 1 and results[0].saturated_fraction > 0:
-            text = f"{_share_at_ceiling(results[0])} at the {text}"
-        axes.axvline(ceiling * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
-        axes.annotate(
-            text,
-            (ceiling * factor, 1),
-            xycoords=axes.get_xaxis_transform(),
-            xytext=(0, 3 + 14 * (row % 2)),
-            textcoords="offset points",
-            ha="right" if ceiling > 0.85 * last else "center",
-            fontsize=TICK,
-            color=NEUTRAL,
-        )
-    if scale == "log":
+    for key, name, colour in (
+        ("approach", "approach", SERIES[0]), ("mean_gap", "mean gap", SERIES[1])
+    ):  # fmt: skip
+        grid[0, 1].plot(load * factor, curve.column(key) * scale, "o-", color=colour, label=name)
+    stiffness = curve.column("stiffness")
+    stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
+    if np.isfinite(stiffness).any():
+        grid[1, 0].set_yscale("log")
+    grid[1, 1].plot(load * factor, curve.column("spots"), "o-", color=SERIES[0])
+    grid[1, 1].set_ylim(bottom=0)
+    for axes, title, label in zip(
+        grid.ravel(),
+        ("Contact length", "Approach and mean open gap", "Contact stiffness", "Contact segments"),
+        (
+            "share of the profile [%]", f"approach, mean gap [{length_unit}]",
+            "stiffness dW′/dω [N/m/m]", "number of segments",
+        ),
+        strict=True,
+    ):  # fmt: skip
+        axes.set_title(title, fontsize=TITLE)
+        axes.set_ylabel(label, fontsize=LABEL)
+        axes.set_xlabel(f"load per length [{unit}]", fontsize=LABEL)
         axes.set_xscale("log")
-    else:
-        begin, end = bins.limits
-        axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)
-    axes.set_ylim(bottom=0)
-    axes.margins(y=0.1)
-    axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=LABEL)
-    plain_axes(axes)
-    legend_below(axes)
-
-
-# A linear axis shows the pressures of the contact between these two parts of it.
-_RARE = 0.005
-# It goes on to a ceiling so far above them, to the largest pressure where that is so near, and
-# begins at zero unless all of them lie higher than this part of its end.
-_NEAR_CEILING, _NEAR_END, _FAR_FROM_ZERO = 1.3, 2.0, 1 / 3
-
-
-class Bins(NamedTuple):
-    """Edges of the bins, ceilings that are drawn, and the limits of the axis [Pa]."""
-
-    edges: Array
-    ceilings: list[float]
-    limits: tuple[float, float]
-
-
-def _number_of_bins(pressures: Sequence[Array], least: int) -> float:
-    # About as many as the points bear (Rice's rule).
-    return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), least), 60))
-
-
-def _ceilings(results: Sequence[ContactResult]) -> list[float]:
-    return sorted({_uniform_ceiling(r) for r in results} - {math.inf})
-
-
-def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
-    """Return equal bins where the pressures are, and one more for the rest on each side."""
-    touching = [r.pressure[r.contact] for r in results if r.contact.any()]
-    ends = [np.quantile(p, (_RARE, 1 - _RARE)) for p in touching]
-    largest = max(r.max_pressure for r in results) or 1.0
-    last = max((float(high) for _, high in ends), default=largest)
-    first = min((float(low) for low, _ in ends), default=0.0)
-    last = largest if largest <= _NEAR_END * last else last
-    first = first if _FAR_FROM_ZERO * last < first < (1 - 1e-9) * last else 0.0
-    ceilings = [ceiling for ceiling in _ceilings(results) if ceiling > first]
-    shown = [ceiling for ceiling in ceilings if ceiling <= _NEAR_CEILING * last]
-    last = max([last, *shown])
-    step = (last - first) / _number_of_bins(pressures, 5)
-    # The lowest ceiling is an edge, so that no bin seems to reach beyond it; far below the others
-    # it would take a bin for every multiple of it.
-    if shown and 2 * (shown[0] - first) >= step:
-        step = (shown[0] - first) / max(round((shown[0] - first) / step), 1)
-    equal = first + step * np.arange(math.ceil((last - first) / step - 1e-9) + 1)
-    beyond = {p for p in (*ceilings, largest) if equal[-1] * (1 + 1e-9) < p <= largest}
-    edges = [*[0.0] * (first > 0), *equal.tolist(), *sorted(beyond)]
-    return Bins(np.array(edges, dtype=np.float64), shown, (first, last))
-
-
-def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
-    """Return equal bins of the logarithm over the decades of the pressures, four at most."""
-    largest = max(r.max_pressure for r in results) or 1.0
-    # Ceilings far above all pressures are named but do not stretch the axis.
-    shown = [ceiling for ceiling in _ceilings(results) if ceiling <= 2 * largest]
-    top = max([largest, *shown])
-    lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
-    decades = min(max(math.log10(top / lowest), 0.5), 4.0)
-    step = decades / _number_of_bins(pressures, 10)
-    # The lowest ceiling is an edge.
-    anchor = math.log10(shown[0] if shown else top)
-    before = math.ceil((decades - math.log10(top) + anchor) / step)
-    after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
-    exponents = anchor + step * np.arange(-max(before, 1), after + 1)
-    return Bins(np.asarray(10.0**exponents), shown, (0.0, top))
-
-
-def histogram_label(
-    result: ContactResult,
-    name: str,
-    values: Array,
-    limits: tuple[float, float],
-    scale: tuple[float, str],
-) -> str:
-    """Return what a distribution of pressures says of the contact, in lines."""
-    text = f"{name}: " if name else ""
-    text += f"{percent(result.contact_fraction)} of the map in contact{doubt(result)}"
-    if result.ceiling is not None:
-        ceiling = _uniform_ceiling(result)
-        which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
-        if result.saturated_fraction == 0:
-            text += f",\nnone of it at {which} ceiling"
-        else:
-            text += f",\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
-    rare = values[(values < limits[0]) | (values > limits[1] * (1 + 1e-9))]
-    if rare.size:
-        share = percent(rare.size / int(np.count_nonzero(result.contact)))
-        end = f"down to {in_unit(float(rare.min()), scale, 'Pa')}"
-        if rare.max() > limits[1]:
-            end = f"up to {in_unit(float(rare.max()), scale, 'Pa')}"
-        text += f",\n{share} of it {end} (beyond the axis)"
-    return text
-
-
-def _share_at_ceiling(result: ContactResult) -> str:
-    return percent(result.saturated_fraction / result.contact_fraction)
-
-
-def _uniform_ceiling(result: ContactResult) -> float:
-    # Infinite where there is none, or one that differs from point to point.
-    ceiling = result.ceiling
-    return ceiling if isinstance(ceiling, (int, float)) else math.inf
+        plain_axes(axes)
+    for axes in grid[0]:
+        axes.legend(fontsize=TICK, frameon=False)
+    return figure

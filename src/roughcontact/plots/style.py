@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.contact.result import ContactResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.errors import InputError
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.image import AxesImage
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.transforms import Transform
+
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -146,22 +150,22 @@ def reduced(
     dtype: type[np.generic] | None = None,
 ) -> NDArray[Any]:
     """Return what a ufunc makes of the points of each cell."""
-    found = values if dtype is None else values.astype(dtype, copy=False)
+    result = values if dtype is None else values.astype(dtype, copy=False)
     for axis, block in enumerate(blocks):
         if block > 1:
-            found = _reduced(ufunc, np.moveaxis(found, axis, 0), block)
-            found = np.moveaxis(found, 0, axis)
-    return found
+            result = _reduced(ufunc, np.moveaxis(result, axis, 0), block)
+            result = np.moveaxis(result, 0, axis)
+    return result
 
 
 def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
     """Return what a ufunc makes of every so many rows; the last ones may be fewer."""
     # The first rows of all blocks, then the second ones: ten times as fast as `reduceat`.
-    found = values[::block].copy()
+    result = values[::block].copy()
     for row in range(1, min(block, len(values))):
         there = values[row::block]
-        ufunc(found[: len(there)], there, out=found[: len(there)])
-    return found
+        ufunc(result[: len(there)], there, out=result[: len(there)])
+    return result
 
 
 def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
@@ -191,10 +195,10 @@ def mixed(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
     """
     from matplotlib.colors import to_rgb
 
-    found = np.full((*shares[0][1].shape, 3), to_rgb(ground))
+    result = np.full((*shares[0][1].shape, 3), to_rgb(ground))
     for colour, share in shares:
-        found += share[..., None] * (np.array(to_rgb(colour)) - to_rgb(ground))
-    return np.clip(found, 0.0, 1.0)
+        result += share[..., None] * (np.array(to_rgb(colour)) - to_rgb(ground))
+    return np.clip(result, 0.0, 1.0)
 
 
 def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
@@ -204,8 +208,8 @@ def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     there = np.isfinite(values)
     count = reduced(np.add, there, blocks, np.float64)
     total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
-    most = cell_points(values.shape, blocks)
-    mean: Array = np.where(2 * count > most, total / np.maximum(count, 1), np.nan)
+    maximum = cell_points(values.shape, blocks)
+    mean: Array = np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
     return mean
 
 
@@ -225,20 +229,20 @@ def draw_map(
     far = max(begin + side for begin, side in zip(corner, size, strict=True))
     factor, unit = prefixed_window(far - max(size), far)
     height, width = size[0] * factor, size[1] * factor
-    top, left = corner[0] * factor, corner[1] * factor
+    top, remaining = corner[0] * factor, corner[1] * factor
     # Cells at the far edges may reach beyond the map; the limits cut them off.
     bottom = top + values.shape[0] * blocks[0] * height / shape[0]
-    right = left + values.shape[1] * blocks[1] * width / shape[1]
+    right = remaining + values.shape[1] * blocks[1] * width / shape[1]
     # Matplotlib cuts colours off to steps of 1/255, which would shift their mean: half a step more
     # has them rounded.
     coloured = values.ndim == 3
     image = axes.imshow(
         np.minimum(values + HALF_A_STEP, 1.0) if coloured else np.ma.masked_invalid(values),
-        extent=(left, right, bottom, top),
+        extent=(remaining, right, bottom, top),
         interpolation="nearest",
         aspect="equal",
     )
-    axes.set_xlim(left, left + width)
+    axes.set_xlim(remaining, remaining + width)
     axes.set_ylim(top + height, top)
     axes.set_xlabel(f"x [{unit}]", fontsize=LABEL)
     axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
@@ -268,9 +272,9 @@ def few_ticks(axes: Axes, aspect: float) -> None:
 
 def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     """Add a colour bar that follows the map's own box; wide strips get it on top."""
-    left, right = axes.get_xlim()
+    remaining, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
-    aspect = abs(bottom - top) / abs(right - left)
+    aspect = abs(bottom - top) / abs(right - remaining)
     upright = aspect > UPRIGHT
     thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
     place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
@@ -363,3 +367,31 @@ def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "")
         fontsize=NOTE,
         color=NEUTRAL,
     )
+
+
+# --- Words that several figures share: load, doubt, names of results ---
+
+
+def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
+    """Return one name a result; `InputError` unless the labels fit."""
+    if not results:
+        raise InputError("is empty: give at least one", argument="results")
+    if labels is None:
+        return [""] if len(results) == 1 else [f"result {i + 1}" for i in range(len(results))]
+    if isinstance(labels, str) or len(labels) != len(results):
+        raise InputError(
+            f"must hold one text a result, got {labels!r} for {len(results)}",
+            argument="labels",
+            value=labels,
+        )
+    return list(labels)
+
+
+def load_text(result: ContactResult) -> str:
+    """Return the load of a result for a title."""
+    return engineering(result.load, result.pair.load_unit, 3)
+
+
+def doubt(result: ContactResult | ElastoplasticResult) -> str:
+    """Return what a title adds where a result is not to be trusted."""
+    return "" if result.converged else " (NOT CONVERGED)"

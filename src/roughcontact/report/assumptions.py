@@ -2,48 +2,44 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.contact import imprint, judgment
-from roughcontact.contact.cautions import Caution, Kind
-from roughcontact.contact.history import VOLUME_ACCOUNT, LoadHistory
-from roughcontact.contact.judgment import LARGE_SLOPE, SMALL_SLOPE, carrying_pixels
+from roughcontact.cautions import Caution, Kind
+from roughcontact.contact import plausibility as judgment
+from roughcontact.contact.plausibility import (
+    LARGE_SLOPE,
+    LARGE_STRAIN,
+    SMALL_SLOPE,
+    indentation_caution,
+    load_bearing_spot_pixels,
+)
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS, Spots
-from roughcontact.contact.validity import LARGE_STRAIN
+from roughcontact.elastoplastic.plausibility import largest_strain, perfectly_plastic, slope_under
+from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material, contact_modulus, softer
-from roughcontact.report import wording
+from roughcontact.report import phrases
 from roughcontact.report.page import joined, sentence
-from roughcontact.report.wording import is_rigid
+from roughcontact.report.phrases import is_rigid
+from roughcontact.studies.load_history import VOLUME_ACCOUNT, LoadHistory
+from roughcontact.studies.sampling_study import Sample
 from roughcontact.units import counted, engineering, percent
-
-if TYPE_CHECKING:
-    from roughcontact.volume.result import ElastoplasticResult
 
 
 @dataclass(frozen=True)
 class Statement:
-    """One assumption, and whether it is in doubt.
+    """One assumption, and whether it is in doubt."""
 
-    Parameters
-    ----------
-    topic : str
-        What it is about, in two or three words.
-    text : str
-        The assumption with the numbers of the case at hand; sentences.
-    kinds : tuple of Kind
-        Of the cautions that put it in doubt, where the result has them.
-    """
-
-    topic: str
-    text: str
-    kinds: tuple[Kind, ...] = ()
+    topic: str  # What it is about, in two or three words
+    text: str  # The assumption with the numbers of the case at hand
+    kinds: tuple[Kind, ...] = ()  # Of the cautions that put it in doubt, where the result has them
 
     def doubts(self, cautions: Iterable[Caution]) -> str:
         """Return why this assumption is in doubt, in sentences; empty if it is not."""
@@ -72,24 +68,8 @@ FRICTIONLESS = Statement(
 def statements(
     result: ContactResult, spots: Spots, history: LoadHistory | None = None
 ) -> tuple[Statement, ...]:
-    """Return what a result assumes, for the case at hand.
-
-    Parameters
-    ----------
-    result : ContactResult
-        A solution.
-    spots : Spots
-        Its contact spots.
-    history : LoadHistory, optional
-        The path of which the result is one stage.
-
-    Returns
-    -------
-    tuple of Statement
-        Geometry, slopes, strains, friction and adhesion, yielding, resolution, loading; missing
-        points and single precision where there are any.
-    """
-    found = [
+    """Return what a result assumes, for the case at hand."""
+    answer = [
         half_spaces(result.boundary, elastic_half_spaces(result.material, result.counter_material)),
         bodies(result),
         slopes(result),
@@ -101,14 +81,14 @@ def statements(
         loading(result) if history is None else _path(history),
     ]
     if result.precision == "single":
-        found.append(
+        answer.append(
             Statement(
                 "Single precision",
                 "The transforms were computed with seven digits instead of sixteen, which saves "
                 f"memory; the certificate asked for is {result.tolerance:.0e}.",
             )
         )
-    return tuple(statement for statement in found if statement.text)
+    return tuple(statement for statement in answer if statement.text)
 
 
 def elastic_half_spaces(material: Material, counter_material: Material) -> str:
@@ -198,12 +178,7 @@ def small_slopes(
 
 
 def _sideways(material: Material, counter_material: Material, profile: bool) -> float:
-    """Return the error, over the slope, of leaving out that bodies move sideways.
-
-    Of the load on a cone, after Hay, Bolshakov and Pharr 1999, eq. (12), to first order; of the
-    half-width under a cylinder, after Johnson 1985, eq. (2.24a). Both are in proportion to
-    Dundurs' β (Johnson, eq. 5.3), of which they have that against a rigid body.
-    """
+    """Return the error, over the slope, of leaving out that bodies move sideways."""
     first, second = (
         (1 - 2 * body.poisson) * (1 + body.poisson) / body.young
         for body in (material, counter_material)
@@ -235,10 +210,10 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
     if result.ceiling is None:
         return elastic(*both)
     if result.saturated_fraction == 0:
-        return limited(wording.ceiling(result), *both, reached=False)
-    kept = result.residual_indentation if history is None else history.indentation
-    deepest = engineering(float(kept.max()), "m", 3)
-    item = limited(wording.ceiling(result), *both, reached=True, kept=f", up to {deepest},")
+        return limited(phrases.ceiling(result), *both, reached=False)
+    cached = result.residual_indentation if history is None else history.indentation
+    deepest = engineering(float(cached.max()), "m", 3)
+    item = limited(phrases.ceiling(result), *both, reached=True, kept=f", up to {deepest},")
     return replace(item, text=joined(item.text, _left_behind(result)))
 
 
@@ -302,8 +277,8 @@ def _left_behind(result: ContactResult) -> str:
     if advice is None or not isinstance(result.ceiling, float):
         return ""
     bodies = (result.material, result.counter_material)
-    found = imprint.doubt(advice, result.ceiling, any(body.hardens for body in bodies))
-    return "" if found is None else sentence(found.text)
+    answer = indentation_caution(advice, result.ceiling, any(body.hardens for body in bodies))
+    return "" if answer is None else sentence(answer.text)
 
 
 def _first_yield(body: Material) -> str:
@@ -321,7 +296,7 @@ def resolution(
 ) -> Statement:
     """Return the statement on what the map resolves; `volume` where bodies yield."""
     dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
-    pixels = carrying_pixels(result, spots)
+    pixels = load_bearing_spot_pixels(result, spots)
     text = (
         f"The pressure is constant on each pixel of {dy} × {dx} (y × x), and roughness finer than "
         "that is not in the map. On a rough surface a finer map has less contact area and higher "
@@ -371,21 +346,21 @@ def holes(result: ContactResult) -> Statement:
 def loading(result: ContactResult) -> Statement:
     """Return the statement on one loading."""
     if result.control == "load":
-        given = "The load was given, and the approach follows from it. "
+        specified = "The load was given, and the approach follows from it. "
     else:
-        given = "The approach was given, and the load is what the pressure adds up to. "
+        specified = "The approach was given, and the load is what the pressure adds up to. "
     if result.moments is None:
-        given += "The bodies are pressed together without tilting. "
+        specified += "The bodies are pressed together without tilting. "
     else:
-        given += "The bodies tilt until the pressure balances the moments that were given. "
-    return one_loading(given)
+        specified += "The bodies tilt until the pressure balances the moments that were given. "
+    return one_loading(specified)
 
 
-def one_loading(given: str) -> Statement:
+def one_loading(specified: str) -> Statement:
     """Return the statement on a load that was given, in sentences, and is applied once."""
     return Statement(
         "One loading",
-        f"{given}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
+        f"{specified}It is applied once, slowly, to the surfaces as prepared: earlier passes, "
         "unloading, sliding, creep and wear are not in it.",
     )
 
@@ -398,3 +373,341 @@ def _path(history: LoadHistory) -> Statement:
         "before it left. Saturated points sink in for good, unloading is elastic. Moves to another "
         f"position are free of friction. {sentence(VOLUME_ACCOUNT)}",
     )
+
+
+# What a comparison of maps takes for granted: that of each contact, worded for all of them.
+
+
+def comparison_statements(samples: Sequence[Sample]) -> tuple[Statement, ...]:
+    """Return what is assumed of each of several maps under the same nominal pressure."""
+    curve, (material, counter_material) = samples[0].curve, samples[0].bodies
+    slopes = [item.curve.rms_gradient for item in samples if math.isfinite(item.curve.rms_gradient)]
+    steepest = max(slopes, default=math.nan)
+    pressure = max(item.numbers["max_pressure"] for item in samples)
+    result = (
+        half_spaces(curve.boundary, elastic_half_spaces(material, counter_material)),
+        FLAT,
+        small_slopes(steepest, "of the steepest map", material, counter_material),
+        strains(pressure / curve.contact_modulus),
+        FRICTIONLESS,
+        _assumptions_compared_yielding(samples),
+        _resolution(samples),
+        _holes(samples),
+        one_loading("The load on each map is the nominal pressure times its area. "),
+    )
+    return tuple(statement for statement in result if statement.text)
+
+
+def _assumptions_compared_yielding(samples: Sequence[Sample]) -> Statement:
+    ceiling, bodies = samples[0].curve.ceiling, samples[0].bodies
+    if ceiling is None:
+        return elastic(*bodies)
+    reached = any(item.numbers["saturated_fraction"] > 0 for item in samples)
+    return limited(phrases.limit(ceiling, *bodies), *bodies, reached=reached)
+
+
+def _resolution(samples: Sequence[Sample]) -> Statement:
+    edges = [edge for item in samples for edge in item.pixel]
+    small, large = (engineering(edge, "m", 3) for edge in (min(edges), max(edges)))
+    return Statement(
+        "Resolution",
+        f"The pressure is constant on each pixel, of {small}"
+        + (f" to {large}" if small != large else "")
+        + " along a side, and roughness finer than that is not in the maps. On a rough surface a "
+        "finer map has less contact area and higher elastic pressures: maps are compared at the "
+        "waves that they show.",
+        (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT),
+    )
+
+
+def _holes(samples: Sequence[Sample]) -> Statement:
+    methods = {
+        step.method
+        for item in samples
+        for origin in item.curve.origins
+        for step in origin.operations
+    }
+    parts = [FILLED] if "filled" in methods else []
+    if "masked" in methods:
+        parts.append(
+            "Points that were not measured are taken as never touching; the load that they might "
+            "carry lies on the others."
+        )
+    return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
+
+
+# --- What a result on profiles takes for granted, in words ---
+
+
+LIMITS = Statement(
+    "What a profile cannot know",
+    "A profile is pressed as if the body went on alike along y without end, as ridges that are "
+    "straight and level do: turned or ground surfaces across their lay, and these only as far as "
+    "their ridges reach. The part of the profile that touches is a length, and not the real "
+    "contact area of a surface: a surface that is rough in both directions touches on summits, at "
+    "other loads and over another area. Whether contact closes a way for a fluid cannot be seen in "
+    "a profile either: in one line any touch closes it, on a surface there are ways around.",
+)
+"""What is said with every contact of a profile."""
+
+_FRICTIONLESS = Statement(
+    "No friction, no adhesion",
+    "The bodies press on each other across the line of the profile. Friction, and with it the "
+    "small sliding of unlike materials against each other, is left out. The bodies do not attract "
+    "each other: the pressure is never negative.",
+)
+
+
+def profile_statements(result: ContactResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result on profiles assumes, for the case at hand."""
+    answer = (
+        LIMITS,
+        _plane_strain(result),
+        bodies(result),
+        slopes(result),
+        strains(result.max_pressure / result.contact_modulus),
+        _FRICTIONLESS,
+        _assumptions_profile_yielding(result),
+        _assumptions_profile_resolution(result, spots),
+        holes(result),
+        loading(result),
+    )
+    return tuple(statement for statement in answer if statement.text)
+
+
+def _plane_strain(result: ContactResult) -> Statement:
+    who = elastic_half_spaces(result.material, result.counter_material)
+    text = (
+        f"{who}, loaded alike along y without end: plane "
+        "strain. The part has to be thick and wide compared with the contact, isotropic and the "
+        "same everywhere; coatings, thin walls and edges are not in the model. "
+    )
+    return Statement("Half-spaces in plane strain", text + half_plane(result), (Kind.EDGE,))
+
+
+def _assumptions_profile_yielding(result: ContactResult) -> Statement:
+    kinds = (Kind.CEILING, Kind.HARDNESS, Kind.BEYOND_CEILING)
+    first = result.pair.first_to_yield
+    begins = ""
+    if first is not None:
+        pressure = engineering(result.pair.yields_at(first) or 0.0, "Pa", 3)
+        begins = (
+            f" Yielding begins earlier: for a cylinder at a peak pressure of {pressure} (Green "
+            "2005)."
+        )
+    if result.ceiling is None:
+        return Statement(
+            "No yielding",
+            "The solution is purely elastic: nothing limits the pressure, which on sharp peaks "
+            f"can exceed what any material bears.{begins}",
+            kinds,
+        )
+    text = f"The pressure may not exceed a ceiling ({phrases.ceiling(result)}). "
+    if result.saturated_fraction == 0:
+        text += "It is reached nowhere: the solution is the elastic one."
+    else:
+        text += (
+            "Points at the ceiling flow, and the part by which they overlap the counter-body is "
+            "kept. Where that material goes, residual stress and hardening are not in the model."
+        )
+    text += (
+        " That pressures level off near three yield strengths is known of indenters and of spots "
+        "of a surface; ridges in plane strain level off a little lower, near 2.97 yield strengths "
+        "by von Mises for a flat one (Prandtl)."
+    )
+    return Statement("The ceiling stands in for plasticity", text + begins, kinds)
+
+
+def _assumptions_profile_resolution(result: ContactResult, spots: Spots) -> Statement:
+    spacing, pixels = (
+        engineering(result.surface.pixel[1], "m", 3),
+        load_bearing_spot_pixels(result, spots),
+    )
+    text = (
+        f"The pressure is constant over the {spacing} from point to point, and roughness finer "
+        "than that is not in the profile: a finer one touches on less of its length, at higher "
+        "elastic pressures. "
+    )
+    if pixels >= FEW_PIXELS:
+        text += f"Half of the load is carried by segments of {counted(pixels, 'point')} or more. "
+    text += "A segment counts up to one point too long."
+    return Statement("Resolution", text, (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT))
+
+
+def half_plane(result: ContactResult) -> str:
+    """Return the assumption on what lies beyond a profile, in sentences."""
+    if result.boundary is Boundary.PERIODIC:
+        return (
+            "The profile is one period of an endless one, and the load is that on one period. A "
+            "measured profile does not fit its own other end; the seam is then a step that the "
+            "surface does not have. The approach counts from the mean line of the deformed body."
+        )
+    length = engineering(result.surface.size[1], "m", 3)
+    return (
+        "The profile is all that touches. A line load displaces a half-space without bound, so "
+        "the approach of a free profile is known but for a constant: here a line load displaces "
+        f"nothing at a distance of the length of the profile, {length}. Approach and stiffness "
+        "depend on that; pressures, contact length and gap under a given load do not."
+    )
+
+
+# --- What a result of the volume model takes for granted, in words ---
+
+
+def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statement, ...]:
+    """Return what a result of the volume model assumes, for the case at hand."""
+    contact = result.solution
+    answer = [
+        half_spaces(contact.boundary, _yielding_half_spaces(result)),
+        bodies(contact),
+        slopes(contact),
+        _small_deformations(result),
+        _hardening(result),
+        _rolling(result) if result.travelled else FRICTIONLESS,
+        _layers(result),
+        resolution(contact, spots, result) if contact.load else Statement("", ""),
+        holes(contact),
+        _assumptions_volume_path(result),
+    ]
+    if result.precision == "single":
+        answer.append(
+            Statement(
+                "Single precision of the volume",
+                "Strain and stress in the volume were computed with seven digits instead of "
+                "sixteen, the contact with sixteen; pressures change by about a part in 100 000.",
+            )
+        )
+    return tuple(statement for statement in answer if statement.text)
+
+
+def _yielding_half_spaces(result: ElastoplasticResult) -> str:
+    def kind(body: Material) -> str:
+        if is_rigid(body):
+            return "rigid"
+        return "an elastic half-space" + (" that yields" if body.yield_strength else "")
+
+    first, second = kind(result.solution.material), kind(result.solution.counter_material)
+    if first == second:
+        return "Both bodies are elastic half-spaces that yield"
+    return f"The body with this map is {first}, the counter-body is {second}"
+
+
+def _small_deformations(result: ElastoplasticResult) -> Statement:
+    slope, strain = slope_under(result), largest_strain(result)
+    text = (
+        "Equilibrium is that of bodies that keep their shape, and strains are small: those of "
+        "elasticity and plastic flow add up. The largest plastic strain is "
+        f"{percent(strain)}. "
+    )
+    if math.isfinite(slope):
+        text += (
+            f"The root-mean-square slope under the contact is {slope:.3g}, which for a sphere of "
+            f"radius R is that of a spot of radius a = {math.sqrt(2) * slope:.2g} R. "
+        )
+    return Statement(
+        "Small strains",
+        f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
+        "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
+        (Kind.PLASTIC_STRAINS,),
+    )
+
+
+_ISOTROPIC = (
+    "grows with the accumulated plastic strain, the same in all directions: that metals yield "
+    "earlier after a reversal of the load (Bauschinger effect) is left out."
+)
+_KINEMATIC = (
+    "is measured from a back stress in proportion to the plastic strain (Prager), so that metal "
+    "yields earlier after a reversal of the load (Bauschinger effect). In truth the back stress "
+    "saturates: where strains are large, or their mean creeps on from cycle to cycle, a "
+    "proportional one hides it."
+)
+
+
+def _hardening(result: ElastoplasticResult) -> Statement:
+    kinematic = any(isinstance(body.material.hardening, Kinematic) for body in result.bodies)
+    text = (
+        "Metal flows where the von Mises stress reaches the yield strength, without changing its "
+        "volume. The strength "
+        + (_KINEMATIC if kinematic else _ISOTROPIC)
+        + " It does not depend on speed, time or temperature; there is no creep, no fracture and "
+        "no change of phase."
+    )
+    if perfectly_plastic(result):
+        text += (
+            " A perfectly plastic field has too few freedoms for the pressure of single pixels: "
+            "it scatters by 5 to 10 %, more at the rim of spots. Means over 3 × 3 pixels or over "
+            "spots are right; a little hardening removes the scatter."
+        )
+    return Statement(
+        "Kinematic hardening" if kinematic else "Isotropic hardening",
+        text,
+        (Kind.HARDENING, Kind.SCATTER),
+    )
+
+
+def _layers(result: ElastoplasticResult) -> Statement:
+    body = result.bodies[0]
+    thin, thick = (engineering(h, "m", 3) for h in (body.thickness[0], body.thickness[-1]))
+    text = (
+        f"Strain and stress are averages over layers, {thin} thick at the surface and {thick} at "
+        f"the bottom, {engineering(float(body.thickness.sum()), 'm', 3)} down; in the plane they "
+        "are values at the centres of pixels. Peaks narrower than that are cut."
+    )
+    if body.margin:
+        text += (
+            f" The volume goes on {counted(body.margin, 'pixel')} beyond each edge of the map, "
+            "and the body without end."
+        )
+    return Statement("Layers", text)
+
+
+def _of_steps(result: ElastoplasticResult) -> str:
+    error = result.step_error
+    if error is None:
+        return "they were given, and the error that they make is not estimated"
+    return f"they make an error of about {100 * error:.2g} % of approach and contact area"
+
+
+def _way(result: ElastoplasticResult) -> str:
+    if not result.travelled:
+        return "The bodies are pressed together without tilting or sliding."
+    return (
+        "The counter-surface moved over the body without tilting, and plastic strain stays at its "
+        "place in each body: where nothing pulls, one rolls over the other without slip."
+    )
+
+
+def _rolling(result: ElastoplasticResult) -> Statement:
+    """Return what is taken for granted where the counter-surface moved or pulled."""
+    largest = max(step.friction for step in result.increments)
+    pull = (
+        f"The counter-surface pulls with up to {largest:.3g} of the pressure, at full sliding "
+        "everywhere in the contact. That a traction also moves surfaces up and down where the "
+        "bodies differ in their elastic constants is left out."
+        if largest
+        else "The counter-surface rolls freely: there is no traction at all in the contact."
+    )
+    return Statement(
+        "Rolling and sliding",
+        f"{pull} A contact that sticks in one part and slips in another, as under a driving or "
+        "braking torque, and the spin of a ball about the normal are left out. Nor are there "
+        "inertia, a lubricant or heat. The bodies do not attract each other.",
+        (Kind.AXIS,),
+    )
+
+
+def _assumptions_volume_path(result: ElastoplasticResult) -> Statement:
+    loads = [step.load for step in result.increments]
+    if not loads:
+        return Statement("", "")
+    turns = any(later < earlier for earlier, later in itertools.pairwise(loads))
+    text = (
+        f"The load was changed slowly, in {counted(len(loads), 'increment')}, up to "
+        f"{engineering(max(loads), 'N')}"
+        + (f", and ended at {engineering(loads[-1], 'N')}. " if turns else ". ")
+        + "The result depends on this path, and on the size of its increments: "
+        f"{_of_steps(result)}. {_way(result)} They were free of stress before: residual stress of "
+        "machining is not in it."
+    )
+    return Statement("Path of loads", text, (Kind.RESIDUAL, Kind.WAY))

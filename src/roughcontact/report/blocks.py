@@ -6,14 +6,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from roughcontact.contact.cautions import Caution
+from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.slab import Share
+from roughcontact.contact.share import Share
 from roughcontact.material.material import Material
 from roughcontact.report import inputs
+from roughcontact.report.fields import PROBLEM, TRUST, Row, rows_of
 from roughcontact.report.kind import Kind
-from roughcontact.report.quantities import PROBLEM, TRUST, Row, rows_of
-from roughcontact.report.wording import is_rigid
+from roughcontact.report.phrases import is_rigid
 
 Cells = tuple[str, ...]
 
@@ -67,8 +67,8 @@ def trust(kind: Kind, result: Any) -> list[Cells]:
 def steps(kind: Kind, result: Any) -> Blocks:
     """Return one row a step, and what is told of all steps together."""
     heads, rows = kind.listing(result, brief=True)
-    told = [*cells(kind.rows(result, brief=True)), *trust(kind, result)]
-    return [*table(rows, heads=heads), *table(told)]
+    text = [*cells(kind.rows(result, brief=True)), *trust(kind, result)]
+    return [*table(rows, heads=heads), *table(text)]
 
 
 def usual(kind: Kind, result: Any) -> Blocks:
@@ -92,9 +92,9 @@ def body(material: Material) -> str:
     if is_rigid(material):
         return "rigid"
     rows = rows_of(inputs.BODY, material, brief=True)
-    told = {row.key: f"{row.name} {row.text}" for row in rows if row.value is not None}
-    constants = (told[key] for key in ("young", "poisson", "yield_strength", "hardness")
-                 if key in told)  # fmt: skip
+    text = {row.key: f"{row.name} {row.text}" for row in rows if row.value is not None}
+    constants = (text[key] for key in ("young", "poisson", "yield_strength", "hardness")
+                 if key in text)  # fmt: skip
     return (f"{material.name}: " if material.name else "") + ", ".join(constants)
 
 
@@ -102,11 +102,11 @@ def problem(
     kind: Kind, result: Any, contact: ContactResult, without: Sequence[str] = ()
 ) -> list[Cells]:
     """Return maps and bodies of a contact, and what was asked for."""
-    told = [*_map(contact.share), ("body", body(contact.material))]
+    text = [*_map(contact.share), ("body", body(contact.material))]
     other = body(contact.counter_material)
     if contact.counter_surface is None:
-        told.append(("counter-body", f"{other}, flat"))
+        text.append(("counter-body", f"{other}, flat"))
     else:
-        told += [("counter-body", other), *_map(contact.counter_surface)]
-    asked = kind.rows(result, PROBLEM, brief=True)
-    return told + cells(row for row in asked if row.key not in without)
+        text += [("counter-body", other), *_map(contact.counter_surface)]
+    requested = kind.rows(result, PROBLEM, brief=True)
+    return text + cells(row for row in requested if row.key not in without)

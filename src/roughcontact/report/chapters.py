@@ -6,48 +6,176 @@ import math
 import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from roughcontact._version import __version__
-from roughcontact.contact import hertzian
-from roughcontact.contact.cautions import Caution
+from roughcontact.cautions import Caution
+from roughcontact.contact.hertz_comparison import limits
+from roughcontact.contact.nominal_hertz import LINE
 from roughcontact.contact.pair import BODIES
+from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.slab import Slab
-from roughcontact.contact.smooth import LINE
+from roughcontact.contact.share import Slab
 from roughcontact.contact.spots import Spots
+from roughcontact.elastoplastic import result as depth
+from roughcontact.elastoplastic.plastic_body import LayerProfile
+from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.plots import hertz
+from roughcontact.plots.hertz_comparison import versus_hertz
 from roughcontact.report import (
     assumptions,
-    assumptions_profile,
-    details,
+    contact_fields as of_profile,
     figures,
+    hertz_comparison as smooth,
     inputs,
     page,
-    profile as of_profile,
-    smooth,
-    traces,
 )
-from roughcontact.report.kind import Kind
-from roughcontact.report.page import Addition, Cells, Chapter, Table
-from roughcontact.report.quantities import (
+from roughcontact.report.fields import (
     TRUST,
+    Quantity,
     Row,
+    Table,
     Table as Quantities,
-    beside,
     capital,
     rows_of,
+    side_by_side,
 )
-from roughcontact.surface import profile
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import Cells, Chapter, ExtraChapter, PageTable
+from roughcontact.surface.roughness import cutoff
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering
+from roughcontact.units import engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+# Spots whose share of the load is told.
+_LARGEST = 10
+
+
+class Spotted(NamedTuple):
+    """A contact with its spots."""
+
+    result: ContactResult
+    spots: Spots
+
+
+def _share_of_load(result: Spotted, count: int) -> str:
+    load = result.spots.load
+    return percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
+
+
+def _largest_area(result: Spotted) -> str:
+    largest = float(result.spots.area[0])
+    share = percent(largest / result.result.contact_area)
+    return f"{engineering(largest, 'm²')} ({share} of the contact area)"
+
+
+SPOTS: Table = (
+    Quantity("count", "number of spots", of="spots.count"),
+    Quantity("mean_area", "mean area", unit="m²", of=lambda s: float(s.spots.area.mean())),
+    Quantity(
+        "largest_area", "largest area", unit="m²", of=lambda s: float(s.spots.area[0]),
+        text=_largest_area,
+    ),
+    Quantity(
+        "largest_load", "load on the largest", unit="N", of=lambda s: float(s.spots.load[0]),
+        text=lambda s: f"{engineering(float(s.spots.load[0]), 'N')} "
+        f"({_share_of_load(s, 1)} of the load)",
+    ),
+    Quantity(
+        "largest_loads", f"load on the {_LARGEST} largest",
+        of=lambda s: float(s.spots.load[:_LARGEST].sum()),
+        text=lambda s: f"{_share_of_load(s, _LARGEST)} of the load",
+        when=lambda s: s.spots.count > _LARGEST,
+    ),
+    Quantity(
+        "carrying_pixels", "pixels of a load-carrying spot",
+        meaning="spots of at least this size carry half of the load",
+        of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
+    ),
+)  # fmt: skip
+"""Of the contact spots, `Spotted`."""
+
+
+class Yielding:
+    """One body that yields, and what its layers hold at most."""
+
+    def __init__(self, result: ElastoplasticResult, number: int) -> None:
+        self.result = result
+        self.number = number
+        self.body = result.bodies[number]
+
+    @cached_property
+    def layers(self) -> LayerProfile:
+        """Largest values of each layer."""
+        return depth.layers(self.result, self.number)
+
+    @property
+    def loaded(self) -> bool:
+        """Whether there is a load in the end."""
+        return bool(self.result.solution.load)
+
+
+def _place(result: Yielding) -> str:
+    layer, row, column = depth.most_strained(result.result, result.number)
+    dy, dx = result.result.solution.surface.pixel
+    deep = engineering(float(result.body.depth[layer]), "m")
+    y, x = (engineering(place, "m") for place in ((row + 0.5) * dy, (column + 0.5) * dx))
+    return f"{deep} deep, at y, x = {y}, {x}"
+
+
+def _deepest(result: Yielding, name: str) -> str:
+    values = getattr(result.layers, name)
+    deep = float(result.body.depth[int(values.argmax())])
+    return f"{engineering(float(values.max()), 'Pa')}, {engineering(deep, 'm')} deep"
+
+
+def _layers(result: Yielding) -> str:
+    thickness = result.body.thickness
+    return f"{thickness.size}, {engineering(float(thickness.sum()), 'm')} deep in all"
+
+
+YIELDING: Table = (
+    Quantity(
+        "max_plastic_strain", "largest accumulated plastic strain", of="body.max_plastic_strain",
+        text=lambda b: f"{percent(b.body.max_plastic_strain)}, {_place(b)}",
+        when=lambda b: bool(b.body.plastic_volume),
+    ),
+    Quantity(
+        "max_von_mises", "largest stress", unit="Pa", of="body.max_von_mises",
+        text=lambda b: f"{engineering(b.body.max_von_mises, 'Pa')}, {_place(b)}",
+        when=lambda b: not b.body.plastic_volume,
+    ),
+    Quantity(
+        "plastic_depth", "plastic depth", unit="m", of="body.plastic_depth",
+        meaning="lower face of the lowest layer with plastic strain",
+    ),
+    Quantity(
+        "plastic_volume", "plastic volume", unit="m³", of="body.plastic_volume",
+        meaning="with any plastic strain",
+    ),
+    Quantity(
+        "max_residual_stress", "largest residual von Mises stress", unit="Pa",
+        of=lambda b: float(b.layers.max_residual_von_mises.max()),
+        text=lambda b: _deepest(b, "max_residual_von_mises"),
+    ),
+    Quantity(
+        "max_stress_under_load", "largest von Mises stress under load", unit="Pa",
+        of=lambda b: float(b.layers.max_von_mises.max()),
+        text=lambda b: _deepest(b, "max_von_mises"), when=lambda b: b.loaded,
+    ),
+    Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
+)  # fmt: skip
+"""Of one body of the volume model, `Yielding`."""
+
+
+# --- Chapters that all reports share ---
+
 
 RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
 """What no certificate knows."""
@@ -97,8 +225,8 @@ def prepared(result: ContactResult) -> list[Chapter]:
         names = list(BODIES.values())
     chapter = Chapter("Input and preparation")
     table = inputs.table_of(result.surface)
-    facts = [(row.title, *texts) for row, texts in beside(table, surfaces)]
-    chapter.add("table", Table(facts, ("", *names) if len(names) > 1 else ()))
+    facts = [(row.title, *texts) for row, texts in side_by_side(table, surfaces)]
+    chapter.add("table", PageTable(facts, ("", *names) if len(names) > 1 else ()))
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
         if surface.provenance.steps:
@@ -106,7 +234,7 @@ def prepared(result: ContactResult) -> list[Chapter]:
             chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
         else:
             chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
-        table_of_figures = traces.MAP if surface.is_profile else figures.MAP
+        table_of_figures = figures.PROFILE_MAP if surface.is_profile else figures.MAP
         show(chapter, table_of_figures, figures.MapScene(surface, of), figures.PREPARATION)
     if result.surface.is_profile:
         return [chapter, _profile_roughness(surfaces, names)]
@@ -135,7 +263,7 @@ def _profile_roughness(surfaces: Sequence[Surface], names: Sequence[str]) -> Cha
     chapter = Chapter("Roughness of the prepared profile")
     for surface, name in zip(surfaces, names, strict=True):
         of = f" of the {name}" if len(names) > 1 else ""
-        wave = profile.cutoff(surface.size[1])
+        wave = cutoff(surface.size[1])
         rest = (
             f"R without the waves beyond λc = {engineering(wave, 'm')}, the largest of the "
             "standard of which five fit into the profile, by the Gaussian filter of ISO 16610-21."
@@ -148,11 +276,11 @@ def _profile_roughness(surfaces: Sequence[Surface], names: Sequence[str]) -> Cha
             f"{rest}",
         )
         heads = ("parameter", "P: all waves", "R: without λc", "meaning")
-        chapter.add("table", Table(inputs.profile_parameters(surface), heads))
+        chapter.add("table", PageTable(inputs.profile_parameters(surface), heads))
     return chapter
 
 
-def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table:
+def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> PageTable:
     columns = []
     for surface in surfaces:
         try:
@@ -169,53 +297,23 @@ def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> Table
         for name, (_, meaning) in inputs.ROUGHNESS.items()
     ]
     values = tuple(names) if len(names) > 1 else ("value",)
-    return Table(rows, ("parameter", *values, "meaning"))
+    return PageTable(rows, ("parameter", *values, "meaning"))
 
 
-def problem(result: ContactResult, given: Iterable[Row], model: str) -> Chapter:
-    """Return the chapter on materials and load.
-
-    Parameters
-    ----------
-    result : ContactResult
-        The contact.
-    given : iterable of Row
-        What was asked for.
-    model : {"ceiling", "volume"}
-        What of a material counts.
-
-    Returns
-    -------
-    Chapter
-        Two tables.
-    """
+def problem(result: ContactResult, specified: Iterable[Row], model: str) -> Chapter:
+    """Return the chapter on materials and load."""
     bodies = (result.material, result.counter_material)
-    return pressed(bodies, cells(given), inputs.bodies(model, result.pair.is_profile))
+    return pressed(bodies, cells(specified), inputs.bodies(model, result.pair.is_profile))
 
 
 def pressed(
-    bodies: tuple[Material, Material], given: Sequence[Cells], table: Quantities
+    bodies: tuple[Material, Material], specified: Sequence[Cells], table: Quantities
 ) -> Chapter:
-    """Return the chapter on two materials and what was asked for, as rows of a page.
-
-    Parameters
-    ----------
-    bodies : (Material, Material)
-        That with the map, and the counter-body.
-    given : sequence of tuple of str
-        What was asked for.
-    table : Table
-        What of a material counts, from `inputs.bodies`.
-
-    Returns
-    -------
-    Chapter
-        Two tables.
-    """
+    """Return the chapter on two materials and what was asked for, as rows of a page."""
     chapter = Chapter("Materials and load")
-    told = [(row.title, *texts) for row, texts in beside(table, bodies)]
-    chapter.add("table", Table(told, ("", "body", "counter-body")))
-    chapter.add("table", Table(given))
+    text = [(row.title, *texts) for row, texts in side_by_side(table, bodies)]
+    chapter.add("table", PageTable(text, ("", "body", "counter-body")))
+    chapter.add("table", PageTable(specified))
     return chapter
 
 
@@ -224,15 +322,15 @@ def cells(rows: Iterable[Row]) -> list[Cells]:
     return [(row.title, row.text, row.meaning) for row in rows]
 
 
-def quantities(rows: Iterable[Row]) -> Table:
+def quantities(rows: Iterable[Row]) -> PageTable:
     """Return rows as a table of a page."""
-    return Table(cells(rows), ("quantity", "value", "meaning"))
+    return PageTable(cells(rows), ("quantity", "value", "meaning"))
 
 
 def facts(kind: Kind, result: Any) -> tuple[Cells, ...]:
     """Return what is told of a result of many steps as a whole."""
-    told = [*kind.rows(result), *kind.rows(result, TRUST)]
-    return tuple((row.title, row.text) for row in told)
+    text = [*kind.rows(result), *kind.rows(result, TRUST)]
+    return tuple((row.title, row.text) for row in text)
 
 
 def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
@@ -243,7 +341,7 @@ def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
 def stated(result: ContactResult, spots: Spots) -> tuple[assumptions.Statement, ...]:
     """Return what a contact takes for granted."""
     if result.pair.is_profile:
-        return assumptions_profile.statements(result, spots)
+        return assumptions.profile_statements(result, spots)
     return assumptions.statements(result, spots)
 
 
@@ -270,18 +368,18 @@ def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
         "The nominal bodies without their roughness, under the same load, in closed form (Hertz; "
         f"Johnson 1985, chapter 4): {smooth.bodies(contact)}. {smooth.SIZE}",
     )
-    told = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
-    chapter.add("table", Table(told, ("", *smooth.HEADS[1:])))
+    text = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
+    chapter.add("table", PageTable(text, ("", *smooth.HEADS[1:])))
     if contact.approach is None:
         chapter.add("text", _NO_APPROACH[contact.shape.kind == LINE])
     chapter.add("text", _VALIDITY)
-    for limit in hertzian.limits(result):
+    for limit in limits(result):
         kind = "warning" if limit.severity == "warning" else "text"
         chapter.add(kind, page.sentence(limit.text))
     chapter.add(
         "figure",
         page.picture(
-            partial(hertz.beside_hertz, result),
+            partial(versus_hertz, result),
             "Pressure against the distance from the middle of the contact, here and after Hertz.",
             "Pressure here, its mean and its largest value "
             + ("on lines along the cylinder" if contact.shape.kind == LINE
@@ -314,7 +412,7 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
         chapter.add("text", "The bodies do not touch.")
         return chapter
     if result.pair.is_profile:
-        chapter.add("table", Table(of_profile.segments(result, spots), ("", "value", "")))
+        chapter.add("table", PageTable(of_profile.segments(result, spots), ("", "value", "")))
         return chapter
     chapter.add(
         "text",
@@ -322,21 +420,21 @@ def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
         "carries heat and current, how far below it yielding begins, and whether the map resolves "
         "it.",
     )
-    chapter.add("table", quantities(rows_of(details.SPOTS, details.Spotted(result, spots))))
+    chapter.add("table", quantities(rows_of(SPOTS, Spotted(result, spots))))
     show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
     return chapter
 
 
-def added(addition: Addition) -> Chapter:
+def added(addition: ExtraChapter) -> Chapter:
     """Return a chapter that another result adds."""
     chapter = Chapter(addition.title)
     for paragraph in addition.text:
         chapter.add("text", paragraph)
     if addition.facts:
-        chapter.add("table", Table(addition.facts))
+        chapter.add("table", PageTable(addition.facts))
     if addition.table:
         head, *rows = addition.table
-        chapter.add("table", Table(rows, head))
+        chapter.add("table", PageTable(rows, head))
     for caption, figure in addition.figures:
         chapter.add("figure", page.picture(partial(_itself, figure), caption, caption))
     return chapter
@@ -347,22 +445,7 @@ def _itself(figure: Figure) -> Figure:
 
 
 def repetition(version: str, command: str, lines: str) -> Chapter:
-    """Return the chapter on how to get the same result again.
-
-    Parameters
-    ----------
-    version : str
-        Version of the program that solved.
-    command : str
-        What was typed; empty if nothing was.
-    lines : str
-        A script; empty if there is none.
-
-    Returns
-    -------
-    Chapter
-        With the command, or else the script, and the versions of the libraries.
-    """
+    """Return the chapter on how to get the same result again."""
     chapter = Chapter("How to repeat it")
     if command:
         chapter.add("text", "The command that gave this result:")
@@ -382,7 +465,7 @@ def repetition(version: str, command: str, lines: str) -> Chapter:
         ("System", platform.platform()),
     ]
     chapter.add("text", "Versions where this report was written:")
-    chapter.add("table", Table(rows))
+    chapter.add("table", PageTable(rows))
     return chapter
 
 

@@ -2,122 +2,520 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from roughcontact import statistics
 from roughcontact._version import __version__
-from roughcontact.contact.compared import Comparison
-from roughcontact.contact.sample import Sample
-from roughcontact.contact.sampling import SamplingStudy
-from roughcontact.plots import samples as plots
+from roughcontact.plots.comparison import (
+    curves,
+    numbers as draw_numbers,
+    overview as draw_overview,
+    sampling as draw_sampling,
+)
+from roughcontact.plots.style import prefixed
 from roughcontact.references import cited
 from roughcontact.report import (
-    assumptions_compared,
+    assumptions,
     blocks,
     chapters,
-    compared,
+    citations,
+    contact_fields,
     inputs,
     page,
-    sources,
-    tables,
-    wording,
+    phrases,
 )
 from roughcontact.report.blocks import Blocks, Cautions, Lines
-from roughcontact.report.compared import LEVEL, name_of, unit_of
+from roughcontact.report.fields import (
+    ABSENT,
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    capital,
+    quantity_of,
+    rows_of,
+    stored,
+    within,
+)
+from roughcontact.report.figure_data import Illustration
 from roughcontact.report.kind import Kind, Use
-from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, Table, joined
-from roughcontact.report.quantities import PROBLEM, TRUST, capital, quantity_of, rows_of, within
-from roughcontact.report.scenes import Illustration
-from roughcontact.units import counted, engineering, lengths
+from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, joined
+from roughcontact.statistics import Difference, Mean
+from roughcontact.studies.comparison import Comparison
+from roughcontact.studies.sampling_study import WANTED, Sample, SamplingError, SamplingStudy
+from roughcontact.units import changed_by, counted, engineering, lengths, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+LEVEL = f"{100 * statistics.LEVEL:.0f} %"
+"""Confidence of all intervals, as it is told."""
+
+MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
+"""What a cell of the means holds."""
+
+_ROUNDING = 1e-6
+_SHARES = ("contact_fraction", "saturated_fraction")
+_PRESSURES = ("max_pressure",)
+_LENGTHS = ("mean_gap", "approach")
+
+Cells = tuple[str, ...]
+
+
+def unit_of(name: str) -> str:
+    """Return the SI unit of a number that is compared."""
+    if name in _PRESSURES:
+        return "Pa"
+    if name in _LENGTHS:
+        return "m"
+    return inputs.ROUGHNESS[name][0] or "1" if name in inputs.ROUGHNESS else "1"
+
+
+def name_of(name: str) -> str:
+    """Return what a number that is compared is called."""
+    return name if name in inputs.ROUGHNESS else quantity_of(contact_fields.CONTACT, name).name
+
+
+def scale_of(name: str, largest: float) -> tuple[float, str]:
+    """Return what a number is multiplied with where it is told, and its unit."""
+    if name in _SHARES:
+        return 100.0, "%"
+    unit = unit_of(name)
+    return (1.0, "") if unit == "1" else prefixed(abs(largest), unit)
+
+
+def told(name: str, *values: float, digits: int = 4) -> str:
+    """Return a number that is compared in words; of several, from the first to the last."""
+    if any(map(math.isnan, values)):
+        return ABSENT
+    factor, unit = scale_of(name, max(values, key=abs))
+    return f"{' to '.join(plain(value * factor, digits) for value in values)} {unit}".rstrip()
+
+
+def _mean(name: str, result: Mean) -> str:
+    if math.isnan(result.deviation):
+        return told(name, result.value)
+    # The solver leaves as much.
+    if result.deviation <= _ROUNDING * abs(result.value):
+        return f"{told(name, result.value)} (all alike)"
+    factor, unit = scale_of(name, result.value or result.deviation)
+    half = result.high - result.value
+    # Two digits of the half; up to three of a mean that is smaller.
+    places = 1 - math.floor(math.log10(half * factor))
+    if result.value:
+        own = 2 - math.floor(math.log10(abs(result.value) * factor))
+        places = max(places, min(own, places + 2))
+    places = max(places, 0)
+    mean, sides, spread = (
+        f"{x * factor:.{places}f}" for x in (result.value, half, result.deviation)
+    )
+    return f"{mean} ± {sides} {unit}".rstrip() + f" (s {spread})"
+
+
+def group_heads(comparison: Comparison) -> list[str]:
+    """Return the groups with how many maps they have."""
+    result = []
+    for group in comparison.groups:
+        maps = counted(len(group.samples), "map")
+        result.append(f"{group.name}, {maps}" if group.name else maps)
+    return result
+
+
+def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the means: a number a row, a group a column."""
+    rows = [
+        (
+            name_of(name),
+            *(_mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))),
+        )
+        for name in comparison.names
+    ]
+    return ("", *group_heads(comparison)), rows
+
+
+def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the differences, or only of those clear of zero: a pair a row."""
+    several = len(comparison.groups) > 2
+    rows = []
+    for name in comparison.names:
+        for (first, second), result in comparison.differences(name).items():
+            if clear and not result.excludes_zero:
+                continue
+            base = comparison.mean(first, name).value
+            pair = (pair_of(comparison, first, second),) if several else ()
+            rows.append((name_of(name), *pair, *_difference(name, result, base)))
+    pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
+    return (*pairs, "difference", f"{LEVEL} interval", "relative", "excludes zero"), rows
+
+
+def pair_of(comparison: Comparison, first: int, second: int) -> str:
+    """Return two groups as the difference between them."""
+    names = [group.name or "maps" for group in comparison.groups]
+    return f"{names[second]} less {names[first]}"
+
+
+def _difference(name: str, result: Difference, base: float) -> Cells:
+    # A skewness near zero has no parts.
+    change = changed_by(result.value / base) if base > 0 and name != "Ssk" else ABSENT
+    value = told(name, result.value, digits=3)
+    if not result.known:
+        return value, "not known", change, "not known"
+    ends = told(name, result.low, result.high, digits=3)
+    return value, ends, change, "yes" if result.excludes_zero else "no"
+
+
+def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of how the scatter splits; no rows where it cannot."""
+    rows = []
+    for name in comparison.names:
+        result = comparison.components(name)
+        if result is None or math.isnan(result.share):
+            continue
+        spread = (told(name, x, digits=3) for x in (result.between, result.within))
+        share, low, high = (f"{100 * x:.0f}" for x in (result.share, result.low, result.high))
+        rows.append((name_of(name), *spread, f"{share} %", f"{low} to {high} %"))
+    head = ("scatter", "between groups", "within", "share between", f"{LEVEL} interval")
+    return head, rows
+
+
+def tables_of(comparison: Comparison) -> list[tuple[Cells, list[Cells]]]:
+    """Return heads and rows that a console has room for: of many pairs those clear of zero."""
+    result = [means(comparison)]
+    if len(comparison.groups) > 1:
+        result.append(differences(comparison, clear=len(comparison.groups) > 2))
+    shares = components(comparison)
+    return [item for item in (*result, shares) if item[1]]
+
+
+def excluded_maps(comparison: Comparison) -> str:
+    """Return in a sentence what `tables_of` leaves out; nothing where it has all."""
+    pairs = len(comparison.groups) * (len(comparison.groups) - 1) // 2
+    if pairs < 2:
+        return ""
+    clear = len(differences(comparison, clear=True)[1])
+    return (
+        f"{clear} of {pairs * len(comparison.names)} differences exclude zero and are shown; "
+        "report, CSV and JSON have all."
+    )
+
+
+# Files
+
+
+def _groups(comparison: Comparison) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": group.name,
+            "maps": [
+                {
+                    "name": sample.name,
+                    "size": list(sample.size),
+                    "pixel": list(sample.pixel),
+                    "shortest_wave": sample.shortest_wave,
+                    "numbers": sample.numbers,
+                }
+                for sample in group.samples
+            ],
+            "means": {name: asdict(comparison.mean(index, name)) for name in comparison.names},
+            "curves": {
+                name: [asdict(result) for result in comparison.curve(index, name)]
+                for name in comparison.curves
+            },
+        }
+        for index, group in enumerate(comparison.groups)
+    ]
+
+
+def _differences(comparison: Comparison) -> list[dict[str, Any]]:
+    return [
+        {
+            "quantity": name,
+            "unit": unit_of(name),
+            "first": comparison.groups[first].name,
+            "second": comparison.groups[second].name,
+            **asdict(result),
+            "excludes_zero": result.excludes_zero,
+        }
+        for name in comparison.names
+        for (first, second), result in comparison.differences(name).items()
+    ]
+
+
+def _components(comparison: Comparison) -> dict[str, Any]:
+    result = {name: comparison.components(name) for name in comparison.names}
+    return {name: asdict(item) for name, item in result.items() if item is not None}
+
+
+def _pressures(values: Sequence[float]) -> str:
+    first, last = (engineering(value, "Pa") for value in (values[0], values[-1]))
+    below = f"; curves from {first} in {len(values)} steps" if len(values) > 1 else ""
+    return f"{last} on every map{below}"
+
+
+def _cautions() -> Table:
+    return tuple(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions"))
+
+
+COMPARISON: Table = (
+    Quantity(
+        "pressures", "nominal pressure", unit="Pa", of=lambda c: list(c.pressures), part=PROBLEM,
+        form=_pressures,
+    ),
+    Quantity(
+        "first_pressure", "first loading", unit="Pa", part=PROBLEM,
+        meaning="nominal pressure between before and after",
+        when=lambda c: c.first_pressure is not None,
+    ),
+    Quantity("paired"),
+    Quantity("confidence", of=lambda _: statistics.LEVEL),
+    Quantity("groups", of=_groups),
+    Quantity("differences", of=lambda c: _differences(c) if len(c.groups) > 1 else []),
+    Quantity("components", of=_components),
+    Quantity(
+        "worst_certificate", "certificates", symbol="ε", part=TRUST,
+        form=lambda v: f"{v:.1e} at most",
+    ),
+    Quantity("sampling", of=lambda c: [stored(SAMPLING, study) for study in c.sampling]),
+    *_cautions(),
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `Comparison`."""
+
+
+def _lines(comparison: Comparison) -> list[tuple[str, str, int, float, float, float, float, str]]:
+    """Return what a table in text holds: means of groups, then differences."""
+    result = []
+    for name in comparison.names:
+        for index, group in enumerate(comparison.groups):
+            item = comparison.mean(index, name)
+            label = group.name or "all"
+            ends = item.value, item.deviation, item.low, item.high
+            result.append((name, label, item.count, *ends, ""))
+        if len(comparison.groups) < 2:
+            continue
+        for (first, second), gap in comparison.differences(name).items():
+            pair = pair_of(comparison, first, second)
+            count = sum(len(comparison.groups[index].samples) for index in (first, second))
+            said = "" if not gap.known else "yes" if gap.excludes_zero else "no"
+            result.append((name, pair, count, gap.value, math.nan, gap.low, gap.high, said))
+    return result
+
+
+def _cell(index: int) -> Callable[[Comparison], list[Any]]:
+    return lambda comparison: [_plain(line[index]) for line in _lines(comparison)]
+
+
+def _plain(cell: Any) -> Any:
+    """Return a cell that no comma takes apart."""
+    return cell.replace(",", " ") if isinstance(cell, str) else cell
+
+
+def _told(comparison: Comparison) -> list[str]:
+    """Return what is told of each line: means of groups, then differences."""
+    result = []
+    for name in comparison.names:
+        result += [
+            _mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))
+        ]
+        if len(comparison.groups) > 1:
+            for gap in comparison.differences(name).values():
+                value, ends, _, _ = _difference(name, gap, 0.0)
+                result.append(f"{value} ({ends})")
+    return result
+
+
+COMPARISON_COLUMNS: Columns = (
+    Column("name", "number", of=lambda c: [name_of(line[0]) for line in _lines(c)], stored=False),
+    Column("of", "of", of=lambda c: [line[1] for line in _lines(c)], stored=False),
+    Column("told", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
+    Column("quantity", of=_cell(0)),
+    Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
+    Column("group", of=_cell(1)),
+    Column("maps", of=_cell(2)),
+    Column("mean", of=_cell(3)),
+    Column("deviation", of=_cell(4)),
+    Column("low", of=_cell(5)),
+    Column("high", of=_cell(6)),
+    Column("excludes_zero", of=_cell(7)),
+)
+"""Of the means and differences of a `Comparison`."""
+
+
+# The area that is needed
+
+
+FIVE = f"{100 * WANTED:.0f} %"
+"""The error that an area is told for."""
+
+
+def part(share: float) -> str:
+    """Return a relative error in two digits."""
+    return f"{plain(100 * share, 2)} %"
+
+
+def side(area: float) -> str:
+    """Return an area as a square."""
+    length = _side(area)
+    return f"{length} × {length}"
+
+
+def _side(area: float) -> str:
+    return engineering(math.sqrt(area), "m", 2)
+
+
+def _error(item: SamplingError) -> str:
+    return f"{told(item.name, item.half, digits=2)} ({part(item.relative)})"
+
+
+def _needed(item: SamplingError) -> str:
+    return f"{_side(item.area)} ({_side(item.area_low)} to {_side(item.area_high)})"
+
+
+def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], list[Any]]:
+    return lambda study: [read(item) for item in study.errors]
+
+
+def _from(item: SamplingError) -> str:
+    return f"{item.parts} parts; {item.bound}" if item.bound else f"{item.parts} parts"
+
+
+SAMPLING: Table = (
+    Quantity("source", of="whole.source"),
+    Quantity("size", unit="m", of=lambda s: list(s.whole.size)),
+    Quantity("pressure", "nominal pressure", unit="Pa", part=PROBLEM),
+    Quantity("wanted", of=lambda _: WANTED),
+    Quantity("confidence", of=lambda _: statistics.LEVEL),
+    Quantity(
+        "errors", of=lambda s: [{**asdict(item), "unit": unit_of(item.name)} for item in s.errors],
+    ),
+    Quantity(
+        "parts",
+        of=lambda s: {
+            str(n * n): {item.name: s.values(n, item.name) for item in s.errors} for n in s.levels
+        },
+    ),
+    *_cautions(),
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `SamplingStudy`."""
+
+SAMPLING_COLUMNS: Columns = (
+    Column("quantity", of=_each(lambda item: item.name)),
+    Column("unit", of=_each(lambda item: unit_of(item.name))),
+    Column("name", "sampling", of=_each(lambda item: name_of(item.name)), stored=False),
+    Column(
+        "value", "this map", of=_each(lambda item: item.value),
+        shown=_each(lambda item: told(item.name, item.value)),
+    ),
+    Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
+    Column(
+        "area", f"side for {FIVE}", unit="m²", of=_each(lambda item: item.area),
+        shown=_each(_needed),
+    ),
+    Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
+    Column("area_high", unit="m²", of=_each(lambda item: item.area_high)),
+    Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_from)),
+    Column("drift", of=_each(lambda item: item.drift)),
+    Column("scaling", of=_each(lambda item: item.scaling)),
+)  # fmt: skip
+"""Of the errors of a `SamplingStudy`."""
+
+
+def answer(study: SamplingStudy) -> str:
+    """Return in one sentence what area the contact area needs."""
+    item = study.error("contact_fraction")
+    bound = f"{item.bound} " if item.bound else ""
+    return (
+        f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area "
+        f"{bound}{side(item.area)}; this map, {lengths(study.whole.size)}, gives "
+        f"±{part(item.relative)}"
+    )
+
+
+# --- The report on maps that are compared, and on the area that a map needs ---
+
 
 # Groups that a title names.
 _NAMED = 3
 
 # What all maps have in common, of a `Sample`.
 _TERMS = (
-    *(within("curve", quantity_of(tables.CONTACT, key)) for key in ("boundary", "contact_modulus")),
-    replace(
-        quantity_of(tables.CONTACT, "ceiling"), of="curve.ceiling",
-        text=lambda one: wording.limit(one.curve.ceiling, *one.bodies),
+    *(
+        within("curve", quantity_of(contact_fields.CONTACT, key))
+        for key in ("boundary", "contact_modulus")
     ),
-)  # fmt: skip
+    replace(
+        quantity_of(contact_fields.CONTACT, "ceiling"),
+        of="curve.ceiling",
+        text=lambda item: phrases.limit(item.curve.ceiling, *item.bodies),
+    ),
+)
 
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 
 def render(
-    found: Comparison | SamplingStudy,
+    result: Comparison | SamplingStudy,
     edition: Edition = PLAIN,
 ) -> str:
-    """Return a report as the text of an HTML file.
-
-    Parameters
-    ----------
-    found : Comparison or SamplingStudy
-        What the report is on.
-    edition : Edition
-        Command, date, and how it is drawn and worded.
-
-    Returns
-    -------
-    str
-        HTML with its figures inside.
-    """
-    if isinstance(found, SamplingStudy):
-        told, first = [_sampling(found), *_problem(found, [found.whole])], _of_study(found)
-        verdict = f"{compared.answer(found)}."
+    """Return a report as the text of an HTML file."""
+    if isinstance(result, SamplingStudy):
+        text, first = [_sampling(result), *_problem(result, [result.whole])], _of_study(result)
+        verdict = f"{answer(result)}."
     else:
-        told, first, verdict = _chapters(found), _first(found), _verdict(found)
+        text, first, verdict = _chapters(result), _first(result), _verdict(result)
     return page.render(
         [
-            *told,
+            *text,
             chapters.repetition(__version__, edition.command, ""),
-            sources.chapter(sources.of(kind_of(found), found)),
+            citations.chapter(citations.of(kind_of(result), result)),
         ],
-        title=_title(found),
-        subtitle=f"Nominal pressure {engineering(found.pressure, 'Pa')} on every map",
+        title=_title(result),
+        subtitle=f"Nominal pressure {engineering(result.pressure, 'Pa')} on every map",
         edition=edition,
         status="converged",
         key_numbers=first,
         regime="",
         regime_text=verdict,
-        certificate=_certificates(found),
-        cautions=found.cautions,
+        certificate=_certificates(result),
+        cautions=result.cautions,
         checked=(),
     )
 
 
-def _title(found: Comparison | SamplingStudy) -> str:
-    if isinstance(found, SamplingStudy):
-        return f"How sure the numbers of {found.name} are"
-    names = [group.name for group in found.groups if group.name]
-    if found.first_pressure is not None:
-        return f"{counted(len(found.groups[0].samples), 'map')} before and after a first loading"
+def _title(result: Comparison | SamplingStudy) -> str:
+    if isinstance(result, SamplingStudy):
+        return f"How sure the numbers of {result.name} are"
+    names = [group.name for group in result.groups if group.name]
+    if result.first_pressure is not None:
+        return f"{counted(len(result.groups[0].samples), 'map')} before and after a first loading"
     if not 1 < len(names) <= _NAMED:
-        return _counts(found)
-    *most, last = names
-    return f"{', '.join(most)} and {last}"
+        return _counts(result)
+    *maximum, last = names
+    return f"{', '.join(maximum)} and {last}"
 
 
-def _counts(found: Comparison) -> str:
-    groups = f" in {counted(len(found.groups), 'group')}" if len(found.groups) > 1 else ""
-    return f"Comparison of {counted(len(found.samples), 'map')}{groups}"
+def _counts(result: Comparison) -> str:
+    groups = f" in {counted(len(result.groups), 'group')}" if len(result.groups) > 1 else ""
+    return f"Comparison of {counted(len(result.samples), 'map')}{groups}"
 
 
-def _first(found: Comparison) -> list[Cells]:
-    keys = [name for name in _FIRST if name in found.names]
-    heads = [group.name for group in found.groups]
+def _first(result: Comparison) -> list[Cells]:
+    keys = [name for name in _FIRST if name in result.names]
+    heads = [group.name for group in result.groups]
     return [
         (
             capital(name_of(name)),
             " / ".join(
-                compared.told(name, found.mean(at, name).value, digits=3)
-                for at in range(len(found.groups))
+                told(name, result.mean(index, name).value, digits=3)
+                for index in range(len(result.groups))
             ),
             " / ".join(heads) if len(heads) > 1 else "mean of all maps",
         )
@@ -128,26 +526,26 @@ def _first(found: Comparison) -> list[Cells]:
 def _of_study(study: SamplingStudy) -> list[Cells]:
     return [
         (
-            capital(name_of(one.name)),
-            f"±{compared.part(one.relative)}",
-            f"{compared.FIVE} needs {compared.side(one.area)}",
+            capital(name_of(item.name)),
+            f"±{part(item.relative)}",
+            f"{FIVE} needs {side(item.area)}",
         )
-        for one in study.errors
+        for item in study.errors
     ]
 
 
-def _verdict(found: Comparison) -> str:
+def _verdict(result: Comparison) -> str:
     """Return in words which differences exclude zero."""
-    if len(found.groups) < 2:
-        return f"Means of {counted(len(found.samples), 'map')}, each with its {LEVEL} interval."
+    if len(result.groups) < 2:
+        return f"Means of {counted(len(result.samples), 'map')}, each with its {LEVEL} interval."
     sentences = []
-    for first, second in found.differences(found.names[0]):
+    for first, second in result.differences(result.names[0]):
         differ = [
             name_of(name)
-            for name in found.names
-            if found.differences(name)[first, second].excludes_zero
+            for name in result.names
+            if result.differences(name)[first, second].excludes_zero
         ]
-        pair = compared.pair_of(found, first, second)
+        pair = pair_of(result, first, second)
         sentences.append(
             f"For {pair}, the {LEVEL} interval excludes zero in {', '.join(differ)}."
             if differ
@@ -156,41 +554,41 @@ def _verdict(found: Comparison) -> str:
     return " ".join(sentences)
 
 
-def _certificates(found: Comparison | SamplingStudy) -> str:
-    if isinstance(found, SamplingStudy):
+def _certificates(result: Comparison | SamplingStudy) -> str:
+    if isinstance(result, SamplingStudy):
         return ""
-    row = kind_of(found).row(found, "worst_certificate")
+    row = kind_of(result).row(result, "worst_certificate")
     return (
-        f"Certificates of {counted(len(found.samples), 'map')}: {row.text}. They say how exactly "
+        f"Certificates of {counted(len(result.samples), 'map')}: {row.text}. They say how exactly "
         "each contact is solved, and the intervals how far the maps stand for their surfaces."
     )
 
 
-def _chapters(found: Comparison) -> list[Chapter]:
-    head, rows = compared.means(found)
-    numbers = Chapter(f"Numbers under {engineering(found.pressure, 'Pa')}")
-    numbers.add("text", f"Each cell: {compared.MEANS}.")
-    numbers.add("table", Table(rows, head))
+def _chapters(result: Comparison) -> list[Chapter]:
+    head, rows = means(result)
+    numbers = Chapter(f"Numbers under {engineering(result.pressure, 'Pa')}")
+    numbers.add("text", f"Each cell: {MEANS}.")
+    numbers.add("table", PageTable(rows, head))
     _show(
-        numbers, partial(plots.numbers, found, name_of, unit_of),
+        numbers, partial(draw_numbers, result, name_of, unit_of),
         "Each dot is a map; thick lines are means, the bar beside each its interval. Where two or "
         "three maps make it much wider than they lie apart, it runs out of the panel.",
     )  # fmt: skip
-    told = [numbers]
-    if len(found.groups) > 1:
-        told.append(_differences(found))
-    if len(found.pressures) > 1:
-        told.append(_curves(found))
-    told += [_sampling(study) for study in found.sampling]
-    return [*told, _maps(found), *_problem(found, found.samples)]
+    text = [numbers]
+    if len(result.groups) > 1:
+        text.append(_comparison_differences(result))
+    if len(result.pressures) > 1:
+        text.append(_curves(result))
+    text += [_sampling(study) for study in result.sampling]
+    return [*text, _maps(result), *_problem(result, result.samples)]
 
 
-def _differences(found: Comparison) -> Chapter:
+def _comparison_differences(result: Comparison) -> Chapter:
     chapter = Chapter("Differences")
-    head, rows = compared.differences(found)
+    head, rows = differences(result)
     how = (
-        "Student's t of the pairs" if found.paired
-        else "Welch's t, for groups that may scatter unequally" if len(found.groups) == 2
+        "Student's t of the pairs" if result.paired
+        else "Welch's t, for groups that may scatter unequally" if len(result.groups) == 2
         else "Games and Howell: for each number the intervals of all pairs hold together"
     )  # fmt: skip
     chapter.add(
@@ -200,8 +598,8 @@ def _differences(found: Comparison) -> Chapter:
         "the interval holds. The relative difference is that over the mean of the group that is "
         "subtracted.",
     )
-    chapter.add("table", Table(rows, head))
-    shares, split = compared.components(found)
+    chapter.add("table", PageTable(rows, head))
+    shares, split = components(result)
     if split:
         chapter.add(
             "text",
@@ -210,14 +608,14 @@ def _differences(found: Comparison) -> Chapter:
             "the pieces differ; where groups are instruments or lenses on one piece, it is the "
             "instrument. Few groups leave the share wide open.",
         )
-        chapter.add("table", Table(split, shares))
+        chapter.add("table", PageTable(split, shares))
     return chapter
 
 
-def _curves(found: Comparison) -> Chapter:
+def _curves(result: Comparison) -> Chapter:
     chapter = Chapter("Load curves")
     _show(
-        chapter, partial(plots.curves, found, name_of, unit_of),
+        chapter, partial(curves, result, name_of, unit_of),
         f"Each map a thin line over the nominal pressure, the mean of each group a thick one with "
         f"the band of its {LEVEL} interval at every pressure.",
     )  # fmt: skip
@@ -227,7 +625,7 @@ def _curves(found: Comparison) -> Chapter:
 def _sampling(study: SamplingStudy) -> Chapter:
     chapter = Chapter(f"The area that is needed: {study.name}")
     parts = ", ".join(str(len(level)) for level in study.levels.values())
-    chapter.add("text", f"{compared.answer(study)}.")
+    chapter.add("text", f"{answer(study)}.")
     chapter.add(
         "text",
         f"The map was cut into {parts} equal parts; each was leveled and pressed by itself under "
@@ -235,16 +633,16 @@ def _sampling(study: SamplingStudy) -> Chapter:
         "the root of the area as long as parts are independent.",
     )
     head, rows = SAMPLING_KIND.listing(study)
-    chapter.add("table", Table(rows, head))
+    chapter.add("table", PageTable(rows, head))
     _show(
-        chapter, partial(plots.sampling, study, name_of),
+        chapter, partial(draw_sampling, study, name_of),
         "Half of the interval over the side of a square: dots of single parts, squares of the map, "
-        f"lines by the root of the area; {compared.FIVE} is dashed.",
+        f"lines by the root of the area; {FIVE} is dashed.",
     )  # fmt: skip
     return chapter
 
 
-def _maps(found: Comparison) -> Chapter:
+def _maps(result: Comparison) -> Chapter:
     chapter = Chapter("Maps")
     rows: list[Cells] = [
         (
@@ -254,26 +652,26 @@ def _maps(found: Comparison) -> Chapter:
             lengths(sample.pixel),
             engineering(sample.shortest_wave, "m", 3),
         )
-        for group in found.groups
+        for group in result.groups
         for sample in group.samples
     ]
     head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
-    chapter.add("table", Table(rows, head))
-    rows = [(row.title, row.text) for row in kind_of(found).rows(found, TRUST)]
-    chapter.add("table", Table(rows))
-    _prepared(chapter, found.samples)
+    chapter.add("table", PageTable(rows, head))
+    rows = [(row.title, row.text) for row in kind_of(result).rows(result, TRUST)]
+    chapter.add("table", PageTable(rows))
+    _prepared(chapter, result.samples)
     return chapter
 
 
 def _prepared(chapter: Chapter, samples: Sequence[Sample]) -> None:
     """Add how the maps were prepared, once if all of them were alike."""
-    steps = [tuple(page.sentence(step) for step in one.curve.preparation) for one in samples]
+    steps = [tuple(page.sentence(step) for step in item.curve.preparation) for item in samples]
     if len(set(steps)) > 1:
         rows = [
-            (one.name, joined(*told) or "none recorded")
-            for one, told in zip(samples, steps, strict=True)
+            (item.name, joined(*text) or "none recorded")
+            for item, text in zip(samples, steps, strict=True)
         ]
-        chapter.add("table", Table(rows, ("map", "preparation")))
+        chapter.add("table", PageTable(rows, ("map", "preparation")))
     elif steps[0]:
         chapter.add("text", "Preparation of each map, in this order:")
         chapter.add("steps", list(steps[0]))
@@ -281,13 +679,13 @@ def _prepared(chapter: Chapter, samples: Sequence[Sample]) -> None:
         chapter.add("text", "Preparation: none recorded; the heights are as given.")
 
 
-def _problem(found: Comparison | SamplingStudy, samples: Sequence[Sample]) -> list[Chapter]:
+def _problem(result: Comparison | SamplingStudy, samples: Sequence[Sample]) -> list[Chapter]:
     """Return the chapters on what was pressed how, and on what is assumed."""
-    given = [*kind_of(found).rows(found, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
-    stated = assumptions_compared.statements(samples)
+    specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
+    stated = assumptions.comparison_statements(samples)
     return [
-        chapters.pressed(samples[0].bodies, chapters.cells(given), inputs.bodies("ceiling")),
-        chapters.assumed(stated, found.cautions),
+        chapters.pressed(samples[0].bodies, chapters.cells(specified), inputs.bodies("ceiling")),
+        chapters.assumed(stated, result.cautions),
     ]
 
 
@@ -295,46 +693,46 @@ def _show(chapter: Chapter, draw: Callable[[], Figure], caption: str) -> None:
     chapter.add("figure", page.picture(draw, caption, caption))
 
 
-def overview(found: Comparison) -> Figure:
+def overview(result: Comparison) -> Figure:
     """Return all that is compared in one figure."""
-    return plots.overview(found, name_of, unit_of)
+    return draw_overview(result, name_of, unit_of)
 
 
 def sampling(study: SamplingStudy) -> Figure:
     """Return how an error falls with the area."""
-    return plots.sampling(study, name_of)
+    return draw_sampling(study, name_of)
 
 
 def _works(study: SamplingStudy) -> Iterator[Use]:
-    yield from sources.of_curve(study.whole.curve)
+    yield from citations.of_curve(study.whole.curve)
     yield cited("intervals of the means", "Student1908")
 
 
-def shown(found: Comparison | SamplingStudy) -> Blocks:
+def shown(result: Comparison | SamplingStudy) -> Blocks:
     """Return what the console shows: means, differences, shares of the scatter; areas needed."""
-    parts = blocks.table(blocks.cells(kind_of(found).rows(found, PROBLEM, brief=True)))
-    studies: Sequence[SamplingStudy] = (found,) if isinstance(found, SamplingStudy) else ()
-    if isinstance(found, Comparison):
-        for heads, rows in compared.tables_of(found):
+    parts = blocks.table(blocks.cells(kind_of(result).rows(result, PROBLEM, brief=True)))
+    studies: Sequence[SamplingStudy] = (result,) if isinstance(result, SamplingStudy) else ()
+    if isinstance(result, Comparison):
+        for heads, rows in tables_of(result):
             parts += blocks.table(rows, heads=heads)
-        left_out = compared.left_out(found)
+        left_out = excluded_maps(result)
         parts += [Lines((left_out,))] if left_out else []
-        studies = found.sampling
+        studies = result.sampling
     for study in studies:
-        parts += [*blocks.steps(SAMPLING_KIND, study), Lines((f"{compared.answer(study)}.",))]
-    return [*parts, Cautions(found.cautions)]
+        parts += [*blocks.steps(SAMPLING_KIND, study), Lines((f"{answer(study)}.",))]
+    return [*parts, Cautions(result.cautions)]
 
 
 KIND = Kind(
-    Comparison, compared.COMPARISON, compared.COMPARISON_COLUMNS, works=sources.of_comparison,
+    Comparison, COMPARISON, COMPARISON_COLUMNS, works=citations.of_comparison,
     figures=(Illustration("comparison", overview, "", ""),), report=render, blocks=shown,
 )  # fmt: skip
 SAMPLING_KIND = Kind(
-    SamplingStudy, compared.SAMPLING, compared.SAMPLING_COLUMNS, works=_works,
+    SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
     figures=(Illustration("sampling", sampling, "", ""),), report=render, blocks=shown,
 )  # fmt: skip
 
 
-def kind_of(found: Comparison | SamplingStudy) -> Kind:
+def kind_of(result: Comparison | SamplingStudy) -> Kind:
     """Return the kind: of maps that are compared, or of the area that a map needs."""
-    return SAMPLING_KIND if isinstance(found, SamplingStudy) else KIND
+    return SAMPLING_KIND if isinstance(result, SamplingStudy) else KIND

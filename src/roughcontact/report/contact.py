@@ -12,48 +12,46 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact import judgment
-from roughcontact.contact.cautions import ordered
-from roughcontact.contact.curve import LoadCurve
+from roughcontact.cautions import ordered
+from roughcontact.contact import plausibility
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.slab import Share, Slab
-from roughcontact.contact.solve import under
-from roughcontact.contact.study import ResolutionStudy
+from roughcontact.contact.share import Share, Slab
+from roughcontact.contact.solve import with_ceiling
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
 from roughcontact.formats import export
-from roughcontact.plots import maps, profiles, reduced, traces as draw
+from roughcontact.plots import cells, maps, profiles as draw
+from roughcontact.plots.sections import pressure_histogram, section
 from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
     blocks,
     chapters,
-    curve as curves,
+    citations,
+    contact_fields,
     figures,
+    hertz_comparison,
     inputs,
+    load_curve as curves,
     page,
-    profile,
-    regimes,
-    script,
-    smooth,
-    sources,
-    studied,
-    sureness,
-    tables,
-    traces,
+    phrases,
+    python_script,
+    uncertainty,
 )
 from roughcontact.report.blocks import Block, Blocks, Cautions, Lines
-from roughcontact.report.kind import Kind
-from roughcontact.report.page import PLAIN, Addition, Cells, Chapter, Edition, Table
-from roughcontact.report.quantities import (
+from roughcontact.report.fields import (
     ABSENT,
     ANSWER,
     PROBLEM,
     TRUST,
     Row,
-    beside,
     capital,
     quantity_of,
     rows_of,
+    side_by_side,
 )
+from roughcontact.report.kind import Kind
+from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, ExtraChapter, PageTable
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.resolution_study import ResolutionStudy
 from roughcontact.units import engineering, percent
 
 
@@ -65,63 +63,34 @@ def render(
     usual: ContactResult | None = None,
     curve: LoadCurve | None = None,
     study: ResolutionStudy | None = None,
-    additions: Sequence[Addition] = (),
+    additions: Sequence[ExtraChapter] = (),
 ) -> str:
-    """Return a report as the text of an HTML file.
-
-    Parameters
-    ----------
-    result : ContactResult
-        What the report is on.
-    edition : Edition
-        Command, date, and how it is drawn and worded.
-    elastic : ContactResult, optional
-        The same problem without a ceiling, to stand beside it; see `ContactResult.elastic`. It
-        is left out where the ceiling is reached nowhere.
-    usual : ContactResult, optional
-        The same problem with three yield strengths, where the ceiling was recommended.
-    curve : LoadCurve, optional
-        The same contact under other loads, for a chapter of its own.
-    study : ResolutionStudy, optional
-        The same contact on other grids, for a chapter and for how sure the numbers are.
-    additions : sequence of Addition
-        Further chapters.
-
-    Returns
-    -------
-    str
-        HTML with its figures inside: no other file, no network and no script is needed.
-
-    Raises
-    ------
-    InputError
-        If the elastic result has another grid.
-    """
+    """Return a report as the text of an HTML file."""
     _check_alike(result, elastic=elastic, usual=usual)
-    found = _chapters(result, elastic, usual, study)
+    answer = _chapters(result, elastic, usual, study)
     if curve is not None:
-        found.append(curves.chapter(curve))
+        answer.append(curves.chapter(curve))
     if study is not None:
-        found.append(_study(study))
-    found += [chapters.added(addition) for addition in additions]
-    lines = "" if result.pair.is_shared else script.repeating(result)
-    found += [exactness(result), chapters.repetition(result.version, edition.command, lines)]
-    works = sources.of(KIND, result) + (
-        NO_REFERENCES if curve is None else sources.of(curves.KIND, curve)
+        answer.append(_study(study))
+    answer += [chapters.added(addition) for addition in additions]
+    lines = "" if result.pair.is_shared else python_script.repeating(result)
+    answer += [exactness(result), chapters.repetition(result.version, edition.command, lines)]
+    works = citations.of(KIND, result) + (
+        NO_REFERENCES if curve is None else citations.of(curves.KIND, curve)
     )
-    found.append(sources.chapter(works, additions))
+    answer.append(citations.chapter(works, additions))
     return page.render(
-        found,
+        answer,
         title=_title(result),
         subtitle=chapters.subtitle(result),
         edition=edition,
         status=result.status,
         key_numbers=_key_numbers(result),
         regime=result.regime,
-        regime_text=regimes.regime(result),
+        regime_text=phrases.regime(result),
         certificate=_certificate_in_short(result),
         cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
-        checked=judgment.checked(result),
+        checked=plausibility.checked(result),
     )
 
 
@@ -133,15 +102,15 @@ def _chapters(
 ) -> list[Chapter]:
     """Return what every report on a contact has."""
     kind = kind_of(result)
-    given = [kind.row(result, result.control), *kind.rows(result, PROBLEM)]
+    specified = [kind.row(result, result.control), *kind.rows(result, PROBLEM)]
     if result.pair.is_shared:
-        pressed = chapters.problem(result, given, "ceiling")
+        pressed = chapters.problem(result, specified, "ceiling")
         return [_input(result.share), pressed, results_chapter(result, study)]
     spots = result.spots()
     stated = chapters.stated(result, spots)
-    found = [
+    answer = [
         *chapters.prepared(result),
-        chapters.problem(result, given, "ceiling"),
+        chapters.problem(result, specified, "ceiling"),
         chapters.assumed(stated, result.cautions),
         results_chapter(result, study),
         *chapters.smooth_beside_rough(result),
@@ -149,24 +118,24 @@ def _chapters(
         chapters.contact_spots(result, spots),
     ]
     if result.saturated_fraction > 0:
-        found.append(comparison(result, elastic, usual))
-    return found
+        answer.append(comparison(result, elastic, usual))
+    return answer
 
 
 def _input(share: Share) -> Chapter:
     """Return the chapter on a map that several ranks hold."""
     chapter = Chapter("Input and preparation")
     rows = rows_of(inputs.table_of(share), share, brief=True)
-    chapter.add("table", Table([(row.title, row.text) for row in rows]))
+    chapter.add("table", PageTable([(row.title, row.text) for row in rows]))
     chapter.add("steps", [page.sentence(step) for step in share.provenance.steps])
     return chapter
 
 
-def _blocks(result: ContactResult, maps: Sequence[Any]) -> Addition:
+def _blocks(result: ContactResult, maps: Sequence[Any]) -> ExtraChapter:
     """Return the chapter with reduced maps of a contact whose map several ranks hold."""
-    found = reduced.figures(result.share.size, *maps)
-    drawn = tuple((f"{name}.", draw()) for name, draw in found.items())
-    return Addition("Maps in blocks of points", figures=drawn)
+    answer = cells.figures(result.share.size, *maps)
+    drawn = tuple((f"{name}.", draw()) for name, draw in answer.items())
+    return ExtraChapter("Maps in blocks of points", figures=drawn)
 
 
 def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
@@ -182,25 +151,22 @@ def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
 def compared(
     result: ContactResult,
     edition: Edition = PLAIN,
-    additions: Sequence[Addition] = (),
+    additions: Sequence[ExtraChapter] = (),
     study: ResolutionStudy | None = None,
 ) -> str:
-    """Return a report as `render`; one with saturated pixels is solved without a ceiling beside it.
-
-    One with a recommended ceiling is solved with three yield strengths, too.
-    """
+    """Return a report as `render`."""
     elastic = usual = None
     if result.saturated_fraction > 0:
         elastic = _best(result.elastic)
         if result.recommended is not None:
-            usual = _best(lambda: under(result, "auto"))
+            usual = _best(lambda: with_ceiling(result, "auto"))
     return render(result, edition, elastic=elastic, usual=usual, additions=additions, study=study)
 
 
 def _shared(
     result: ContactResult,
     edition: Edition = PLAIN,
-    additions: Sequence[Addition] = (),
+    additions: Sequence[ExtraChapter] = (),
     study: ResolutionStudy | None = None,
 ) -> str:
     """Return a report as `render`, with reduced maps; all ranks that hold the map call it."""
@@ -236,21 +202,21 @@ def _title(result: ContactResult) -> str:
 
 def _key_numbers(result: ContactResult) -> list[Cells]:
     other = "approach" if result.control == "load" else "load"
-    keys = [*tables.HEADLINES, other]
-    beside = under_calibrated(result)
+    keys = [*contact_fields.HEADLINES, other]
+    reference = under_calibrated(result)
     headlines = chapters.headlines(kind_of(result), result, keys)
-    told: list[Cells] = [
-        (name, text, f"{meaning}; {beside[key]} with the calibrated ceiling")
-        if key in beside
+    shown_text: list[Cells] = [
+        (name, text, f"{meaning}; {reference[key]} with the calibrated ceiling")
+        if key in reference
         else (name, text, meaning)
         for key, (name, text, meaning) in zip(keys, headlines, strict=True)
     ]
     if result.ceiling is not None:
-        return told
+        return shown_text
     elastic = ABSENT, "purely elastic: no ceiling"
-    saturated = tables.HEADLINES.index("saturated_fraction")
-    told[saturated] = (told[saturated][0], *elastic)
-    return told
+    saturated = contact_fields.HEADLINES.index("saturated_fraction")
+    shown_text[saturated] = (shown_text[saturated][0], *elastic)
+    return shown_text
 
 
 def _certificate_in_short(result: ContactResult) -> str:
@@ -270,12 +236,14 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
     """Return the chapter on what came out, and how sure it is."""
     chapter = Chapter("Results")
     heads, answer = beside_calibrated(kind_of(result), result)
-    told = [(row.title, *texts, row.meaning) for row, texts in answer]
-    chapter.add("table", Table(told, ("quantity", *(heads or ("value",)), "meaning")))
+    text = [(row.title, *texts, row.meaning) for row, texts in answer]
+    chapter.add("table", PageTable(text, ("quantity", *(heads or ("value",)), "meaning")))
     if result.converged and result.load:
-        chapter.add("text", f"{sureness.WHAT} {sureness.NOT_BOUNDED}")
-        told = [(capital(name), *texts) for name, *texts in sureness.rows(result, study)]
-        chapter.add("table", Table(told, sureness.HEADS))
+        chapter.add("text", f"{uncertainty.WHAT} {uncertainty.NOT_BOUNDED}")
+        text = [
+            (capital(name), *texts) for name, *texts in uncertainty.uncertainty_rows(result, study)
+        ]
+        chapter.add("table", PageTable(text, uncertainty.HEADS))
     if not result.pair.is_shared:
         chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
     return chapter
@@ -320,8 +288,8 @@ def comparison(
     inside = int(np.count_nonzero(elastic.contact & result.contact))
     touching = int(np.count_nonzero(elastic.contact))
     several = tuple(shown.values())
-    told = [*_beside(several, ANSWER), *_beside(several, TRUST)]
-    chapter.add("table", Table(told, ("", *shown)))
+    text = [*_beside(several, ANSWER), *_beside(several, TRUST)]
+    chapter.add("table", PageTable(text, ("", *shown)))
     if touching:
         chapter.add(
             "text",
@@ -350,7 +318,7 @@ def _draw_comparison(chapter: Chapter, shown: dict[str, ContactResult]) -> None:
         "figure",
         page.picture(
             partial(
-                profiles.pressure_histogram, list(shown.values()), list(shown),
+                pressure_histogram, list(shown.values()), list(shown),
                 scale="log" if wide else "linear",
             ),
             "Histograms of the contact pressure, elastic and with the ceiling.",
@@ -367,9 +335,9 @@ def _label(result: ContactResult) -> str:
 
 
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
-    told = beside(kind_of(pair[0]).table, pair, part, brief=True)
+    text = side_by_side(kind_of(pair[0]).table, pair, part, brief=True)
     # What three yield strengths gave has a column of its own.
-    return [(capital(row.name), *texts) for row, texts in told if row.key != "recommended"]
+    return [(capital(row.name), *texts) for row, texts in text if row.key != "recommended"]
 
 
 # Elastic over limited pressure from which a linear axis would squeeze one of them.
@@ -380,8 +348,8 @@ def _study(study: ResolutionStudy) -> Chapter:
     chapter = Chapter("Can it be trusted")
     for sentence in study.sentences:
         chapter.add("text", sentence)
-    head, rows = studied.KIND.listing(study)
-    chapter.add("table", Table(rows, head))
+    head, rows = uncertainty.KIND.listing(study)
+    chapter.add("table", PageTable(rows, head))
     return chapter
 
 
@@ -397,7 +365,7 @@ def exactness(result: ContactResult) -> Chapter:
         "points at the ceiling sink in. It has no unit.",
     )
     rows = kind_of(result).rows(result, TRUST)
-    chapter.add("table", Table([(row.title, row.text) for row in rows]))
+    chapter.add("table", PageTable([(row.title, row.text) for row in rows]))
     return chapter
 
 
@@ -412,7 +380,7 @@ def under_calibrated(result: Any) -> dict[str, str]:
     other = getattr(result, "calibrated", None)
     if other is None or not other.differs:
         return {}
-    return {key: quantity_of(tables.CONTACT, key).row(other).text for key in _CALIBRATED}
+    return {key: quantity_of(contact_fields.CONTACT, key).row(other).text for key in _CALIBRATED}
 
 
 def _ceilings(result: ContactResult) -> tuple[str, str]:
@@ -428,10 +396,10 @@ def beside_calibrated(
     kind: Kind, result: Any, brief: bool = False
 ) -> tuple[Cells, list[tuple[Row, Cells]]]:
     """Return heads and rows of an answer, with a second column where another ceiling changes it."""
-    found, told = kind.rows(result, brief=brief), under_calibrated(result)
-    if not told:
-        return (), [(row, (row.text,)) for row in found]
-    return _ceilings(result), [(row, (row.text, told.get(row.key, ""))) for row in found]
+    answer, text = kind.rows(result, brief=brief), under_calibrated(result)
+    if not text:
+        return (), [(row, (row.text,)) for row in answer]
+    return _ceilings(result), [(row, (row.text, text.get(row.key, ""))) for row in answer]
 
 
 def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
@@ -439,37 +407,42 @@ def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks
     kind = kind_of(result)
     heads, answer = beside_calibrated(kind, result, brief=True)
     problem, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
-    told = [(blocks.title(row), *texts) for row, texts in answer]
-    parts = blocks.table(problem, told, trust)
+    text = [(blocks.title(row), *texts) for row, texts in answer]
+    parts = blocks.table(problem, text, trust)
     if heads:
-        parts = [Block((problem,)), Block((told,), ("", *heads)), Block((trust,))]
+        parts = [Block((problem,)), Block((text,), ("", *heads)), Block((trust,))]
     if result.converged and result.load:
-        parts += blocks.table(sureness.rows(result, study), heads=sureness.HEADS)
-    if smooth.applies(result):
-        parts += blocks.table(smooth.rows(result), heads=smooth.HEADS)
+        parts += blocks.table(uncertainty.uncertainty_rows(result, study), heads=uncertainty.HEADS)
+    if hertz_comparison.applies(result):
+        parts += blocks.table(hertz_comparison.rows(result), heads=hertz_comparison.HEADS)
     parts.append(Cautions(result.cautions))
     if study is not None:
-        parts += [*blocks.steps(studied.KIND, study), Lines(study.sentences)]
+        parts += [*blocks.steps(uncertainty.KIND, study), Lines(study.sentences)]
     return parts
 
 
 KIND = Kind(
-    ContactResult, tables.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
+    ContactResult, contact_fields.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
     plots=(
         maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
-        profiles.section, profiles.pressure_histogram,
+        section, pressure_histogram,
     ),
-    works=sources.of_contact, save=export.save_contact, report=compared, blocks=shown,
+    works=citations.of_contact, save=export.save_contact, report=compared, blocks=shown,
 )  # fmt: skip
 PROFILE_KIND = replace(
-    KIND, table=profile.CONTACT, when=lambda result: result.pair.is_profile,
-    figures=traces.CONTACT, plots=(draw.pressed,),
+    KIND, table=contact_fields.PROFILE_CONTACT, when=lambda result: result.pair.is_profile,
+    figures=figures.PROFILE_CONTACT, plots=(draw.pressed,),
 )  # fmt: skip
 
 SHARED_KIND = replace(
-    KIND, table=tables.SHARED, when=lambda result: result.pair.is_shared, figures=(), plots=(),
-    report=_shared, ranks=lambda result: result.share.ranks,
-)  # fmt: skip
+    KIND,
+    table=contact_fields.SHARED,
+    when=lambda result: result.pair.is_shared,
+    figures=(),
+    plots=(),
+    report=_shared,
+    ranks=lambda result: result.share.ranks,
+)
 
 
 def kind_of(result: ContactResult) -> Kind:

@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.contact.pair import BODIES
-from roughcontact.plots import conduction, curves, laws, maps, profiles, stress, volume
-from roughcontact.report import rolled
-from roughcontact.report.kind import Kind
-from roughcontact.report.scenes import (
+from roughcontact.elastoplastic.result import ElastoplasticResult, profile
+from roughcontact.plots import elastoplastic, maps, profiles, sections, subsurface_stress
+from roughcontact.plots.conductance import conductance
+from roughcontact.plots.interface_law import interface_law
+from roughcontact.plots.load_curve import hysteresis, load_curve
+from roughcontact.report import rolling_table
+from roughcontact.report.figure_data import (
     ACCURACY as ACCURACY,
     BODY as BODY,
     PATH as PATH,
@@ -30,12 +33,12 @@ from roughcontact.report.scenes import (
     Illustrations as Illustrations,
     MapScene as MapScene,
 )
+from roughcontact.report.kind import Kind
 from roughcontact.units import engineering, percent
-from roughcontact.volume import depth
-from roughcontact.volume.result import ElastoplasticResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
 
 # Sections are drawn a second time around the largest plastic strain where the zone there is so
 # small a part of the map, and then as wide as so many of its depths or pixels.
@@ -48,21 +51,11 @@ _ENOUGH_SPOTS = 3
 
 @dataclass(frozen=True)
 class VolumeScene:
-    """A contact with plasticity of the volume, and the body to look into.
+    """A contact with plasticity of the volume, and the body to look into."""
 
-    Parameters
-    ----------
-    result : ElastoplasticResult
-        The result.
-    body : int
-        Which of its bodies.
-    width : float, optional
-        Width of the sections around the largest plastic strain [m]; by default all of the map.
-    """
-
-    result: ElastoplasticResult
-    body: int = 0
-    width: float | None = None
+    result: ElastoplasticResult  # The result
+    body: int = 0  # Which of its bodies
+    width: float | None = None  # Width of the sections around the largest plastic strain [m]
 
     @property
     def contact(self) -> ContactScene:
@@ -96,7 +89,7 @@ class VolumeScene:
 
     def close(self) -> VolumeScene:
         """Return the scene around the largest plastic strain, if that is a small part of it."""
-        zone = depth.profile(self.result, body=self.body)
+        zone = profile(self.result, body=self.body)
         plastic = np.flatnonzero(zone.accumulated)
         if not plastic.size:
             return self
@@ -144,7 +137,7 @@ MAP: Illustrations = (
     ),
     Illustration(
         "",
-        lambda s: profiles.bearing_curve(s.surface),
+        lambda s: sections.bearing_curve(s.surface),
         lambda s: f"Material ratio curve{s.of}.",
         lambda s: (
             f"Material ratio curve{s.of} (bearing curve): which share of the map lies above a "
@@ -248,20 +241,20 @@ CONTACT: Illustrations = (
     ),
     Illustration(
         "histogram",
-        lambda s: profiles.pressure_histogram(s.result),
+        lambda s: sections.pressure_histogram(s.result),
         "Histogram of the contact pressure over the contact area.",
         _spread,
     ),
     Illustration(
         "",
-        lambda s: profiles.section(s.result),
+        lambda s: sections.section(s.result),
         f"{_SECTIONS_ALT}; whole length.",
         _sections,
         SECTIONS,
     ),
     Illustration(
         "",
-        lambda s: profiles.section(s.result, s.around_peak),
+        lambda s: sections.section(s.result, s.around_peak),
         lambda s: f"{_SECTIONS_ALT}; {engineering(s.around_peak, 'm', 3)} around the peak.",
         lambda s: f"The same sections, {engineering(s.around_peak, 'm', 3)} around the peak.",
         SECTIONS,
@@ -337,7 +330,9 @@ def _cut(along: str) -> Illustration:
 
     return Illustration(
         f"section-{along}",
-        lambda scene: volume.section(scene.result, along, body=scene.body, width=scene.width),
+        lambda scene: elastoplastic.section(
+            scene.result, along, body=scene.body, width=scene.width
+        ),
         f"{title}: strain, stress under load, residual stress.",
         caption,
         BODY,
@@ -354,7 +349,7 @@ VOLUME: Illustrations = (
     _of_pressure("pressure"),
     Illustration(
         "displacement",
-        lambda scene: volume.residual_displacement(scene.result),
+        lambda scene: elastoplastic.residual_displacement(scene.result),
         _dent,
         _displacement,
     ),
@@ -364,7 +359,7 @@ VOLUME: Illustrations = (
     _cut("y"),
     Illustration(
         "profile",
-        lambda scene: volume.profile(scene.result, body=scene.body),
+        lambda scene: elastoplastic.profile(scene.result, body=scene.body),
         "Profiles with depth below the largest plastic strain.",
         "Below the point of the largest plastic strain: the strain; the von Mises stress and the "
         "yield strength at this strain; the normal stresses by the plastic strain alone. Steps are "
@@ -373,7 +368,7 @@ VOLUME: Illustrations = (
     ),
     Illustration(
         "layers",
-        lambda scene: volume.layers(scene.result, scene.body),
+        lambda scene: elastoplastic.layers(scene.result, scene.body),
         "Largest values of each layer over the depth.",
         "Layer by layer: how much of it has plastic strain, its largest strain, and its largest "
         "stresses, wherever they are.",
@@ -381,7 +376,7 @@ VOLUME: Illustrations = (
     ),
     Illustration(
         "path",
-        lambda scene: volume.path(scene.result),
+        lambda scene: elastoplastic.path(scene.result),
         "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
         "Approach, contact area, largest pressure and largest plastic strain, from the first touch "
         "on. The ring is the state that this report is on.",
@@ -389,7 +384,7 @@ VOLUME: Illustrations = (
     ),
     Illustration(
         "convergence",
-        lambda scene: volume.convergence(scene.result),
+        lambda scene: elastoplastic.convergence(scene.result),
         "Residual of the plastic strain over the iterations",
         "How the plastic strain settled, increment by increment. Attempts that were given up for a "
         "smaller step or a larger volume are not shown.",
@@ -399,7 +394,7 @@ VOLUME: Illustrations = (
 """Of an `ElastoplasticResult`."""
 
 ROLLING: Illustrations = (
-    *rolled.FIGURES,
+    *rolling_table.FIGURES,
     *(_within(lambda rolling: VolumeScene(rolling.result), entry) for entry in VOLUME),
 )
 """Of a `Rolling`."""
@@ -413,16 +408,18 @@ def _plain(name: str, draw: Callable[[Any], Figure], caption: str) -> Illustrati
 
 
 STRESS: Illustrations = (
-    _plain("stress-depth", stress.stress_depth, "Largest equivalent stresses at each depth."),
+    _plain(
+        "stress-depth", subsurface_stress.stress_depth, "Largest equivalent stresses at each depth."
+    ),
     _plain(
         "stress-section",
-        stress.stress_section,
+        subsurface_stress.stress_section,
         "Von Mises stress on a plane along x through its maximum, which the cross marks: the part "
         "around it where it is strong, true to scale.",
     ),
     _plain(
         "stress-map",
-        stress.stress_map,
+        subsurface_stress.stress_map,
         "Largest von Mises stress over all depths, from above; the cross marks the largest of all.",
     ),
 )
@@ -431,7 +428,7 @@ STRESS: Illustrations = (
 HISTORY: Illustrations = (
     Illustration(
         "history",
-        curves.hysteresis,
+        hysteresis,
         "Load over approach along the path; energy dissipated and volume indented, step by step.",
         "Above: load over approach. The dots are computed; lines join those that lie on one curve, "
         "straight for want of dots between them, so that the area they enclose is no measure of "
@@ -448,7 +445,7 @@ PRESSED: Illustrations = tuple(
 CURVE: Illustrations = (
     Illustration(
         "curve",
-        curves.load_curve,
+        load_curve,
         "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
         "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "
         "number of spots. Stiffness is what the next small load meets: saturated points carry no "
@@ -460,7 +457,7 @@ CURVE: Illustrations = (
 CONDUCTANCE: Illustrations = (
     Illustration(
         "conductance",
-        conduction.conductance,
+        conductance,
         "Resistance of the contact over the load, beside two estimates.",
         "Resistance over load. Greenwood's formula takes each spot for a circle; the correlation "
         "(Cooper, Mikic and Yovanovich under a ceiling, Mikic without) knows roughness, slope and "
@@ -472,7 +469,7 @@ CONDUCTANCE: Illustrations = (
 LAW: Illustrations = (
     Illustration(
         "law",
-        laws.interface_law,
+        interface_law,
         "Four diagrams of the law: pressure over separation, areas, stiffness and gap.",
         "Pressure over the separation of the mean planes, contact and saturated area, stiffness, "
         "and separation with mean gap. Thick lines are means of the maps, thin ones single maps; "
@@ -501,3 +498,76 @@ def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:
 def drawn(table: Illustrations, result: Any) -> tuple[tuple[str, Figure], ...]:
     """Return captions with their figures."""
     return tuple((entry.words(result)[1], entry.draw(result)) for entry in table)
+
+
+# --- The figures of reports on profiles ---
+
+
+def _trace(scene: MapScene) -> str:
+    missing = " Where points are missing the line ends." if scene.surface.missing else ""
+    return f"Heights{scene.of} {scene.when}, exaggerated. Contact begins at the highest.{missing}"
+
+
+def _pressed(scene: ContactScene) -> str:
+    result = scene.result
+    text = (
+        "Above: the profile before loading (grey), moved as a whole by the approach, and under "
+        "load (blue), against the counter-body at zero height. Below: the pressure on it. Heights "
+        "are exaggerated."
+    )
+    if result.saturated_fraction > 0:
+        text += " Dark red is at the pressure ceiling: that much material has to flow away."
+    return text
+
+
+def _close(scene: ContactScene) -> str:
+    width = engineering(scene.most_loaded[1], "m", 3)
+    return (
+        f"The same in {width} around the segment that carries most. It shows whether the points "
+        "resolve the contact."
+    )
+
+
+PROFILE_MAP: Illustrations = (
+    Illustration(
+        "surface",
+        lambda s: profiles.heights(s.surface),
+        lambda s: f"Heights of the profile{s.of}, Rq {engineering(s.surface.Sq, 'm', 3)}.",
+        _trace,
+        PREPARATION,
+    ),
+)
+"""Of a prepared profile."""
+
+PROFILE_CONTACT: Illustrations = (
+    Illustration(
+        "surface",
+        lambda s: profiles.heights(s.result.surface),
+        lambda s: PROFILE_MAP[0].words(s.map)[0],
+        lambda s: PROFILE_MAP[0].words(s.map)[1],
+        PREPARATION,
+    ),
+    Illustration(
+        "pressure",
+        lambda s: profiles.pressed(s.result),
+        "The profile before and under load, and its pressure; whole length.",
+        _pressed,
+    ),
+    Illustration(
+        "contact",
+        lambda s: profiles.pressed(s.result, s.most_loaded[1], s.most_loaded[0][1]),
+        "The profile before and under load, and its pressure, around the most loaded segment.",
+        _close,
+    ),
+)
+"""Of a `ContactResult` of profiles."""
+
+PROFILE_CURVE: Illustrations = (
+    Illustration(
+        "curve",
+        profiles.load_curve,
+        "Four diagrams over the load: contact length, approach and gap, stiffness, segments.",
+        "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
+    ),
+)
+"""Of a `LoadCurve` of profiles."""

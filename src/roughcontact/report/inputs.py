@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughcontact.contact.slab import Share
+from roughcontact.contact.share import Share
 from roughcontact.formats import export
 from roughcontact.material.material import Material
-from roughcontact.plots import maps, profiles, traces
-from roughcontact.report import wording
+from roughcontact.plots import maps, profiles, sections
+from roughcontact.report import phrases
+from roughcontact.report.fields import ABSENT, Quantity, Table, quantity_of, within, written
 from roughcontact.report.kind import Kind
-from roughcontact.report.quantities import ABSENT, Quantity, Table, quantity_of, within, written
-from roughcontact.surface import profile
+from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent, plain
 
@@ -89,14 +89,14 @@ def _strength(name: str) -> Callable[[Material], str]:
     def text(body: Material) -> str:
         value: float | None = getattr(body, name)
         if value is None:
-            return ABSENT if wording.is_rigid(body) else "not given"
+            return ABSENT if phrases.is_rigid(body) else "not given"
         return engineering(value, "Pa")
 
     return text
 
 
 BODY: Table = (
-    Quantity("rigid", of=wording.is_rigid),
+    Quantity("rigid", of=phrases.is_rigid),
     Quantity(
         "name", "material", of=lambda b: b.name, form=lambda v: v or "not named", stored=False,
     ),
@@ -106,13 +106,13 @@ BODY: Table = (
     ),
     Quantity(
         "poisson", "Poisson's ratio", symbol="ν",
-        text=lambda b: ABSENT if wording.is_rigid(b) else f"{b.poisson:g}",
+        text=lambda b: ABSENT if phrases.is_rigid(b) else f"{b.poisson:g}",
     ),
     Quantity(
         "yield_strength", "yield strength", symbol="σ_Y", unit="Pa",
         text=_strength("yield_strength"),
     ),
-    Quantity("hardening", "hardening", of=wording.hardening, stored=False),
+    Quantity("hardening", "hardening", of=phrases.hardening, stored=False),
     Quantity("hardness", "hardness", unit="Pa", text=_strength("hardness")),
     Quantity(
         "first_yield_pressure", "peak pressure at first yield of a sphere", unit="Pa",
@@ -123,10 +123,7 @@ BODY: Table = (
 
 
 def bodies(model: str, profile: bool = False) -> Table:
-    """Return what of a material counts: with the volume model the law, not the hardness.
-
-    Profiles yield as cylinders do, spots of a map as spheres.
-    """
+    """Return what of a material counts: with the volume model the law, not the hardness."""
     if profile:
         sphere = quantity_of(BODY, "first_yield_pressure")
         line = "line_yield_pressure"
@@ -150,9 +147,9 @@ class Measured(NamedTuple):
 
 
 def _both(name: str, unit: str) -> Quantity:
-    def text(found: Measured) -> str:
+    def text(result: Measured) -> str:
         first, second = (
-            written(getattr(surface, name), unit) for surface in (found.surface, found.leveled)
+            written(getattr(surface, name), unit) for surface in (result.surface, result.leveled)
         )
         return f"{first}, after plane {second}"
 
@@ -167,7 +164,7 @@ FILE: Table = (
     Quantity("Sdq_leveled", of="leveled.Sdq"),
     within("surface", quantity_of(SURFACE, "missing")),
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
-    Quantity("roughness_leveled", of=lambda found: found.leveled.roughness()),
+    Quantity("roughness_leveled", of=lambda result: result.leveled.roughness()),
 )
 """Of a map in a file, `Measured`."""
 
@@ -176,19 +173,19 @@ FILE_OF_PROFILE: Table = (
     Quantity("missing_fraction", of=lambda f: f.surface.missing / f.surface.heights.size),
     Quantity(
         "cutoff", "roughness without waves beyond λc", unit="m",
-        of=lambda found: profile.cutoff(found.surface.size[1]),
+        of=lambda result: roughness.cutoff(result.surface.size[1]),
         form=lambda v: "λc not determined: five of 0.08 mm do not fit into the profile"
         if v is None else f"{engineering(v, 'm')}, the largest λc of which five fit",
     ),
-    Quantity("primary", of=lambda found: primary(found.leveled)),
-    Quantity("roughness", of=lambda found: filtered(found.leveled)),
+    Quantity("primary", of=lambda result: primary(result.leveled)),
+    Quantity("roughness", of=lambda result: filtered(result.leveled)),
 )  # fmt: skip
 """Of a profile in a file, `Measured`."""
 
 
-def file_table(found: Measured) -> Table:
+def file_table(result: Measured) -> Table:
     """Return the quantities of a map or of a profile in a file."""
-    return FILE_OF_PROFILE if found.surface.is_profile else FILE
+    return FILE_OF_PROFILE if result.surface.is_profile else FILE
 
 
 def primary(surface: Surface) -> dict[str, float]:
@@ -197,28 +194,16 @@ def primary(surface: Surface) -> dict[str, float]:
 
 
 def filtered(surface: Surface) -> dict[str, float]:
-    """Return the parameters of a leveled profile without its waves beyond λc, by their symbols.
-
-    Parameters
-    ----------
-    surface : Surface
-        A profile.
-
-    Returns
-    -------
-    dict
-        As of `profile.summary`, Rz over sections of λc; empty where five λc do not fit. Half of λc
-        is left out at each end, where the filter lacks neighbours, if five still fit.
-    """
-    wave = profile.cutoff(surface.size[1])
+    """Return the parameters of a leveled profile without its waves beyond λc, by their symbols."""
+    wave = roughness.cutoff(surface.size[1])
     if wave is None:
         return {}
     heights, spacing = surface.filtered(l=wave).heights[0], surface.pixel[1]
-    rest = round((surface.size[1] - profile.SECTIONS * wave) / spacing)
+    rest = round((surface.size[1] - roughness.SECTIONS * wave) / spacing)
     end = min(round(0.5 * wave / spacing), rest // 2)
-    kept = heights[end : heights.size - end]
+    cached = heights[end : heights.size - end]
     # One more or less by rounding of positions is no section.
-    return profile.summary(kept, spacing, int(kept.size * spacing / wave + 0.01))
+    return roughness.summary(cached, spacing, int(cached.size * spacing / wave + 0.01))
 
 
 def measured(surface: Surface) -> Measured:
@@ -242,13 +227,7 @@ PROFILE_ROUGHNESS = {
 
 
 def profile_parameters(surface: Surface) -> list[tuple[str, str, str, str]]:
-    """Return name, values of the primary and of the roughness profile, and meaning, in rows.
-
-    Parameters
-    ----------
-    surface : Surface
-        A leveled profile.
-    """
+    """Return name, values of the primary and of the roughness profile, and meaning, in rows."""
     whole, rough = primary(surface), filtered(surface)
     return [
         (
@@ -307,9 +286,9 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
 
 
 KIND = Kind(
-    Surface, SURFACE, brief=False, plots=(maps.surface, profiles.bearing_curve),
+    Surface, SURFACE, brief=False, plots=(maps.surface, sections.bearing_curve),
     save=export.save_surface,
 )  # fmt: skip
 PROFILE_KIND = replace(
-    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(traces.heights,)
+    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(profiles.heights,)
 )

@@ -12,7 +12,7 @@ from roughcontact._version import __version__
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
-from roughcontact.report.quantities import (
+from roughcontact.report.fields import (
     ANSWER,
     Columns,
     Row,
@@ -24,7 +24,7 @@ from roughcontact.report.quantities import (
     stored,
     stored_columns,
 )
-from roughcontact.report.scenes import Illustrations
+from roughcontact.report.figure_data import Illustrations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,58 +42,20 @@ def _itself(result: Any) -> Any:
 
 @dataclass(frozen=True)
 class Kind:
-    """What there is to tell of one class of results, or of some of them.
+    """What there is to tell of one class of results, or of some of them."""
 
-    Parameters
-    ----------
-    result : type
-        The class.
-    table, columns : Table, Columns
-        Its quantities, and those of each of its steps.
-    when : callable
-        ``when(result)`` tells whether a result of the class is of this kind.
-    listed : bool
-        Whether the summary has the columns, too; others tell them in their table.
-    brief : bool
-        Whether a session shows the main rows alone.
-    title : str
-        Of its chapter in the report on the contact that it is of.
-    sentences : callable
-        What a reader has to know before the numbers.
-    figures : Illustrations
-        Of reports, and for ``--figures``.
-    scene : callable
-        ``scene(result)`` is what they are drawn of.
-    plots : tuple of callable
-        Figures that ``result.plot`` offers, the usual one first.
-    contact : callable, optional
-        ``contact(result)`` is the contact that it is of.
-    works : callable
-        ``works(result)`` yields the papers behind it, besides those of that contact.
-    save : callable, optional
-        ``save(result, path)`` writes it; by default its steps as a table, all of it as JSON.
-    report : callable, optional
-        ``report(result, edition)`` returns a report as the text of an HTML file; some take more.
-        By default one with a title has a chapter in the report on its contact.
-    blocks : callable, optional
-        ``blocks(result)`` returns what the console shows, see `report.blocks`; some take more.
-    ranks : callable
-        ``ranks(result)`` are those that hold it together, so that all ask for its report and the
-        first writes it; None where one process holds it.
-    """
-
-    result: type
-    table: Table
-    columns: Columns = ()
+    result: type  # The class
+    table: Table  # Its quantities, and those of each of its steps
+    columns: Columns = ()  # Its quantities, and those of each of its steps
     when: Callable[[Any], bool] = lambda _: True
-    listed: bool = False
-    brief: bool = True
-    title: str = ""
+    listed: bool = False  # Whether the summary has the columns, too
+    brief: bool = True  # Whether a session shows the main rows alone
+    title: str = ""  # Of its chapter in the report on the contact that it is of
     sentences: Callable[[Any], tuple[str, ...]] = _none
-    figures: Illustrations = ()
-    scene: Callable[[Any], Any] = _itself
+    figures: Illustrations = ()  # Of reports, and for `--figures`
+    scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
     plots: tuple[Callable[..., Figure], ...] = ()
-    contact: Callable[[Any], Any] | None = None
+    contact: Callable[[Any], Any] | None = None  # `contact(result)` is the contact that it is of
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     report: Callable[..., str] | None = None
@@ -123,7 +85,7 @@ class Kind:
 
     def summary(self, result: Any) -> dict[str, Any]:
         """Return a result by name, in SI units, ready for JSON."""
-        told = stored(self.table, result)
+        text = stored(self.table, result)
         if self.listed:
-            return {**told, **stored_columns(self.columns, result), "version": __version__}
-        return told
+            return {**text, **stored_columns(self.columns, result), "version": __version__}
+        return text

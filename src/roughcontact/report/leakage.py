@@ -11,26 +11,18 @@ from typing import Any
 import numpy as np
 
 from roughcontact.joint.leakage import AXES, Leakage
-from roughcontact.plots import leakage as drawn
+from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.references import cited
-from roughcontact.report import tables
+from roughcontact.report import contact_fields
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
+from roughcontact.report.figure_data import Illustration, Illustrations
 from roughcontact.report.kind import Kind
-from roughcontact.report.largest import PAIR
-from roughcontact.report.quantities import (
-    TRUST,
-    Column,
-    Columns,
-    Quantity,
-    Table,
-    quantity_of,
-    tiny,
-)
-from roughcontact.report.scenes import Illustration, Illustrations
 from roughcontact.units import changed_by, engineering, percent
 
 
-def _seal(found: Leakage) -> str:
-    seal = found.seal
+def _seal(result: Leakage) -> str:
+    seal = result.seal
     if seal is None:
         return ""
     sides = [
@@ -43,24 +35,24 @@ def _seal(found: Leakage) -> str:
     )
 
 
-def _coarser(found: Leakage) -> str:
-    assert found.coarser is not None
-    told = [
+def _coarser(result: Leakage) -> str:
+    assert result.coarser is not None
+    text = [
         f"k along {name} {changed_by(change)}"
-        for name, change in zip(AXES, found.coarser.permeability, strict=True)
+        for name, change in zip(AXES, result.coarser.permeability, strict=True)
         if not math.isnan(change)
     ]
-    return f"pixels of {engineering(found.coarser.pixel, 'm')}: {', '.join(told) or 'no flow'}"
+    return f"pixels of {engineering(result.coarser.pixel, 'm')}: {', '.join(text) or 'no flow'}"
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
-    def told(found: Leakage) -> dict[str, float] | None:
-        place = found.steps[-1].constriction[axis]
+    def told(result: Leakage) -> dict[str, float] | None:
+        place = result.steps[-1].constriction[axis]
         if place is None:
             return None
         y, x = (
-            (at + 0.5) * edge
-            for at, edge in zip(place.place, found.largest.pair.pixel, strict=True)
+            (index + 0.5) * edge
+            for index, edge in zip(place.place, result.largest.pair.pixel, strict=True)
         )
         return {"gap": place.gap, "y": y, "x": x}
 
@@ -68,29 +60,29 @@ def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
 
 
 def _place(axis: int) -> Callable[[Leakage], str]:
-    def shown(found: Leakage) -> str:
-        told = _narrowest(axis)(found)
-        if told is None:
+    def shown(result: Leakage) -> str:
+        text = _narrowest(axis)(result)
+        if text is None:
             return "no way through"
-        y, x = (engineering(told[name], "m") for name in ("y", "x"))
-        return f"{engineering(told['gap'], 'm')} at y {y}, x {x}"
+        y, x = (engineering(text[name], "m") for name in ("y", "x"))
+        return f"{engineering(text['gap'], 'm')} at y {y}, x {x}"
 
     return shown
 
 
 def _asked(axis: int) -> Callable[[Leakage], bool]:
-    return lambda found: axis in found.axes
+    return lambda result: axis in result.axes
 
 
-def _share(found: Leakage) -> list[str]:
-    shares = found.column("contact_area") / found.nominal_area
+def _share(result: Leakage) -> list[str]:
+    shares = result.column("contact_area") / result.nominal_area
     return [percent(value) for value in shares.tolist()]
 
 
 def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
-    def shown(found: Leakage) -> list[str]:
+    def shown(result: Leakage) -> list[str]:
         return [
-            f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(found).tolist()
+            f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(result).tolist()
         ]
 
     return shown
@@ -98,33 +90,33 @@ def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], 
 
 def _along(axis: int) -> Columns:
     """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
-    name, asked = AXES[axis], _asked(axis)
+    name, requested = AXES[axis], _asked(axis)
     return (
         Column(
-            f"permeability_{name}", f"k along {name}", unit="m³", when=asked,
+            f"permeability_{name}", f"k along {name}", unit="m³", when=requested,
             of=lambda r: r.permeability(axis).tolist(), brief=False,
             shown=_digits("m³", lambda r: r.permeability(axis)),
         ),
         Column(
-            f"flow_factor_{name}", f"φ along {name}", unit="1", when=asked,
+            f"flow_factor_{name}", f"φ along {name}", unit="1", when=requested,
             of=lambda r: r.flow_factor(axis).tolist(),
             shown=_digits("", lambda r: r.flow_factor(axis)),
         ),
         Column(
-            f"critical_gap_{name}", f"narrowest along {name}", unit="m", when=asked,
+            f"critical_gap_{name}", f"narrowest along {name}", unit="m", when=requested,
             of=lambda r: r.critical_gap(axis).tolist(), brief=False,
         ),
         Column(
             f"leak_rate_{name}", f"leak along {name}", unit="m³/s",
             of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
-            when=lambda r: asked(r) and r.seal is not None,
+            when=lambda r: requested(r) and r.seal is not None,
         ),
         # Without a fluid the console tells the permeability.
         Column(
             f"permeability_{name}", f"k along {name}", unit="m³", stored=False,
             of=lambda r: r.permeability(axis).tolist(),
             shown=_digits("m³", lambda r: r.permeability(axis)),
-            when=lambda r: asked(r) and r.seal is None,
+            when=lambda r: requested(r) and r.seal is None,
         ),
     )  # fmt: skip
 
@@ -156,7 +148,7 @@ _TABLE: Table = (
         "unbalanced", "flow out of balance", form=tiny, part=TRUST,
         of=lambda r: float(np.max(r.column("unbalanced"))),
     ),
-    *(quantity_of(tables.CONTACT, key) for key in ("warnings", "cautions")),
+    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
 )  # fmt: skip
 
 _COLUMNS: Columns = (
@@ -175,9 +167,9 @@ _COLUMNS: Columns = (
 )  # fmt: skip
 
 
-def _sides(found: Leakage) -> str:
-    periodic_axes = found.largest.boundary.periodic_axes
-    if all(axis in periodic_axes for axis in found.axes):
+def _sides(result: Leakage) -> str:
+    periodic_axes = result.largest.boundary.periodic_axes
+    if all(axis in periodic_axes for axis in result.axes):
         return (
             "The pressure falls by the same amount over each period of the map; it leads through "
             "where a way leads on from each period to the next."
@@ -189,7 +181,7 @@ def _sides(found: Leakage) -> str:
     )
 
 
-def _sentences(found: Leakage) -> tuple[str, ...]:
+def _sentences(result: Leakage) -> tuple[str, ...]:
     fluid = (
         "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the volume at "
         "the mean of the pressures at inlet and outlet."
@@ -197,8 +189,8 @@ def _sentences(found: Leakage) -> tuple[str, ...]:
     return (
         "Reynolds' equation of a thin film in the gap as it is: nothing flows through contact, "
         "and the fluid does not push the bodies apart.",
-        _sides(found),
-        *((fluid,) if found.seal is not None else ()),
+        _sides(result),
+        *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
         "points count in ū with zero.",
         "What leaks hangs on the narrowest places of the widest ways, and so on the smallest gaps "
@@ -210,7 +202,7 @@ def _sentences(found: Leakage) -> tuple[str, ...]:
 _FIGURES: Illustrations = (
     Illustration(
         "leak",
-        drawn.leak,
+        leak,
         "Gap and contact, and the flow density through the gap in each direction.",
         "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
         "cross marks the narrowest place of the widest way: where contact nearly closes the gap, "
@@ -218,17 +210,17 @@ _FIGURES: Illustrations = (
     ),
     Illustration(
         "flow-factors",
-        drawn.flow_factors,
+        flow_factors,
         "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
         "Pressure-flow factors k/ū³ over mean gap and roughness, and the narrowest place of the "
         "widest way beside the mean gap.",
-        when=lambda found: len(found.steps) > 1,
+        when=lambda result: len(result.steps) > 1,
     ),
 )
 
 KIND = Kind(
     Leakage, _TABLE, _COLUMNS, listed=True, title="What leaks through the gap",
-    sentences=_sentences, figures=_FIGURES, plots=(drawn.leak, drawn.flow_factors),
+    sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
     contact=attrgetter("largest"),
     works=lambda _: (
         cited("flow through the gap", "Patir1978"),

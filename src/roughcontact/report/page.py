@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
-from roughcontact.contact.cautions import Caution, Kind, Severity
-from roughcontact.errors import InputError, Sentence, Spell, parts_of, worded
+from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.errors import InputError, Sentence, Spell, message_parts, render_message
 from roughcontact.files import write
-from roughcontact.plots import sharing
+from roughcontact.plots import export
 from roughcontact.plots.style import DPI
 from roughcontact.references import NO_REFERENCES, References
 
@@ -38,50 +38,24 @@ Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Addition:
-    """A chapter that other results add to a report.
+class ExtraChapter:
+    """A chapter that other results add to a report."""
 
-    Parameters
-    ----------
-    title : str
-        Its heading.
-    text : tuple of str
-        Paragraphs, plain text.
-    table : tuple of tuple of str
-        Rows of a table, the first of them its head; empty for none.
-    figures : tuple of (str, Figure)
-        Captions with their figures.
-    facts : tuple of tuple of str
-        Rows of a table without a head.
-    cautions : tuple of Caution
-        What the summary tells besides those of the result.
-    references : References
-        What the list of works tells besides those of the result.
-    """
-
-    title: str
-    text: tuple[str, ...] = ()
-    table: tuple[Cells, ...] = ()
-    figures: tuple[tuple[str, Figure], ...] = ()
-    facts: tuple[Cells, ...] = ()
-    cautions: tuple[Caution, ...] = ()
+    title: str  # Its heading
+    text: tuple[str, ...] = ()  # Paragraphs, plain text
+    table: tuple[Cells, ...] = ()  # Rows of a table, the first of them its head
+    figures: tuple[tuple[str, Figure], ...] = ()  # Captions with their figures
+    facts: tuple[Cells, ...] = ()  # Rows of a table without a head
+    cautions: tuple[Caution, ...] = ()  # What the summary tells besides those of the result
     references: References = NO_REFERENCES
 
 
 @dataclass(frozen=True)
-class Table:
-    """Rows of text, the first cell of each its head.
+class PageTable:
+    """Rows of text, the first cell of each its head."""
 
-    Parameters
-    ----------
-    rows : sequence of tuple of str
-        The cells.
-    head : tuple of str
-        Heads of the columns; empty for none.
-    """
-
-    rows: Sequence[Cells]
-    head: Cells = ()
+    rows: Sequence[Cells]  # The cells
+    head: Cells = ()  # Heads of the columns
 
     @property
     def style(self) -> str:
@@ -92,29 +66,15 @@ class Table:
 
 @dataclass
 class Picture:
-    """A figure as a page takes it.
+    """A figure as a page takes it."""
 
-    Parameters
-    ----------
-    caption, alt : str
-        What stands below it, and what stands for it where it is not seen.
-    source : str
-        PNG file in base 64; empty until it is drawn.
-    width, height : int
-        Size in dots.
-    number : int
-        Its number on the page, given last.
-    draw : callable, optional
-        What draws it; None if it is drawn.
-    """
-
-    caption: str
-    alt: str
-    source: str = ""
-    width: int = 0
-    height: int = 0
-    number: int = 0
-    draw: Callable[[], Figure] | None = None
+    caption: str  # What stands below it, and what stands for it where it is not seen
+    alt: str  # What stands below it, and what stands for it where it is not seen
+    source: str = ""  # PNG file in base 64
+    width: int = 0  # Size in dots
+    height: int = 0  # Size in dots
+    number: int = 0  # Its number on the page, given last
+    draw: Callable[[], Figure] | None = None  # What draws it
 
     @property
     def wide(self) -> bool:
@@ -124,24 +84,12 @@ class Picture:
 
 @dataclass
 class Chapter:
-    """Heading and blocks in their order.
+    """Heading and blocks in their order."""
 
-    Parameters
-    ----------
-    title : str
-        The heading.
-    blocks : list of (str, object)
-        Kind and content: text, warning, steps, table, figure, terms or code.
-    anchor : str
-        Where links lead to; like the number, given last.
-    number : int
-        Its number on the page.
-    """
-
-    title: str
+    title: str  # The heading
     blocks: list[tuple[str, Any]] = field(default_factory=list)
-    anchor: str = ""
-    number: int = 0
+    anchor: str = ""  # Where links lead to
+    number: int = 0  # Its number on the page
 
     def add(self, kind: str, content: Any) -> None:
         """Append a block."""
@@ -156,24 +104,12 @@ def save(text: str, path: str | os.PathLike[str]) -> None:
 
 @dataclass(frozen=True)
 class Edition:
-    """What a report has besides its result.
+    """What a report has besides its result."""
 
-    Parameters
-    ----------
-    command : str
-        What was typed to get the result; without it a report gives a script where there is one.
-    date : date, optional
-        Date of the report; today by default.
-    spell : callable
-        ``spell(mention)`` returns the words for an argument; those of Python without.
-    processes : int
-        How many may draw its figures; see `sharing.pngs`.
-    """
-
-    command: str = ""
-    date: datetime.date | None = None
-    spell: Spell = str
-    processes: int = 1
+    command: str = ""  # What was typed to get the result
+    date: datetime.date | None = None  # Date of the report
+    spell: Spell = str  # `spell(mention)` returns the words for an argument
+    processes: int = 1  # How many may draw its figures
 
 
 PLAIN = Edition()
@@ -211,35 +147,7 @@ def render(
     cautions: Sequence[Caution],
     checked: Sequence[str],
 ) -> str:
-    """Return a page as the text of an HTML file.
-
-    Parameters
-    ----------
-    chapters : sequence of Chapter
-        What follows the summary; they get their numbers here.
-    title, subtitle : str
-        What the page is on.
-    edition : Edition
-        Its date, and how it is drawn and worded.
-    status : str
-        ``"converged"``, or why the solver stopped.
-    key_numbers : sequence of (str, str, str)
-        Names, values and remarks of what is asked for first.
-    regime, regime_text : str
-        How far the bodies are from elastic, in two words and in sentences; where there are no such
-        words, the sentences are what the page comes to.
-    certificate : str
-        How exactly it is solved, in sentences.
-    cautions : sequence of Caution
-        What a reader of the numbers has to know.
-    checked : sequence of str
-        What the result was looked at for, in a few words each.
-
-    Returns
-    -------
-    str
-        HTML with its figures inside: no other file, no network and no script is needed.
-    """
+    """Return a page as the text of an HTML file."""
     _draw(_number(chapters), edition.processes)
     return _template(edition.spell).render(
         title=title,
@@ -276,17 +184,17 @@ def _template(spell: Spell) -> jinja2.Template:
 
 def _boxes(cautions: Sequence[Caution]) -> list[tuple[str, str, list[str]]]:
     """Return severity, heading and sentences of what has to be known, the severest first."""
-    found = []
+    result = []
     for severity, heading in _HEADINGS.items():
-        told = [
+        text = [
             sentence(c.text)
             for c in cautions
             # The box above says so, with the reason.
             if c.severity is severity and c.kind != Kind.NOT_CONVERGED
         ]
-        if told:
-            found.append((str(severity), heading, told))
-    return found
+        if text:
+            result.append((str(severity), heading, text))
+    return result
 
 
 _HEADINGS = {
@@ -298,7 +206,7 @@ _HEADINGS = {
 
 def _printable(value: Any, spell: Spell) -> Any:
     if isinstance(value, Sentence):
-        value = worded(value.parts, spell)
+        value = render_message(value.parts, spell)
     # A file name can hold bytes that are no text, or control characters, which HTML forbids.
     if type(value) is not str or value.isprintable():
         return value
@@ -325,24 +233,28 @@ def picture(draw: Callable[[], Figure], alt: str, caption: str) -> Picture:
 
 def _draw(pictures: Sequence[Picture], processes: int) -> None:
     """Draw what is not drawn yet."""
-    left = {index: one.draw for index, one in enumerate(pictures) if one.draw is not None}
-    for index, data in zip(left, sharing.pngs(list(left.values()), processes), strict=True):
-        one = pictures[index]
+    remaining = {index: item.draw for index, item in enumerate(pictures) if item.draw is not None}
+    for index, data in zip(
+        remaining, export.pngs(list(remaining.values()), processes), strict=True
+    ):
+        item = pictures[index]
         # Width and height stand first in a PNG file's first chunk.
-        one.width, one.height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
-        one.source, one.draw = base64.b64encode(data).decode("ascii"), None
+        item.width, item.height = (
+            int.from_bytes(data[index : index + 4], "big") for index in (16, 20)
+        )
+        item.source, item.draw = base64.b64encode(data).decode("ascii"), None
 
 
 def sentence(note: str) -> str:
     """Return a note with a capital letter and a full stop; nothing for nothing."""
     if not note:
         return ""
-    first, *rest = parts_of(note)
+    first, *rest = message_parts(note)
     head = first[:1].upper() + first[1:] if isinstance(first, str) else first
     return Sentence(head, *rest, *([] if note.endswith(".") else ["."]))
 
 
 def joined(*notes: str) -> str:
     """Return texts that are not empty as one, with blanks between; arguments stay mentions."""
-    parts = [part for note in notes if note for part in (" ", *parts_of(note))]
+    parts = [part for note in notes if note for part in (" ", *message_parts(note))]
     return Sentence(*parts[1:])

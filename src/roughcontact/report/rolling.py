@@ -6,86 +6,74 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from roughcontact.elastoplastic.rolling import RollingResult
 from roughcontact.formats import export
 from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
-from roughcontact.report import blocks, chapters, figures, rolled, sources, volume
+from roughcontact.report import blocks, chapters, citations, elastoplastic, figures, rolling_table
 from roughcontact.report.blocks import Blocks, Cautions
+from roughcontact.report.fields import PROBLEM
 from roughcontact.report.kind import Kind, Use
-from roughcontact.report.page import PLAIN, Chapter, Edition, Table, sentence
-from roughcontact.report.quantities import PROBLEM
+from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, sentence
 from roughcontact.units import engineering
-from roughcontact.volume.rolling import Rolling
 
 
-def render(rolling: Rolling, edition: Edition = PLAIN) -> str:
-    """Return a report as the text of an HTML file.
-
-    Parameters
-    ----------
-    rolling : Rolling
-        What the report is on.
-    edition : Edition
-        Command, date, and how it is drawn and worded.
-
-    Returns
-    -------
-    str
-        HTML with its figures inside.
-    """
-    lead = volume.Lead(
+def render(rolling: RollingResult, edition: Edition = PLAIN) -> str:
+    """Return a report as the text of an HTML file."""
+    lead = elastoplastic.Lead(
         _title(rolling),
-        chapters.headlines(KIND, rolling, rolled.HEADLINES),
+        chapters.headlines(KIND, rolling, rolling_table.HEADLINES),
         _of(rolling),
-        sources.of(KIND, rolling),
+        citations.of(KIND, rolling),
         rolling.cautions,
         ("steps, pixel and direction of the passes",),
     )
-    return volume.render(rolling.result, edition, lead=lead)
+    return elastoplastic.render(rolling.result, edition, lead=lead)
 
 
-def _title(rolling: Rolling) -> str:
+def _title(rolling: RollingResult) -> str:
     name = rolling.result.solution.surface.provenance.source or "an unnamed surface"
     load = engineering(rolling.result.solution.load, "N")
-    return f"{rolled.counted(rolling)} over {name} under {load}"
+    return f"{rolling_table.counted(rolling)} over {name} under {load}"
 
 
-def _of(rolling: Rolling) -> Chapter:
+def _of(rolling: RollingResult) -> Chapter:
     chapter = Chapter("Passes")
     chapter.add(
-        "text", f"{sentence(f'the passes come to: {rolling.answer}')} {rolled.criterion(rolling)}"
+        "text",
+        f"{sentence(f'the passes come to: {rolling.answer}')} {rolling_table.criterion(rolling)}",
     )
     chapter.add("table", chapters.quantities(KIND.rows(rolling)))
     head, rows = KIND.listing(rolling)
-    chapter.add("table", Table(rows, head))
-    chapters.show(chapter, rolled.FIGURES, rolling)
+    chapter.add("table", PageTable(rows, head))
+    chapters.show(chapter, rolling_table.FIGURES, rolling)
     return chapter
 
 
-def _works(rolling: Rolling) -> Iterator[Use]:
-    yield from sources.of_volume(rolling.result)
+def _works(rolling: RollingResult) -> Iterator[Use]:
+    yield from citations.of_volume(rolling.result)
     yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
-def shown(rolling: Rolling) -> Blocks:
+def shown(rolling: RollingResult) -> Blocks:
     """Return what the console shows: problem, passes, answer; how exactly the end is solved."""
     state = rolling.result
-    asked = blocks.cells(KIND.rows(rolling, PROBLEM, brief=True))
+    requested = blocks.cells(KIND.rows(rolling, PROBLEM, brief=True))
     return [
-        *blocks.table(blocks.problem(volume.KIND, state, state.solution), asked),
+        *blocks.table(blocks.problem(elastoplastic.KIND, state, state.solution), requested),
         *blocks.steps(KIND, rolling),
-        *blocks.table(blocks.trust(volume.KIND, state)),
+        *blocks.table(blocks.trust(elastoplastic.KIND, state)),
         Cautions(rolling.cautions),
     ]
 
 
-def _save(rolling: Rolling, path: str | os.PathLike[str]) -> None:
+def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     of_passes = Path(path).suffix.lower() in (".csv", ".json")
     (KIND.write if of_passes else export.save_rolling)(rolling, path)
 
 
 KIND = Kind(
-    Rolling, rolled.ROLLING, rolled.PASSES, figures=figures.ROLLING,
+    RollingResult, rolling_table.ROLLING, rolling_table.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
     report=render, blocks=shown,
 )  # fmt: skip

@@ -2,8 +2,24 @@
 
 from __future__ import annotations
 
-from roughcontact.errors import InputError, Mention
-from roughcontact.request import joints, options, parsing
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.request import options, parsing
+from roughcontact.request.contacts import (
+    CONDUCTIVITY,
+    COUNTER_CONDUCTIVITY,
+    COUNTER_RESISTIVITY,
+    LOAD,
+    LOAD_RULES,
+    OUTPUT,
+    RANGE,
+    RESISTIVITY,
+    THERMAL_FILM,
+    Contacts,
+    check_loads,
+    conductors,
+    loads,
+    outcome,
+)
 from roughcontact.request.option import PICTURES, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -16,29 +32,29 @@ FILM = Option(
 )  # fmt: skip
 FIGURE = file("figure", "FILE", "Draw resistance over load as PNG, SVG or PDF.", PICTURES)
 _CONDUCTORS = (
-    joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
-    joints.COUNTER_CONDUCTIVITY, FILM, joints.THERMAL_FILM,
+    RESISTIVITY, CONDUCTIVITY, COUNTER_RESISTIVITY,
+    COUNTER_CONDUCTIVITY, FILM, THERMAL_FILM,
 )  # fmt: skip
 
 
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.conductance import OF, conductance
 
-    contacts = joints.Contacts(request, work, work.maps)
+    contacts = Contacts(request, work, work.maps)
     contacts.require_map(OF)
-    found = conductance(
-        contacts.under(joints.loads(request)),
-        *joints.conductors(request),
+    result = conductance(
+        contacts.under(loads(request)),
+        *conductors(request),
         film=request[FILM] or 0.0,
-        thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        thermal_film=request[THERMAL_FILM] or 0.0,
     )
-    coarser = contacts.coarser(found.largest)
-    return joints.outcome(request, work, found if coarser is None else found.beside(coarser))
+    coarser = contacts.coarser(result.largest)
+    return outcome(request, work, result if coarser is None else result.beside(coarser))
 
 
 def _check(request: Request) -> None:
-    joints.check_loads(request)
-    bodies = joints.conductors(request)
+    check_loads(request)
+    bodies = conductors(request)
     kinds = ("resistivity", "conductivity")
     known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
     if not any(known):
@@ -46,8 +62,8 @@ def _check(request: Request) -> None:
             lacking
             for body, lacking in zip(
                 bodies,
-                ((joints.CONDUCTIVITY, options.MATERIAL),
-                 (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
+                ((CONDUCTIVITY, options.MATERIAL),
+                 (COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
                 strict=True,
             )
             if body.conductivity is None
@@ -55,15 +71,23 @@ def _check(request: Request) -> None:
         named = request[material]
         which = "" if named is None else f", which {named.name} lacks"
         raise InputError(
-            "is needed, such as ", Mention(lacking.argument, "46 W/m/K"), ", or the resistivity of "
-            "both bodies; ", Mention("material"), " and ", Mention("counter_material"),
+            "is needed, such as ",
+            ArgumentRef(lacking.argument, "46 W/m/K"),
+            ", or the resistivity of both bodies; ",
+            ArgumentRef("material"),
+            " and ",
+            ArgumentRef("counter_material"),
             f" of the catalogue have them where a source is known{which}",
             argument=lacking.argument,
-        )  # fmt: skip
-    for film, kind, there in zip((FILM, joints.THERMAL_FILM), kinds, known, strict=True):
+        )
+    for film, kind, there in zip((FILM, THERMAL_FILM), kinds, known, strict=True):
         if request[film] and not there:
             raise InputError(
-                "needs ", Mention(kind), " and ", Mention(f"counter_{kind}"), argument=film.argument
+                "needs ",
+                ArgumentRef(kind),
+                " and ",
+                ArgumentRef(f"counter_{kind}"),
+                argument=film.argument,
             )
 
 
@@ -77,17 +101,17 @@ roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     --counter-material 6061-T6 --holes fill --boundary periodic
 """,
     (
-        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
-        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
+        *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
         *options.OUTPUT,
     ),
     (
-        joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
-        joints.COUNTER_CONDUCTIVITY, FILM, options.BOUNDARY, options.HOLES, joints.OUTPUT,
+        LOAD, options.MATERIAL, options.COUNTER_MATERIAL, CONDUCTIVITY,
+        COUNTER_CONDUCTIVITY, FILM, options.BOUNDARY, options.HOLES, OUTPUT,
         options.REPORT,
     ),
     run=_run,
-    rules=joints.LOAD_RULES,
+    rules=LOAD_RULES,
     check=_check,
     last=last_contact,
     held=2,

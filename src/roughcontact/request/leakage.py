@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from roughcontact.request import joints, options, parsing
+from roughcontact.request import options, parsing
+from roughcontact.request.contacts import (
+    LOAD,
+    LOAD_RULES,
+    OUTPUT,
+    RANGE,
+    Contacts,
+    check_loads,
+    loads,
+    outcome,
+)
 from roughcontact.request.option import LENGTH, PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -41,20 +51,20 @@ _FLUID = (DIRECTION, *_SEAL)
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.leakage import OF, leakage
 
-    contacts = joints.Contacts(request, work, work.maps)
+    contacts = Contacts(request, work, work.maps)
     contacts.require_map(OF)
-    found = leakage(
-        contacts.under(joints.loads(request)),
+    result = leakage(
+        contacts.under(loads(request)),
         **{option.argument: request[option] for option in _FLUID},
     )
-    coarser = contacts.coarser(found.largest)
-    return joints.outcome(request, work, found if coarser is None else found.beside(coarser))
+    coarser = contacts.coarser(result.largest)
+    return outcome(request, work, result if coarser is None else result.beside(coarser))
 
 
 def _check(request: Request) -> None:
     from roughcontact.joint.leakage import seal_of
 
-    joints.check_loads(request)
+    check_loads(request)
     seal_of(*(request[option] for option in _SEAL))
 
 
@@ -72,12 +82,12 @@ roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     --pressure-difference "1 bar"
 """,
     (
-        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
+        *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
+        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
     ),
-    (joints.LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.HOLES, options.REPORT),
+    (LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.HOLES, options.REPORT),
     run=_run,
-    rules=joints.LOAD_RULES,
+    rules=LOAD_RULES,
     check=_check,
     last=last_contact,
     # Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.

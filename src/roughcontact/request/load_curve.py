@@ -6,13 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import limits
-from roughcontact.errors import InputError, Mention
-from roughcontact.request import memory, options, parsing, problem
-from roughcontact.request.option import PICTURES, TABLES, Option, Panel, file
+from roughcontact import memory as limits
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
-from roughcontact.request.rule import NEEDED, Rule
 from roughcontact.request.task import Question, Task
 
 if TYPE_CHECKING:
@@ -43,7 +42,7 @@ _RANGE = (FROM, TO, STEPS, SPACING)
 
 def _steps(request: Request) -> tuple[str, list[Any]]:
     """Return whether a sweep is over loads or approaches, and which, in the form of its ends."""
-    from roughcontact.contact.load_curve import spaced
+    from roughcontact.studies.load_curve import spaced
 
     (control, first), (_, last) = _ends(request)
     form, ends = type(first), (first, last)
@@ -57,15 +56,15 @@ def _ends(request: Request) -> tuple[tuple[str, Any], tuple[str, Any]]:
 
 
 def _run(request: Request, work: Work) -> Outcome:
-    from roughcontact.contact.load_curve import load_curve
+    from roughcontact.studies.load_curve import sweep
 
     control, values = _steps(request)
     if control == "load":
-        problem.pressed(request, work.maps, values[-1], "from")
+        maps.pressed(request, work.maps, values[-1], "from")
     with work.keeping("step-*.npz") as (watch, reused):
-        curve = load_curve(
+        curve = sweep(
             work.maps[0],
-            **problem.arguments(request, work.maps, *options.SOLVER),
+            **maps.arguments(request, work.maps, *options.SOLVER),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request[options.FOLDER],
@@ -79,7 +78,7 @@ def _check(request: Request) -> None:
     first, last = _ends(request)
     if (first[0], type(first[1])) != (last[0], type(last[1])):
         raise InputError(
-            Mention("from"), " and ", Mention("to"),
+            ArgumentRef("from"), " and ", ArgumentRef("to"),
             " must both be loads of one form or both approaches, got "
             f"{request.given[FROM.name]!r} and {request.given[TO.name]!r}",
         )  # fmt: skip
@@ -87,7 +86,7 @@ def _check(request: Request) -> None:
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.contact.load_curve import HELD
+    from roughcontact.studies.load_curve import HELD
 
     memory.require_contact(request, shape, HELD)
 
@@ -108,14 +107,14 @@ def _last(outcome: Outcome) -> dict[str, Any]:
 def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
     """Write the report on a load curve, with the contact at its last load."""
     from roughcontact.contact.solve import solve
-    from roughcontact.report import page, steps
+    from roughcontact.report import load_history, page
 
     request, curve = outcome.request, outcome.found
-    arguments = problem.arguments(request, work.maps, *options.SOLVER)
+    arguments = maps.arguments(request, work.maps, *options.SOLVER)
     result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None
-    page.save(steps.render_curve(curve, result, edition, elastic=twin), path)
+    page.save(load_history.render_curve(curve, result, edition, elastic=twin), path)
 
 
 TASK = Task(

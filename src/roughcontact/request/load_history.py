@@ -6,15 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from roughcontact import limits
 from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import memory, options, parsing, problem
-from roughcontact.request.option import PICTURES, TABLES, Option, Panel, file
+from roughcontact.memory import STEPS
+from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.rule import NEEDED, Rule
 from roughcontact.request.task import Question, Task
 
 _SURFACES = export.suffixes(Kind.SURFACE)
@@ -25,7 +24,7 @@ PATH = Option(
 )  # fmt: skip
 PASSES = Option(
     "passes", Panel.BODIES, "NUMBER", "How often the path is followed, ended by a pass that "
-    "indents nothing; default: 1.", parsing.counted(1, limits.STEPS), 1,
+    "indents nothing; default: 1.", parsing.counted(1, STEPS), 1,
 )  # fmt: skip
 SHIFT = Option(
     "shift", Panel.BODIES, "LENGTHS",
@@ -40,8 +39,7 @@ FIGURE = file("figure", "FILE", "Draw the loop as PNG, SVG or PDF.", PICTURES)
 
 
 def _run(request: Request, work: Work) -> Outcome:
-    from roughcontact.contact.history import Stage
-    from roughcontact.contact.load_history import load_history
+    from roughcontact.studies.load_history import Stage, history as load_history
 
     ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
     stages = [Stage(**{control: value}) for control, value in ends]
@@ -49,7 +47,7 @@ def _run(request: Request, work: Work) -> Outcome:
         history = load_history(
             work.maps[0],
             stages,
-            **problem.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+            **maps.arguments(request, work.maps, *options.SOLVER_DOUBLE),
             passes=request[PASSES],
             shift=request[SHIFT],
             folder=request[options.FOLDER],
@@ -61,13 +59,13 @@ def _run(request: Request, work: Work) -> Outcome:
 
 
 def _check(request: Request) -> None:
-    from roughcontact.contact.history import most_passes
+    from roughcontact.studies.load_history import most_passes
 
     require_count(1, most_passes(len(request.needed(PATH))), passes=request[PASSES])
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.contact.load_history import HELD
+    from roughcontact.studies.load_history import HELD
 
     memory.require_contact(request, shape, HELD)
 

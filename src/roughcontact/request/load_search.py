@@ -6,11 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import memory, options, parsing, problem
-from roughcontact.request.option import TABLES, Option, Panel, file, flag
+from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request.option import ANY_OF, TABLES, Option, Panel, Rule, file, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
-from roughcontact.request.rule import ANY_OF, Rule
 from roughcontact.request.task import Question, Task
 
 CONTACT = Option(
@@ -43,11 +42,11 @@ _WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRS
 
 
 def _run(request: Request, work: Work) -> Outcome:
-    from roughcontact.contact.find import find_load
+    from roughcontact.studies.load_search import find_load
 
     loads = find_load(
         work.maps[0],
-        **problem.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+        **maps.arguments(request, work.maps, *options.SOLVER_DOUBLE),
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )
@@ -56,12 +55,13 @@ def _run(request: Request, work: Work) -> Outcome:
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
-    from roughcontact.contact import find, subsurface
+    from roughcontact.contact import subsurface_stress
+    from roughcontact.studies import load_search
 
-    memory.require_contact(request, shape, find.HELD)
+    memory.require_contact(request, shape, load_search.HELD)
     if request[FIRST_YIELD]:
         boundary = Boundary(request[options.BOUNDARY])
-        subsurface.require_memory(shape, boundary=boundary, friction=0.0)
+        subsurface_stress.require_memory(shape, boundary=boundary, friction=0.0)
 
 
 TASK = Task(

@@ -6,75 +6,71 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from roughcontact import limits
-from roughcontact.errors import InputError, Mention, Sentence, parts_of
+from roughcontact.errors import ArgumentRef, InputError, Sentence, message_parts
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.memory import require_grid
 from roughcontact.request import memory, options
+from roughcontact.request.option import Option
+from roughcontact.request.options import BOUNDARY, CEILING
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Values
-from roughcontact.surface import nominal, registration
+from roughcontact.surface import nominal_bodies, placement
 from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.resolution import Limit
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
+
+if TYPE_CHECKING:
+    from roughcontact.contact.load_case import GivenLoad
+    from roughcontact.contact.pair import Pair
+
 
 Reader = Callable[..., Surface]
 """``reader(path, announced, *reading)``, as `formats.read.read_announced`."""
 
 
 def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -> list[Surface]:
-    """Read and prepare the map, and that of the counter-body if there is one.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    say : callable
-        Called with a few words before every stage.
-    reader : callable, optional
-        What reads a file.
-
-    Returns
-    -------
-    list of Surface
-        One, or two on the same grid.
-    """
-    asked = preparation(request)
+    """Read and prepare the map, and that of the counter-body if there is one."""
+    requested = preparation(request)
     maps: list[Surface] = []
-    form = asked.get(options.BODY)
+    form = requested.get(options.BODY)
     for path in request.inputs:
         say(f"reading {path.name}")
-        reading: list[Any] = [asked[option] for option in options.READING]
+        reading: list[Any] = [requested[option] for option in options.READING]
         fits = partial(memory.require_prepared, request)
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
             known = surface.provenance.known_as(Path(request.names[str(path)]).name)
             surface = replace(surface, provenance=known)
-        maps.append(_prepared(request, asked, surface, path))
+        maps.append(_prepared(request, requested, surface, path))
     if request.file is None:
-        points = asked.needed(options.POINTS)
+        points = requested.needed(options.POINTS)
         memory.require(request, points)
-        pixel = pixel_of(asked[options.SIZE], points)
-        maps.insert(0, asked.needed(options.BODY)(shape=points, pixel=pixel))
+        pixel = pixel_of(requested[options.SIZE], points)
+        maps.insert(0, requested.needed(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
         maps[0] = _on_form(maps[0], form)
     if request.aligned:
         say("aligning the maps")
-        offset, angle = asked.get(options.OFFSET) or (0.0, 0.0), asked.get(options.ANGLE) or 0.0
-        matched = registration.matched(maps[0], maps[1], offset, angle, asked[options.MIRROR])
+        offset, angle = (
+            requested.get(options.OFFSET) or (0.0, 0.0),
+            requested.get(options.ANGLE) or 0.0,
+        )
+        matched = placement.matched(maps[0], maps[1], offset, angle, requested[options.MIRROR])
         # What one of them does not cover the other cannot touch.
         maps = [surface.masked() for surface in matched]
-    counter_form = asked.get(options.COUNTER_BODY)
+    counter_form = requested.get(options.COUNTER_BODY)
     if counter_form is not None:
         if len(maps) == 2:
             maps[1] = _on_form(maps[1], counter_form)
         else:
             if maps[0].is_profile:
-                counter_form = nominal.across(counter_form)
+                counter_form = nominal_bodies.across(counter_form)
             maps.append(counter_form(shape=maps[0].shape, pixel=maps[0].pixel))
     return maps
 
@@ -87,42 +83,47 @@ def preparation(request: Request) -> Values:
 
 def prepared_by(request: Request) -> str:
     """Return a word for what the prepared maps of a request depend on."""
-    asked = preparation(request)
-    values = {option.name: asked[option] for option in asked.task.options}
+    requested = preparation(request)
+    values = {option.name: requested[option] for option in requested.task.options}
     return repr(([str(path) for path in request.inputs], values))
 
 
 def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
-    """Return what limits the lateral resolution of the prepared maps, each in one sentence.
-
-    Of several maps with the same limit the coarsest is told, with how many they are.
-    """
+    """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
     measured = [surface for surface in maps if surface.provenance.instrument]
     once: dict[str, list[tuple[Limit, str]]] = {}
     for surface in measured:
         for limit in surface.resolution_limits(request.get(options.TIP_RADIUS)):
             once.setdefault(limit.cause, []).append((limit, surface.provenance.source))
-    return tuple(_of_the_coarsest(found, len(measured)) for found in once.values())
+    return tuple(_of_the_coarsest(result, len(measured)) for result in once.values())
 
 
-def _of_the_coarsest(found: Sequence[tuple[Limit, str]], count: int) -> str:
-    coarsest, name = max(found, key=lambda one: one[0].wave)
-    if len(found) == count and len({limit.text for limit, _ in found}) == 1:
+def _of_the_coarsest(result: Sequence[tuple[Limit, str]], count: int) -> str:
+    coarsest, name = max(result, key=lambda item: item[0].wave)
+    if len(result) == count and len({limit.text for limit, _ in result}) == 1:
         return coarsest.text
-    whose = f"{len(found)} of {count} maps, {name}: " if len(found) > 1 else f"{name}: "
-    return Sentence(whose, *parts_of(coarsest.text))
+    whose = f"{len(result)} of {count} maps, {name}: " if len(result) > 1 else f"{name}: "
+    return Sentence(whose, *message_parts(coarsest.text))
 
 
-def _on_form(surface: Surface, form: nominal.Body) -> Surface:
+def _on_form(surface: Surface, form: nominal_bodies.Body) -> Surface:
     if surface.is_profile:
-        form = nominal.across(form)
+        form = nominal_bodies.across(form)
     return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
 
 
-def _prepared(request: Request, asked: Values, surface: Surface, path: Path) -> Surface:
+def _prepared(request: Request, requested: Values, surface: Surface, path: Path) -> Surface:
     # Points go first, then form, then waves: each step sees what the one before has cleaned.
-    crop, outliers, form = asked[options.CROP], asked[options.OUTLIERS], asked[options.FORM]
-    holes, level, pixel = asked[options.HOLES], asked[options.LEVEL], asked[options.PIXEL]
+    crop, outliers, form = (
+        requested[options.CROP],
+        requested[options.OUTLIERS],
+        requested[options.FORM],
+    )
+    holes, level, pixel = (
+        requested[options.HOLES],
+        requested[options.LEVEL],
+        requested[options.PIXEL],
+    )
     if crop is not None:
         rows, columns = (
             (part.start or 0, points if part.stop is None else part.stop)
@@ -139,34 +140,83 @@ def _prepared(request: Request, asked: Values, surface: Surface, path: Path) -> 
         surface = surface.without_form(*form)
     if surface.missing and holes == "error":
         raise InputError(
-            f"{path.name} has {surface.missing} missing points; choose ", Mention("holes", "fill"),
-            " (smooth interpolation), ", Mention("holes", "mask"), " (they never touch) or ",
-            Mention("holes", "crop"), " (the largest rectangle without them), or cut them away "
-            "with ", Mention("crop"),
-        )  # fmt: skip
+            f"{path.name} has {surface.missing} missing points; choose ",
+            ArgumentRef("holes", "fill"),
+            " (smooth interpolation), ",
+            ArgumentRef("holes", "mask"),
+            " (they never touch) or ",
+            ArgumentRef("holes", "crop"),
+            " (the largest rectangle without them), or cut them away with ",
+            ArgumentRef("crop"),
+        )
     share = surface.missing / surface.heights.size
     if holes == "fill" and share > MOST_FILLED:
         raise InputError(
             f"{path.name} has no height at {percent(share)} of its points, and at most "
-            f"{percent(MOST_FILLED)} are filled: cut it with ", Mention("crop"), ", or choose ",
-            Mention("holes", "mask"), " (they never touch) or ", Mention("holes", "fill-all"),
+            f"{percent(MOST_FILLED)} are filled: cut it with ",
+            ArgumentRef("crop"),
+            ", or choose ",
+            ArgumentRef("holes", "mask"),
+            " (they never touch) or ",
+            ArgumentRef("holes", "fill-all"),
             " (smooth interpolation, whatever their share)",
-        )  # fmt: skip
+        )
     if holes in ("fill", "fill-all"):
         surface = surface.filled(1.0 if holes == "fill-all" else MOST_FILLED)
     surface = surface.masked()
-    waves = asked[options.S_FILTER], asked[options.L_FILTER]
+    waves = requested[options.S_FILTER], requested[options.L_FILTER]
     if waves != (None, None):
         surface = surface.filtered(*waves)
     if pixel is not None:
         grid = [side / pixel for side in surface.size]
         if surface.is_profile:
             grid[0] = 1.0
-        limits.require_grid("pixel", grid, pixel)
+        require_grid("pixel", grid, pixel)
         ny, nx = map(round, grid)
         # A pixel that leaves no map is refused below, before anything is made.
         if min(ny, nx) > 0:
             memory.require(request, (ny, nx))
         surface = surface.resampled(pixel=(pixel, pixel), method="spline")
-    turn = asked[options.ROTATE]
+    turn = requested[options.ROTATE]
     return surface.rotated(turn) if turn % 360 else surface
+
+
+# --- What a request presses on what: the bodies, under which load, by which solver ---
+
+
+def arguments(request: Request, maps: Sequence[Surface], *solver: Option[Any]) -> dict[str, Any]:
+    """Return the arguments that `contact.solve` and its relatives share, but for the load."""
+    material, counter_material = request.bodies()
+    return {
+        "material": material,
+        "counter_material": counter_material,
+        "counter_surface": maps[1] if len(maps) > 1 else None,
+        "ceiling": request.get(CEILING),
+        "boundary": request[BOUNDARY],
+        **request.solver(*solver),
+    }
+
+
+def pair_of(request: Request, maps: Sequence[Surface]) -> Pair:
+    """Return the bodies that are pressed together."""
+    from roughcontact.contact.pair import Pair
+
+    material, counter_material = request.bodies()
+    counter = maps[1] if len(maps) > 1 else None
+    boundary = Boundary(request[BOUNDARY])
+    return Pair(maps[0], material, counter, counter_material, boundary)
+
+
+def pressed(
+    request: Request, maps: Sequence[Surface], load: Any, argument: str = "load"
+) -> tuple[Any, GivenLoad | None]:
+    """Return the force that a load is on the bodies, and how it was given."""
+    from roughcontact.contact import load_case
+
+    pair = pair_of(request, maps)
+    if pair.is_profile and isinstance(load, float):
+        raise InputError(
+            "is a force, and the file holds a profile: give a load per length such as '600 N/mm'",
+            argument=argument,
+        )
+    return load_case.resolve_force(load, pair, argument)

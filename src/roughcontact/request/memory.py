@@ -5,22 +5,14 @@ from __future__ import annotations
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options
 from roughcontact.request.request import Request
-from roughcontact.surface import memory
+from roughcontact.surface import grid as memory
 
 # Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
 _REPORTED = 2 + memory.CORRELATED
 
 
 def require_prepared(request: Request, shape: tuple[int, int]) -> None:
-    """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    shape : (int, int)
-        Points ``(ny, nx)`` in the file.
-    """
+    """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
     grid = cropped(request, shape)
     memory.require(grid, memory.PREPARED, "preparing a map")
     # Where heights or sides decide it, the grid is known once the map is there.
@@ -30,15 +22,7 @@ def require_prepared(request: Request, shape: tuple[int, int]) -> None:
 
 
 def require(request: Request, shape: tuple[int, int]) -> None:
-    """Raise `InsufficientMemoryError` unless what is asked for can be done on a grid.
-
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    shape : (int, int)
-        Points ``(ny, nx)``; no map of them has been made yet.
-    """
+    """Raise `InsufficientMemoryError` unless what is asked for can be done on a grid."""
     if request.task.memory is None:
         require_contact(request, shape, request.task.held)
     else:
@@ -58,11 +42,11 @@ def require_contact(request: Request, shape: tuple[int, int], held: int = 0) -> 
 
 def require_volume(request: Request, shape: tuple[int, int]) -> None:
     """Raise `InsufficientMemoryError` unless plasticity of the volume fits."""
-    from roughcontact.volume import extent, memory as volume
+    from roughcontact.elastoplastic import problem, problem as volume
 
     volume.require(
         shape,
-        extent.LEAST_LAYERS,
+        problem.LEAST_LAYERS,
         boundary=Boundary(request[options.BOUNDARY]),
         precision=str(request.get(options.PRECISION) or "single"),
     )

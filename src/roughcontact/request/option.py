@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Enum, StrEnum, auto
 from typing import Any, Generic, TypeVar
 
 from roughcontact import units
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import parsing
 
 T_co = TypeVar("T_co", covariant=True)
@@ -36,47 +37,19 @@ class Panel(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Option(Generic[T_co]):
-    """One word of the commands that list it, and of project files.
+    """One word of the commands that list it, and of project files."""
 
-    Parameters
-    ----------
-    name : str
-        As users write it, without dashes in front.
-    panel : str
-        Heading under which the help lists it.
-    metavar : str
-        What is to be given; empty for a flag.
-    help : str
-        What it does.
-    parse : callable
-        ``parse(text, argument)`` returns the value; its errors carry the argument.
-    default : object
-        Value where nothing is given.
-    label : str
-        What the page calls it; by default its name.
-    prepares : bool
-        Whether the prepared maps depend on it; maps are prepared by these options alone.
-    whole_map : bool
-        Whether it needs the map whole in one process, and is refused on several ranks.
-    many : bool
-        Whether it may be given several times; the values, tuples, are joined.
-    suffixes : tuple of str
-        Of a file to write: how its name may end.
-    arguments : tuple of str
-        What the public functions call it, where they have names of their own for it.
-    """
-
-    name: str
-    panel: str
-    metavar: str
-    help: str
-    parse: Callable[[str, str], T_co]
-    default: T_co
-    label: str = ""
-    prepares: bool = False
+    name: str  # As users write it, without dashes in front
+    panel: str  # Heading under which the help lists it
+    metavar: str  # What is to be given
+    help: str  # What it does
+    parse: Callable[[str, str], T_co]  # `parse(text, argument)` returns the value
+    default: T_co  # Value where nothing is given
+    label: str = ""  # What the page calls it
+    prepares: bool = False  # Whether the prepared maps depend on it
     whole_map: bool = True
-    many: bool = False
-    suffixes: tuple[str, ...] = ()
+    many: bool = False  # Whether it may be given several times
+    suffixes: tuple[str, ...] = ()  # Of a file to write: how its name may end
     arguments: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -128,3 +101,67 @@ def files(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Optio
     return Option(
         name, Panel.OUTPUT, "FILE", text, parsing.paths, (), many=True, suffixes=suffixes, **more
     )
+
+
+# --- What options ask of each other, as data ---
+
+
+class Demand(Enum):
+    """What a rule asks of its options."""
+
+    NEEDED = auto()
+    NEEDS = auto()
+    EXCLUDES = auto()
+    ONE_OF = auto()
+    ANY_OF = auto()
+
+
+NEEDED, NEEDS, EXCLUDES, ONE_OF, ANY_OF = Demand
+
+
+@dataclass(frozen=True, init=False)
+class Rule:
+    """What some options ask of each other."""
+
+    demand: Demand  # `NEEDED`: the first is given
+    options: tuple[Option[Any], ...]  # Of which it speaks
+    value: str = ""  # Of a `NEEDS`: what the other has to be
+    text: str = ""  # What to give, or an example of it
+
+    def __init__(self, demand: Demand, *options: Option[Any], **more: str) -> None:
+        for name, held in {"demand": demand, "options": options, **more}.items():
+            object.__setattr__(self, name, held)
+
+
+def check(rules: Iterable[Rule], request: Any) -> None:
+    """Raise `InputError` for the first rule that a request breaks."""
+    for rule in rules:
+        first, *others = rule.options
+        about = first.argument
+        specified = [option for option in rule.options if request.is_given(option)]
+        if rule.demand is NEEDED and not specified:
+            raise InputError(f"is needed: {rule.text}", argument=about)
+        if rule.demand is ONE_OF and len(specified) != 1:
+            raise InputError(
+                "give one of ", *listed(rule.options, " and "), ", and no more than one, such as ",
+                ArgumentRef(about, rule.text),
+            )  # fmt: skip
+        if rule.demand is ANY_OF and not specified:
+            raise InputError("nothing is asked: give ", *listed(rule.options, " or "))
+        if rule.demand is NEEDS and rule.value:
+            if first in specified and request.get(others[0]) != rule.value:
+                needed = ArgumentRef(others[0].argument, rule.value)
+                raise InputError("needs ", needed, argument=about)
+        elif rule.demand is NEEDS and specified == [first]:
+            raise InputError("needs ", *listed(others, " or "), argument=about)
+        if rule.demand is EXCLUDES and first in specified and specified != [first]:
+            raise InputError("goes without ", *listed(others, " and "), argument=about)
+
+
+def listed(options: Iterable[Option[Any]], last: str) -> list[Any]:
+    """Return mentions of options with commas between them, and a word before the last."""
+    mentions: list[Any] = [ArgumentRef(option.argument) for option in options]
+    parts = [part for mention in mentions for part in (mention, ", ")][:-1]
+    if len(mentions) > 1:
+        parts[-2] = last
+    return parts

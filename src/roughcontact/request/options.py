@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from typing import Any
 
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import parsing
-from roughcontact.request.option import LENGTH, PRESSURE, Option, Panel, file, flag
-from roughcontact.request.rule import NEEDS, ONE_OF, Rule
+from roughcontact.request.option import (
+    LENGTH,
+    NEEDS,
+    ONE_OF,
+    PRESSURE,
+    Option,
+    Panel,
+    Rule,
+    file,
+    flag,
+)
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
 HOLES_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
-ITERATIONS = parsing.counted(1, limits.ITERATIONS)
+ITERATIONS = parsing.counted(1, memory.ITERATIONS)
 
 # Which maps
 

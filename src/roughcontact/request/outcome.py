@@ -9,14 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.errors import RoughcontactError, Sentence, parts_of
+from roughcontact.errors import RoughcontactError, Sentence, message_parts
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import Say, UnfinishedError
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
-    from roughcontact.contact.cautions import Caution
+    from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.ranks import Ranks
     from roughcontact.surface.surface import Surface
@@ -35,7 +35,7 @@ def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
 
 def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
     """Return what is known from the measurement of maps."""
-    from roughcontact.contact.cautions import of_measurement
+    from roughcontact.cautions import of_measurement
     from roughcontact.request.maps import resolution_notes
 
     return of_measurement(resolution_notes(request, maps))
@@ -43,31 +43,15 @@ def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]
 
 @dataclass(frozen=True, eq=False)
 class Work:
-    """What a task works with.
+    """What a task works with."""
 
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    read : callable
-        Returns its maps, prepared.
-    say, look : callable
-        Called with a few words before every stage, and with the `Progress` of the solver.
-    solve : callable
-        What solves contacts that several tasks look at.
-    known : mapping
-        What was found of its pieces, by their words.
-    ranks : Ranks or None
-        Those that share a volume.
-    """
-
-    request: Request
-    read: Callable[[], Sequence[Surface]]
-    say: Say
-    look: Look
-    solve: Solve = solve_afresh
+    request: Request  # What was asked for
+    read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
+    say: Say  # Called with a few words before every stage, and with the `Progress` of the solver
+    look: Look  # Called with a few words before every stage, and with the `Progress` of the solver
+    solve: Solve = solve_afresh  # What solves contacts that several tasks look at
     known: Mapping[str, Any] = field(default_factory=dict)
-    ranks: Ranks | None = None
+    ranks: Ranks | None = None  # Those that share a volume
 
     @cached_property
     def maps(self) -> Sequence[Surface]:
@@ -84,10 +68,10 @@ class Work:
         """Note which loads stood in the folder; after Ctrl-C, tell which stand complete in it."""
         reused: list[int] = []
 
-        def watch(at: Progress) -> None:
-            if at.kept:
-                reused.append(at.number)
-            self.look(at)
+        def watch(index: Progress) -> None:
+            if index.kept:
+                reused.append(index.number)
+            self.look(index)
 
         try:
             yield watch, reused
@@ -98,33 +82,14 @@ class Work:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a request gave.
+    """What a request gave."""
 
-    Parameters
-    ----------
-    request : Request
-        What was asked for.
-    found : object
-        What was asked for.
-    contact : ContactResult or None
-        The contact: the solution or the best found, that of the volume model, that below which the
-        stress is, the last of a history, that under the largest load found; none of a sweep or a
-        comparison.
-    extras : mapping
-        What the task found besides, by name, and ``reused``, the number of loads that stood in the
-        folder from an earlier run.
-    written : tuple of Path
-        Files that are complete.
-    failure : RoughcontactError or None
-        Why a file could not be written.
-    """
-
-    request: Request
-    found: Any
+    request: Request  # What was asked for
+    found: Any  # What was asked for
     contact: ContactResult | None = None
     extras: Mapping[str, Any] = field(default_factory=dict)
-    written: tuple[Path, ...] = ()
-    failure: RoughcontactError | None = None
+    written: tuple[Path, ...] = ()  # Files that are complete
+    failure: RoughcontactError | None = None  # Why a file could not be written
 
     @property
     def beside(self) -> dict[str, Any]:
@@ -152,24 +117,24 @@ class Outcome:
     @property
     def shortfall(self) -> Sentence:
         """How far a solver came that did not converge, and why it stopped."""
-        reached, found = "", self.contact
+        reached, result = "", self.contact
         # The increments of the volume that are told of have settled; the status says which did not.
-        if found is not None and self.found is found:
+        if result is not None and self.found is result:
             reached = (
-                f"certificate {found.certificate:.1e}, tolerance {found.tolerance:.0e}, "
-                f"load error {found.load_error:.1e}; "
+                f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
+                f"load error {result.load_error:.1e}; "
             )
-        return Sentence(f"not converged: {reached}", *parts_of(self.status))
+        return Sentence(f"not converged: {reached}", *message_parts(self.status))
 
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
-        told = self.request.task.record(self)
-        return {**told, "written": [str(path) for path in self.written]}
+        text = self.request.task.record(self)
+        return {**text, "written": [str(path) for path in self.written]}
 
 
 def last_contact(outcome: Outcome) -> dict[str, Any]:
     """Return the contact of an outcome in a few numbers, by the keys of `Outcome.record`."""
     assert outcome.contact is not None
-    told = outcome.contact.summary()
+    text = outcome.contact.summary()
     keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
-    return {key: told[key] for key in (*keys, "ceiling")}
+    return {key: text[key] for key in (*keys, "ceiling")}

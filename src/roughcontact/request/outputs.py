@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence, Set
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import InputError, Mention
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request.option import PICTURES, Option
 
 Say = Callable[[str], None]
@@ -28,15 +28,7 @@ class UnfinishedError(Exception):
 
 
 def write(tasks: Iterable[Writing], say: Say) -> list[Path]:
-    """Write files one after the other and return those that are complete.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
-    UnfinishedError
-        If Ctrl-C came.
-    """
+    """Write files one after the other and return those that are complete."""
     written: list[Path] = []
     for path, save in tasks:
         say(f"writing {path}")
@@ -57,9 +49,9 @@ def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     """Return what draws a figure and saves it."""
 
     def save(path: Path) -> None:
-        from roughcontact.plots import saving
+        from roughcontact.plots import export
 
-        saving.save(draw(), path)
+        export.save(draw(), path)
 
     return save
 
@@ -70,7 +62,7 @@ def figure_files(start: str, names: Iterable[str]) -> dict[str, Path]:
         return {name: Path(start) / f"{name}.png" for name in names}
     if start.endswith(("/", os.sep)):
         raise InputError(
-            Mention("figures"), f": the folder '{start}' does not exist; create it first"
+            ArgumentRef("figures"), f": the folder '{start}' does not exist; create it first"
         )
     suffix = Path(start).suffix.lower()
     suffix = suffix if suffix in PICTURES else ""
@@ -86,11 +78,13 @@ def check_place(path: Path, argument: str, inputs: Iterable[Path] = ()) -> None:
         raise InputError(f"'{path}' is a folder; give the name of a file", argument=argument)
     if not folder.is_dir():
         raise InputError(
-            Mention(argument), f": the folder '{folder}' does not exist; create it first"
+            ArgumentRef(argument), f": the folder '{folder}' does not exist; create it first"
         )
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(Mention(argument), f": no permission to write into the folder '{folder}'")
-    refuse_inputs(path, argument, {identity(other) for other in inputs})
+        raise InputError(
+            ArgumentRef(argument), f": no permission to write into the folder '{folder}'"
+        )
+    refuse_inputs(path, argument, {file_identity(other) for other in inputs})
 
 
 def check_name(path: Path, argument: str) -> None:
@@ -105,7 +99,7 @@ def check_name(path: Path, argument: str) -> None:
             if error.errno == errno.ENAMETOOLONG:
                 name = str(place) if place is whole else place.name
                 raise InputError(
-                    Mention(argument),
+                    ArgumentRef(argument),
                     f": the name '{name[:_SHOWN]}…' has {len(name)} characters, too many for the "
                     "file system; give a shorter one",
                 ) from None
@@ -113,33 +107,23 @@ def check_name(path: Path, argument: str) -> None:
 
 def refuse_inputs(path: Path, argument: str, inputs: Set[Identity]) -> None:
     """Raise `InputError` if a file to write is one of those that are read, by any name."""
-    if identity(path) in inputs:
+    if file_identity(path) in inputs:
         raise InputError(f"'{path}' is an input file; give another name", argument=argument)
 
 
-def identity(path: Path) -> Identity:
+def file_identity(path: Path) -> Identity:
     """Return what all names of a file have in common, through links, and where it is to be."""
     try:
-        found = path.stat()
+        result = path.stat()
     except OSError:
         return os.path.realpath(path)
-    return found.st_dev, found.st_ino
+    return result.st_dev, result.st_ino
 
 
 def check_suffix(
     path: Path, option: Option[Any], known: tuple[str, ...] = (), more: tuple[Any, ...] = ()
 ) -> None:
-    """Raise `InputError` unless a name ends in one of the suffixes that an option takes.
-
-    Parameters
-    ----------
-    path : Path
-        The name.
-    option : Option
-        Which takes ``known``, by default all of its suffixes.
-    more : tuple
-        What else to say, in the parts of an error.
-    """
+    """Raise `InputError` unless a name ends in one of the suffixes that an option takes."""
     known = known or option.suffixes
     if path.suffix.lower() not in known:
         listed = " or ".join([", ".join(known[:-1]), known[-1]] if known[1:] else known)

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 from urllib.parse import urlsplit
 
-from roughcontact import limits, units
-from roughcontact.errors import InputError, Mention, require_count
+from roughcontact import memory, units
+from roughcontact.errors import ArgumentRef, InputError, require_count
 
 if TYPE_CHECKING:
-    from roughcontact.contact.loads import Load
+    from roughcontact.contact.load_case import Load
     from roughcontact.material.material import Material
-    from roughcontact.surface.nominal import Body
+    from roughcontact.surface.nominal_bodies import Body
 
 
 class Hardening(NamedTuple):
@@ -39,8 +39,8 @@ _DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
 
 def about(argument: str, error: InputError) -> InputError:
     """Return an error of the library as one about the text given for an argument."""
-    own = () if error.argument is None else (Mention(error.argument), " ")
-    return InputError(Mention(argument), ": ", *own, *error.parts)
+    own = () if error.argument is None else (ArgumentRef(error.argument), " ")
+    return InputError(ArgumentRef(argument), ": ", *own, *error.parts)
 
 
 def quantity(dimension: str) -> Callable[[str, str], float]:
@@ -90,25 +90,25 @@ def whole(text: str, argument: str) -> int:
         ) from None
 
 
-def counted(least: int, most: int) -> Callable[[str, str], int]:
+def counted(minimum: int, maximum: int) -> Callable[[str, str], int]:
     """Return a parser of whole numbers from one to another."""
 
     def parsed(text: str, argument: str) -> int:
         count = whole(text, argument)
-        require_count(least, most, **{argument: count})
+        require_count(minimum, maximum, **{argument: count})
         return count
 
     return parsed
 
 
-def counted_or_auto(least: int, most: int) -> Callable[[str, str], int | str]:
+def counted_or_auto(minimum: int, maximum: int) -> Callable[[str, str], int | str]:
     """Return a parser of whole numbers from one to another, or the word auto."""
 
     def parsed(text: str, argument: str) -> int | str:
         if text == "auto":
             return text
         try:
-            return counted(least, most)(text, argument)
+            return counted(minimum, maximum)(text, argument)
         except InputError:
             if text.strip("+-").isdecimal():
                 raise
@@ -140,7 +140,7 @@ def choice(*known: str) -> Choice:
 
 def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
-    from roughcontact.contact.advice import RECOMMENDED
+    from roughcontact.contact.calibrated_ceiling import RECOMMENDED
     from roughcontact.material import hardness
 
     plain = text.strip()
@@ -148,16 +148,16 @@ def ceiling(text: str, argument: str) -> str | float | None:
         return None
     if plain in ("auto", RECOMMENDED):
         return plain
-    found: float = hardness.stress(plain, argument)
-    return found
+    result: float = hardness.stress(plain, argument)
+    return result
 
 
 def material(text: str, argument: str) -> Material:
     """Return a material of the catalogue."""
-    from roughcontact.material import catalogue
+    from roughcontact.material import catalog
 
     try:
-        return catalogue.material(text)
+        return catalog.material(text)
     except InputError as error:
         raise about(argument, error) from None
 
@@ -169,17 +169,17 @@ def loads(text: str, argument: str) -> tuple[float | Load, ...]:
 
 def hardening(text: str, argument: str) -> Hardening:
     """Return a law of hardening: of the strength, of the back stress, or of both."""
-    found = Hardening()
+    result = Hardening()
     for part in text.split(","):
         law, *rest = part.split() or [""]
         law = law.lower()
-        if law == "linear" and len(rest) == 2 and not found.law:
-            found = found._replace(law=law, constants=(_modulus(rest, argument),))
-        elif law == "swift" and len(rest) == 4 and not found.law:
+        if law == "linear" and len(rest) == 2 and not result.law:
+            result = result._replace(law=law, constants=(_modulus(rest, argument),))
+        elif law == "swift" and len(rest) == 4 and not result.law:
             constants = (_modulus(rest[:2], argument), *(number(n, argument) for n in rest[2:]))
-            found = found._replace(law=law, constants=constants)
-        elif law == "kinematic" and len(rest) == 2 and found.kinematic is None:
-            found = found._replace(kinematic=_modulus(rest, argument))
+            result = result._replace(law=law, constants=constants)
+        elif law == "kinematic" and len(rest) == 2 and result.kinematic is None:
+            result = result._replace(kinematic=_modulus(rest, argument))
         else:
             raise InputError(
                 "must read like 'linear 2 GPa', 'swift 945 MPa 20 0.121', 'kinematic 10 GPa' or "
@@ -187,7 +187,7 @@ def hardening(text: str, argument: str) -> Hardening:
                 argument=argument,
                 value=text,
             )
-    return found
+    return result
 
 
 def _modulus(words: list[str], argument: str) -> float:
@@ -196,9 +196,9 @@ def _modulus(words: list[str], argument: str) -> float:
 
 def body(text: str, argument: str) -> Body:
     """Return a nominal body."""
-    from roughcontact.surface import nominal
+    from roughcontact.surface import nominal_bodies
 
-    return nominal.parse(text, argument)
+    return nominal_bodies.parse(text, argument)
 
 
 def points(text: str, argument: str) -> tuple[int, int]:
@@ -211,7 +211,7 @@ def points(text: str, argument: str) -> tuple[int, int]:
             value=text,
         )
     grid = int(match[1]), int(match[2] or match[1])
-    limits.require_grid(argument, grid)
+    memory.require_grid(argument, grid)
     return grid
 
 
@@ -236,14 +236,14 @@ def lengths(text: str, argument: str) -> tuple[float, ...]:
 def shares(text: str, argument: str) -> tuple[float, ...]:
     """Return shares above 0 and up to 1, given in per cent with commas between them."""
     matches = [_SHARE.fullmatch(part) for part in text.split(",")]
-    found = tuple(float(match[1]) / 100 for match in matches if match)
-    if len(found) < len(matches) or not all(0 < share <= 1 for share in found):
+    result = tuple(float(match[1]) / 100 for match in matches if match)
+    if len(result) < len(matches) or not all(0 < share <= 1 for share in result):
         raise InputError(
             f"must be above 0 and up to 100 per cent, such as '5 %' or '1 %, 5 %', got {text!r}",
             argument=argument,
             value=text,
         )
-    return found
+    return result
 
 
 def window(text: str, argument: str) -> tuple[slice, slice]:
@@ -276,9 +276,9 @@ def form(text: str, argument: str) -> tuple[str, int | None]:
 
 def load(text: str, argument: str) -> float | Load:
     """Return a force [N], or what stands for one on given bodies."""
-    from roughcontact.contact import loads
+    from roughcontact.contact import load_case
 
-    return cast("float | Load", loads.required(text, argument))
+    return cast("float | Load", load_case.required(text, argument))
 
 
 def nominal(text: str, argument: str) -> float:
@@ -289,11 +289,11 @@ def nominal(text: str, argument: str) -> float:
 
 def data(text: str, argument: str) -> int:
     """Return a number of bytes: ``"1 GiB"``, ``"500 MB"``."""
-    found = _DATA.fullmatch(text.strip())
+    result = _DATA.fullmatch(text.strip())
     size = 0.0
-    if found is not None:
-        base = 1024 if found[2].endswith("i") else 1000
-        size = float(found[1]) * base ** " kMGT".index((found[2][:1] or " ").replace("K", "k"))
+    if result is not None:
+        base = 1024 if result[2].endswith("i") else 1000
+        size = float(result[1]) * base ** " kMGT".index((result[2][:1] or " ").replace("K", "k"))
     if size < 1:
         raise InputError(
             f"must be a size such as '500 MB' or '2 GiB', got {text!r}",
@@ -326,10 +326,7 @@ def origins(text: str, argument: str) -> tuple[str, ...]:
 
 
 def group(text: str, argument: str) -> tuple[str, tuple[str, ...]]:
-    """Return the name of a group of maps, and its files as they were written.
-
-    What stands in double quotes may have commas and equals signs of its own.
-    """
+    """Return the name of a group of maps, and its files as they were written."""
     match = _GROUP.fullmatch(text)
     name, listed = (match[1].strip(), match[2]) if match else ("", "")
     try:
@@ -364,20 +361,20 @@ def group_text(name: str, files: Iterable[str]) -> str:
 
 def peak(text: str, argument: str) -> Load:
     """Return the load at which smooth bodies have a peak pressure."""
-    from roughcontact.contact.loads import HertzPressure
+    from roughcontact.contact.load_case import HertzPressure
 
     return HertzPressure(units.parse(text, "pressure", argument))
 
 
 def load_or_approach(text: str, argument: str) -> tuple[str, float | Load]:
     """Return which of the two a text with a unit is, and its value."""
-    from roughcontact.contact import loads
+    from roughcontact.contact import load_case
 
     try:
         return "approach", units.parse(text, "length", argument)
     except InputError:
-        needs = f"{loads.NEEDS}, or an approach such as '1 um'"
-        return "load", cast("float | Load", loads.required(text, argument, needs))
+        needs = f"{load_case.NEEDS}, or an approach such as '1 um'"
+        return "load", cast("float | Load", load_case.required(text, argument, needs))
 
 
 def stages(text: str, argument: str) -> tuple[tuple[str, float | Load], ...]:

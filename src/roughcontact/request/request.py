@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
-from roughcontact.errors import InputError, Mention
-from roughcontact.request import options as shared, outputs, parsing, rule
-from roughcontact.request.option import PICTURES, Option
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.request import options as shared, outputs, parsing
+from roughcontact.request.option import PICTURES, Option, check
 from roughcontact.request.parsing import about
 from roughcontact.request.task import Given, Reading, Task
 
@@ -24,55 +24,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Request(Reading):
-    """One run: what was asked for, checked as far as it can be without its files.
+    """One run: what was asked for, checked as far as it can be without its files."""
 
-    ``request[S_FILTER]`` is the value of an option: that given, or else its default. What serves
-    several tasks asks by ``request.get(FOLDER)`` for an option that only some of them have.
-
-    Parameters
-    ----------
-    task : Task
-        What is asked of the maps.
-    file : Path or None
-        The measured map; without it, a nominal body on ``points``.
-    given : Mapping
-        The options that were given, as text, to repeat the run.
-    values : Mapping
-        Their values.
-    files : tuple of Path
-        Maps to compare that belong to no group.
-    names : Mapping
-        What the user calls files that lie elsewhere or have another name there, by path as text.
-    """
-
-    task: Task
-    file: Path | None
-    given: Given
-    values: Mapping[str, Any]
-    files: tuple[Path, ...] = ()
+    task: Task  # What is asked of the maps
+    file: Path | None  # The measured map
+    given: Given  # The options that were given, as text, to repeat the run
+    values: Mapping[str, Any]  # Their values
+    files: tuple[Path, ...] = ()  # Maps to compare that belong to no group
     names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what can be seen to be wrong without looking at any file."""
         self._check_maps()
         self.bodies()
-        rule.check((*shared.RULES, *self.task.rules), self)
+        check((*shared.RULES, *self.task.rules), self)
         self.task.check(self)
         for option, path in self._written:
             outputs.check_suffix(path, option)
 
     @classmethod
     def from_text(
-        cls, task: Task, file: Path | None, given: Given, files: tuple[Path, ...] = ()
+        cls, task: Task, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
     ) -> Request:
-        """Return the request that options in words describe.
-
-        Raises
-        ------
-        InputError
-            If a value cannot be used, or values do not go together; it carries the argument.
-        """
-        return cls(task, file, dict(given), task.parsed(given), files)
+        """Return the request that options in words describe."""
+        return cls(task, file, dict(specified), task.parsed(specified), files)
 
     @property
     def inputs(self) -> list[Path]:
@@ -84,10 +59,10 @@ class Request(Reading):
     @property
     def groups(self) -> dict[str, list[Path]]:
         """The files to compare by the names of their groups; empty of those that have none."""
-        found: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
+        result: dict[str, list[Path]] = {"": list(self.files)} if self.files else {}
         for name, words in self.get(shared.GROUP) or ():
-            found.setdefault(name, []).extend(path for word in words for path in matching(word))
-        return found
+            result.setdefault(name, []).extend(path for word in words for path in matching(word))
+        return result
 
     @property
     def aligned(self) -> bool:
@@ -112,7 +87,7 @@ class Request(Reading):
 
     def solver(self, *options: Option[Any]) -> dict[str, Any]:
         """Return those options of the solver that were given; the models have own defaults."""
-        return {one.argument: self.get(one) for one in options if one.name in self.values}
+        return {item.argument: self.get(item) for item in options if item.name in self.values}
 
     def bodies(self) -> tuple[Material, Material]:
         """Return the materials of both bodies; the counter-body is rigid if nothing is said."""
@@ -128,12 +103,12 @@ class Request(Reading):
             return body, rigid
         return body, self._material(shared.COUNTER_CONSTANTS)
 
-    def require_yield(self, asked: Mention) -> None:
+    def require_yield(self, requested: ArgumentRef) -> None:
         """Raise `InputError` unless one of the bodies can yield."""
         if all(body.yield_strength is None for body in self.bodies()):
             raise InputError(
-                asked, " needs a ", Mention("yield_strength"),
-                " such as '1 GPa', or a ", Mention("material"),
+                requested, " needs a ", ArgumentRef("yield_strength"),
+                " such as '1 GPa', or a ", ArgumentRef("material"),
                 " that has one: otherwise nothing can yield",
             )  # fmt: skip
 
@@ -171,7 +146,7 @@ class Request(Reading):
     @property
     def places(self) -> tuple[tuple[str, Path], ...]:
         """The files that are written, each with the argument that asks for it, in their order."""
-        files = [(one.name, path) for one, path in self._written if one.suffixes != PICTURES]
+        files = [(item.name, path) for item, path in self._written if item.suffixes != PICTURES]
         return (*files, *((option, path) for option, _, path in self.figures()))
 
     def check_places(self) -> None:
@@ -186,19 +161,33 @@ class Request(Reading):
         measured = self.file is not None or bool(self.groups)
         if self.task.needs_map and not measured and not nominal:
             raise InputError(
-                f"is missing, see roughcontact {self.task.name} --help; or give ", Mention("body"),
-                ", ", Mention("points"), " and ", Mention("size"),
-                " for a nominal body without roughness", argument="file",
-            )  # fmt: skip
+                f"is missing, see roughcontact {self.task.name} --help; or give ",
+                ArgumentRef("body"),
+                ", ",
+                ArgumentRef("points"),
+                " and ",
+                ArgumentRef("size"),
+                " for a nominal body without roughness",
+                argument="file",
+            )
         if self.get(shared.OVERRIDE_SIZE) and (not measured or self[shared.SIZE] is None):
             raise InputError(
-                "needs a ", Mention("file"), " and a ", Mention("size"), argument="override_size"
+                "needs a ",
+                ArgumentRef("file"),
+                " and a ",
+                ArgumentRef("size"),
+                argument="override_size",
             )
         if measured and self.get(shared.POINTS) is not None:
             raise InputError(
-                "goes with a nominal ", Mention("body"), " without ", Mention("file"), "; see ",
-                Mention("pixel"), argument="points",
-            )  # fmt: skip
+                "goes with a nominal ",
+                ArgumentRef("body"),
+                " without ",
+                ArgumentRef("file"),
+                "; see ",
+                ArgumentRef("pixel"),
+                argument="points",
+            )
 
     def _material(self, options: tuple[Option[Any], ...]) -> Material:
         """Return the material of a body, from its options."""
@@ -206,45 +195,48 @@ class Request(Reading):
 
         material, *constants = options
         known, under = self[material], material.argument.removesuffix("material")
-        values = {one.argument.removeprefix(under): self[one] for one in constants}
-        given = {name: value for name, value in values.items() if value is not None}
-        if "yield_strength" in given:
+        values = {item.argument.removeprefix(under): self[item] for item in constants}
+        specified = {name: value for name, value in values.items() if value is not None}
+        if "yield_strength" in specified:
             # The law of hardening of the catalogue starts at the yield strength of the catalogue.
-            given["hardening"] = None
+            specified["hardening"] = None
         for option, example in zip(constants, ("210 GPa", "0.3"), strict=False):
             if known is None and self[option] is None:
                 raise InputError(
-                    "is needed, such as ", Mention(option.argument, example), "; or ",
-                    Mention(material.argument), " with a name of the catalogue",
+                    "is needed, such as ", ArgumentRef(option.argument, example), "; or ",
+                    ArgumentRef(material.argument), " with a name of the catalogue",
                     argument=option.argument,
                 )  # fmt: skip
         try:
-            return Material(**values) if known is None else replace(known, **given)
+            return Material(**values) if known is None else replace(known, **specified)
         except InputError as error:
             if error.argument is not None:
                 error.argument = f"{under}{error.argument}"
             raise
 
 
-def _hardened(material: Material, given: float | None, asked: parsing.Hardening) -> Material:
+def _hardened(material: Material, given: float | None, requested: parsing.Hardening) -> Material:
     """Return a material that hardens; ``given`` is the yield strength that was asked for."""
     from roughcontact.material import hardening
 
     law: hardening.Isotropic
-    if asked.law == "swift":
-        law = _swift(given, asked.constants)
+    if requested.law == "swift":
+        law = _swift(given, requested.constants)
     elif material.yield_strength is None:
-        name = asked.law or "kinematic"
+        name = requested.law or "kinematic"
         raise InputError(
-            f"{name} needs a ", Mention("yield_strength"), " to start from", argument="hardening"
+            f"{name} needs a ",
+            ArgumentRef("yield_strength"),
+            " to start from",
+            argument="hardening",
         )
-    elif asked.law == "linear":
-        law = hardening.Linear(material.yield_strength, asked.constants[0])
+    elif requested.law == "linear":
+        law = hardening.Linear(material.yield_strength, requested.constants[0])
     else:
         law = hardening.Perfect(material.yield_strength)
-    if asked.kinematic is None:
+    if requested.kinematic is None:
         return replace(material, yield_strength=None, hardening=law)
-    with_back = hardening.Kinematic(law, asked.kinematic)
+    with_back = hardening.Kinematic(law, requested.kinematic)
     return replace(material, yield_strength=None, hardening=with_back)
 
 
@@ -259,8 +251,8 @@ def _swift(given: float | None, constants: tuple[float, ...]) -> hardening.Swift
     if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
         first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
         raise InputError(
-            f"starts at a yield strength of {first}, but ", Mention("yield_strength"),
-            f" is {other}; leave ", Mention("yield_strength"), " out", argument="hardening",
+            f"starts at a yield strength of {first}, but ", ArgumentRef("yield_strength"),
+            f" is {other}; leave ", ArgumentRef("yield_strength"), " out", argument="hardening",
         )  # fmt: skip
     return swift
 
@@ -270,4 +262,4 @@ def matching(word: str) -> list[Path]:
     path = Path(word)
     if not any(sign in word for sign in "*?[") or path.exists():
         return [path]
-    return sorted(Path(found) for found in glob.glob(word)) or [path]
+    return sorted(Path(result) for result in glob.glob(word)) or [path]

@@ -7,19 +7,29 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import limits
-from roughcontact.errors import InputError, Mention
+from roughcontact import memory as limits
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import memory, options, parsing, problem
-from roughcontact.request.option import LENGTH, PICTURES, TABLES, Option, Panel, file, files, flag
+from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request.option import (
+    LENGTH,
+    ONE_OF,
+    PICTURES,
+    TABLES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    files,
+    flag,
+)
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
-from roughcontact.request.rule import ONE_OF, Rule
 from roughcontact.request.task import Task
 
 if TYPE_CHECKING:
-    from roughcontact.volume.passes import Frame
+    from roughcontact.elastoplastic.rolling import Frame
 
 LOAD = Option(
     "load", Panel.BODIES, "LOAD",
@@ -67,9 +77,10 @@ PRECISION = Option(
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the passes: {export.told(Kind.ROLLING)}, .csv a row a pass, .json numbers; may be "
-    "repeated.", (*export.suffixes(Kind.ROLLING), *TABLES),
-)  # fmt: skip
+    f"Write the passes: {export.format_list_text(Kind.ROLLING)}, .csv a row a pass, .json numbers; may be "
+    "repeated.",
+    (*export.suffixes(Kind.ROLLING), *TABLES),
+)
 FOLDER = file("folder", "FOLDER", "Where every step is kept, to go on later.")
 MOVIE = file(
     "movie", "FILE.gif", "Film pressure and plastic strain, step by step, as an animated GIF.",
@@ -86,12 +97,11 @@ _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
 def _run(request: Request, work: Work) -> Outcome:
     """Pass the counter-body as often as a request asks for."""
-    from roughcontact.plots.movie import along_of
-    from roughcontact.volume.passes import frame
-    from roughcontact.volume.rolling import roll
+    from roughcontact.elastoplastic.rolling import frame, roll
+    from roughcontact.plots.rolling import along_of
 
-    force, given = problem.pressed(request, work.maps, *request.load)
-    arguments = problem.arguments(request, work.maps, *_SOLVER)
+    force, specified = maps.pressed(request, work.maps, *request.load)
+    arguments = maps.arguments(request, work.maps, *_SOLVER)
     del arguments["ceiling"]
     frames: list[Frame] = []
     along = along_of(request[DIRECTION])
@@ -103,25 +113,25 @@ def _run(request: Request, work: Work) -> Outcome:
     # What is shown is kept whole, as a series for ParaView needs it.
     shown = request[MOVIE] is not None or _leaves_series(request)
     with work.keeping("pass-*/step-*.nc") as (watch, reused):
-        found = roll(
+        result = roll(
             work.maps[0],
             **arguments,
             load=force,
             passes=request[PASSES],
             steps=request[STEPS],
-            way=request[WAY],
+            travel=request[WAY],
             direction=request[DIRECTION],
-            to_and_fro=request[TO_AND_FRO],
-            centered=request[WAY] is not None,
+            reciprocating=request[TO_AND_FRO],
+            start_at_center=request[WAY] is not None,
             friction=request[FRICTION],
             folder=request[FOLDER],
             progress=watch,
-            each=picture if shown else None,
+            on_step=picture if shown else None,
         )
-    last = replace(found.result.solution, given=given, remarks=work.remarks)
-    found = replace(found, result=replace(found.result, solution=last))
+    last = replace(result.result.solution, given=specified, remarks=work.remarks)
+    result = replace(result, result=replace(result.result, solution=last))
     extras = {"frames": tuple(frames), "reused": max(reused, default=0)}
-    return Outcome(request, found, last, extras)
+    return Outcome(request, result, last, extras)
 
 
 def _leaves_series(request: Request) -> bool:
@@ -132,10 +142,10 @@ def _check(request: Request) -> None:
     if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
         raise InputError(
             "is needed: what passes over the body, such as ",
-            Mention("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
-            Mention("counter_surface"), argument="counter_body",
+            ArgumentRef("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
+            ArgumentRef("counter_surface"), argument="counter_body",
         )  # fmt: skip
-    request.require_yield(Mention("task", request.task.name))
+    request.require_yield(ArgumentRef("task", request.task.name))
     if not 0 <= request[FRICTION] < math.inf:
         raise InputError(
             f"must not be negative, got {request.given[FRICTION.name]!r}", argument="friction"
@@ -145,9 +155,9 @@ def _check(request: Request) -> None:
 
 
 def _movie(outcome: Outcome, path: Path) -> None:
-    from roughcontact.plots import movie
+    from roughcontact.plots import rolling
 
-    movie.save(outcome.found, outcome.extras["frames"], path)
+    rolling.save(outcome.found, outcome.extras["frames"], path)
 
 
 def _figures(_: Request) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import joints, memory, outputs
+from roughcontact.request import contacts, memory, outputs
 from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
 from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
@@ -32,34 +32,7 @@ def run(
     read: Callable[[Request, Say], Sequence[Surface]] | None = None,
     solve: Solve = solve_afresh,
 ) -> Outcome:
-    """Read, prepare, solve, and write what was asked for.
-
-    Parameters
-    ----------
-    request : Request
-        What to do.
-    say : callable
-        Called with a few words before every stage.
-    look : callable, optional
-        Called with the `Progress` of the solver.
-    known : mapping, optional
-        What was found of each of the `pieces.of` of the request, by their words.
-    read : callable, optional
-        What reads and prepares its maps; by default `prepared`.
-    solve : callable, optional
-        What solves the contacts that are asked what a joint does; see `joints.once`.
-
-    Returns
-    -------
-    Outcome
-        The result, even where its files could not be written. No file is written for one that
-        did not converge.
-
-    Raises
-    ------
-    RoughcontactError
-        If the request cannot be done.
-    """
+    """Read, prepare, solve, and write what was asked for."""
     request.check_places()
     reads = partial(read or prepared, request, say)
     work = Work(request, reads, say, look or _nobody, solve, known or {})
@@ -75,16 +48,9 @@ def run(
 
 
 @contextmanager
-def together() -> Iterator[Callable[..., Outcome]]:
-    """Give what carries out requests as `run` does, and shares what they have in common.
-
-    Yields
-    ------
-    callable
-        Called as `run`, which it does. Maps that several of them prepare in the same way are
-        read once, and contacts of which they ask what a joint does are solved once.
-    """
-    with joints.once() as solve:
+def shared_runner() -> Iterator[Callable[..., Outcome]]:
+    """Give what carries out requests as `run` does, and shares what they have in common."""
+    with contacts.cached_solver() as solve:
         known: dict[str, Sequence[Surface]] = {}
 
         def read(request: Request, say: Say) -> Sequence[Surface]:
@@ -101,7 +67,7 @@ def together() -> Iterator[Callable[..., Outcome]]:
 def prepared(request: Request, say: Say) -> list[Surface]:
     """Return the maps of a request: body and counter-body, or several maps of one surface."""
     single = [replace(request, file=path, files=()) for path in request.files] or [request]
-    return [surface for one in single for surface in surfaces(one, say)]
+    return [surface for item in single for surface in surfaces(item, say)]
 
 
 def solved(
@@ -118,20 +84,20 @@ def _nobody(progress: Progress) -> None:
 
 def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
     """Yield the files that were asked for, with what writes them."""
-    from roughcontact.report import results
+    from roughcontact.report import kinds
 
-    request, found = outcome.request, outcome.found
+    request, result = outcome.request, outcome.found
     for path in request.outputs:
-        yield path, found.save
+        yield path, result.save
     for option, save in request.task.writes:
         if request[option] is not None:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
         yield report, partial(request.task.report, outcome, work, edition=edition_of(request))
-    asked = list(request.figures())
-    drawings = results.drawings(found) if asked else {}
-    for _, name, path in asked:
+    requested = list(request.figures())
+    drawings = kinds.drawings(result) if requested else {}
+    for _, name, path in requested:
         # A profile has fewer of them than a map.
         if not name or name in drawings:
             yield path, outputs.saver(drawings[name or next(iter(drawings))])

@@ -5,15 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import limits
-from roughcontact.errors import Mention
+from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import memory, options, outputs, parsing, problem, studying
-from roughcontact.request.option import PICTURES, Option, Panel, file, files, flag
+from roughcontact.memory import STEPS
+from roughcontact.request import maps, memory, options, outputs, parsing, resolution_study
+from roughcontact.request.option import (
+    EXCLUDES,
+    NEEDS,
+    PICTURES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    files,
+    flag,
+)
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
-from roughcontact.request.rule import EXCLUDES, NEEDS, Rule
 from roughcontact.request.task import Pieces, Question, Task
 
 if TYPE_CHECKING:
@@ -39,7 +48,7 @@ INCREMENTS: Option[int | str] = Option(
     "increments", Panel.BODIES, "NUMBER|auto",
     "Equal steps to the load of the volume model; auto: as many as keep the error by the steps "
     "below 1 %; default: auto.",
-    parsing.counted_or_auto(1, limits.STEPS), "auto",
+    parsing.counted_or_auto(1, STEPS), "auto",
 )  # fmt: skip
 UNLOAD = flag(
     "unload", Panel.BODIES,
@@ -62,9 +71,11 @@ PRECISION = Option(
     parsing.choice("double", "single"), None, whole_map=False,
 )  # fmt: skip
 OUTPUT = files(
-    "output", f"Write the result: {export.told(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
-    export.suffixes(Kind.CONTACT, Kind.VOLUME), whole_map=False,
-)  # fmt: skip
+    "output",
+    f"Write the result: {export.format_list_text(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
+    export.suffixes(Kind.CONTACT, Kind.VOLUME),
+    whole_map=False,
+)
 FOLDER = file(
     "folder", "FOLDER", "Where the volume model keeps every load it reaches, to go on later."
 )
@@ -81,11 +92,11 @@ def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
     """Return the contact that a request asks for, or the best found."""
     from roughcontact.contact.solve import solve
 
-    force, given = problem.pressed(request, work.maps, *request.load)
+    force, specified = maps.pressed(request, work.maps, *request.load)
     point = request[options.LOAD_POINT]
-    found = solve(
+    result = solve(
         work.maps[0],
-        **problem.arguments(request, work.maps, *_SOLVER),
+        **maps.arguments(request, work.maps, *_SOLVER),
         load=force,
         approach=request[options.APPROACH],
         moments=None if point is None else (force * point[0], force * point[1]),
@@ -93,35 +104,35 @@ def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
         on_failure="return",
         progress=work.look,
     )
-    return replace(found, given=given)
+    return replace(result, given=specified)
 
 
 def _run(request: Request, work: Work) -> Outcome:
     if request[MODEL] == VOLUME_MODEL:
         return _volume(request, work)
-    found = contact(request, work, calibrated=not request[UNCALIBRATED])
+    result = contact(request, work, calibrated=not request[UNCALIBRATED])
     remarks, extras = work.remarks, {}
-    if request[studying.STUDY] and found.converged:
-        study = studying.studied(request, work, found.load)
-        remarks, extras = (*remarks, *study.cautions), {studying.STUDY.name: study}
-    found = replace(found, remarks=remarks)
-    return Outcome(request, found, found, extras)
+    if request[resolution_study.STUDY] and result.converged:
+        study = resolution_study.studied(request, work, result.load)
+        remarks, extras = (*remarks, *study.cautions), {resolution_study.STUDY.name: study}
+    result = replace(result, remarks=remarks)
+    return Outcome(request, result, result, extras)
 
 
 def _volume(request: Request, work: Work) -> Outcome:
-    from roughcontact.volume.path import PathPoint
-    from roughcontact.volume.solve import solve_elastoplastic
-    from roughcontact.volume.stepping import AUTO, between
+    from roughcontact.elastoplastic.increments import AUTO, between
+    from roughcontact.elastoplastic.path import PathPoint
+    from roughcontact.elastoplastic.solve import solve_elastoplastic
 
-    load, given = problem.pressed(request, work.maps, *request.load)
+    load, specified = maps.pressed(request, work.maps, *request.load)
     steps = request[INCREMENTS]
     way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
     loads += [0.0] * request[UNLOAD]
-    arguments = problem.arguments(request, work.maps, *_SOLVER)
+    arguments = maps.arguments(request, work.maps, *_SOLVER)
     del arguments["ceiling"]
     with work.keeping("step-*.nc") as (watch, reused):
-        found = solve_elastoplastic(
+        result = solve_elastoplastic(
             work.maps[0],
             **arguments,
             loads=loads,
@@ -129,22 +140,22 @@ def _volume(request: Request, work: Work) -> Outcome:
             on_failure="return",
             folder=request[FOLDER],
             progress=watch,
-            communicator=work.ranks,
+            ranks=work.ranks,
         )
-    solution = replace(found.solution, given=given, remarks=work.remarks)
+    solution = replace(result.solution, given=specified, remarks=work.remarks)
     # The last of the reused is told of.
     extras = {"reused": max(reused, default=0)}
-    return Outcome(request, replace(found, solution=solution), solution, extras)
+    return Outcome(request, replace(result, solution=solution), solution, extras)
 
 
 def _check(request: Request) -> None:
     model = request[MODEL]
     if model == VOLUME_MODEL:
-        request.require_yield(Mention("model", VOLUME_MODEL))
+        request.require_yield(ArgumentRef("model", VOLUME_MODEL))
     other = next(name for name in RESULTS if name != model)
     for path in request[OUTPUT]:
         suffix = path.suffix.lower()
-        fits_other = ("; ", suffix, " needs ", Mention("model", other))
+        fits_other = ("; ", suffix, " needs ", ArgumentRef("model", other))
         outputs.check_suffix(
             path, OUTPUT, RESULTS[model], fits_other if suffix in RESULTS[other] else ()
         )
@@ -152,17 +163,17 @@ def _check(request: Request) -> None:
 
 def record(outcome: Outcome) -> dict[str, Any]:
     """Return all numbers of a contact by name, in SI units."""
-    from roughcontact.contact import certainty
     from roughcontact.formats import tables
+    from roughcontact.studies import uncertainty
 
-    told = tables.record(outcome.found)
-    study = outcome.extras.get(studying.STUDY.name)
+    text = tables.record(outcome.found)
+    study = outcome.extras.get(resolution_study.STUDY.name)
     if study is not None:
-        told["study"] = study.summary()
+        text["study"] = study.summary()
     if outcome.contact is not None and outcome.found is outcome.contact:
-        found = certainty.intervals(outcome.contact, study)
-        told["intervals"] = {interval.name: interval.summary() for interval in found}
-    return told
+        result = uncertainty.uncertainty_intervals(outcome.contact, study)
+        text["intervals"] = {interval.name: interval.summary() for interval in result}
+    return text
 
 
 def _figures(request: Request) -> tuple[str, ...]:
@@ -193,7 +204,7 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        studying.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
+        resolution_study.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
         options.LOAD, *options.BODY_CONSTANTS, options.CEILING, options.HOLES, OUTPUT,
@@ -202,12 +213,12 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
     run=_run,
     rules=(
         *options.LOAD_RULES,
-        Rule(EXCLUDES, options.LOAD_POINT, studying.STUDY),
+        Rule(EXCLUDES, options.LOAD_POINT, resolution_study.STUDY),
         *(
             Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
             for option in (
                 options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
-                studying.STUDY,
+                resolution_study.STUDY,
             )
         ),
         *(
@@ -223,7 +234,7 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
         Question(
             "What hangs on the grid",
             "The same contact on coarser and finer grids, with filters and other ceilings.",
-            fixed=((studying.STUDY, True),),
+            fixed=((resolution_study.STUDY, True),),
         ),
         Question(
             "Recommended ceiling",
@@ -237,5 +248,5 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
             fixed=((MODEL, VOLUME_MODEL),),
         ),
     ),
-    pieces=Pieces(studying.apart, studying.found_of),
+    pieces=Pieces(resolution_study.apart, resolution_study.found_of),
 )  # fmt: skip

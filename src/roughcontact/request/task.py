@@ -10,9 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from roughcontact.errors import Mention
-from roughcontact.request.option import Option
-from roughcontact.request.rule import Rule
+from roughcontact.errors import ArgumentRef
+from roughcontact.request.option import Option, Rule
 
 T = TypeVar("T")
 
@@ -22,30 +21,14 @@ Given = Mapping[str, str | bool | list[str]]
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What the program can be told to do.
+    """What the program can be told to do."""
 
-    Parameters
-    ----------
-    name : str
-        As users write it.
-    help : str
-        First sentence, what else there is to say, and an example.
-    options : tuple of Option
-        Its options, in the order of the help.
-    first : tuple of Option
-        The ten that the help explains first; without them it explains all.
-    reads_map : bool
-        Whether it takes a map.
-    example : str
-        How it is called, where the help does not say it.
-    """
-
-    name: str
-    help: str
-    options: tuple[Option[Any], ...]
-    first: tuple[Option[Any], ...] = ()
-    reads_map: bool = False
-    example: str = ""
+    name: str  # As users write it
+    help: str  # First sentence, what else there is to say, and an example
+    options: tuple[Option[Any], ...]  # Its options, in the order of the help
+    first: tuple[Option[Any], ...] = ()  # The ten that the help explains first
+    reads_map: bool = False  # Whether it takes a map
+    example: str = ""  # How it is called, where the help does not say it
 
     @cached_property
     def by_name(self) -> Mapping[str, Option[Any]]:
@@ -59,16 +42,10 @@ class Command:
                 return option
         return None
 
-    def parsed(self, given: Given) -> dict[str, Any]:
-        """Return the values of options that were given as text, by name.
-
-        Raises
-        ------
-        InputError
-            If a value cannot be used; it carries the argument.
-        """
+    def parsed(self, specified: Given) -> dict[str, Any]:
+        """Return the values of options that were given as text, by name."""
         values: dict[str, Any] = {}
-        for name, value in given.items():
+        for name, value in specified.items():
             option = self.by_name[name]
             if isinstance(value, bool):
                 values[name] = value
@@ -80,19 +57,12 @@ class Command:
                 values[name] = option.parse(str(value), option.argument)
         return values
 
-    def read(self, given: Given) -> Values:
+    def read(self, specified: Given) -> Values:
         """Return what options that were given as text say."""
-        return Values(self, self.parsed(given))
+        return Values(self, self.parsed(specified))
 
-    def spelled(self, mention: Mention) -> str:
-        """Return an argument in the words of the command line.
-
-        Returns
-        -------
-        str
-            ``--name``, or ``--name value`` quoted for a shell; the argument itself where there is
-            no option for it.
-        """
+    def spelled(self, mention: ArgumentRef) -> str:
+        """Return an argument in the words of the command line."""
         if mention.name == "file" and self.reads_map:
             return "FILE"
         option = self.named(mention.name)
@@ -143,58 +113,34 @@ class Values(Reading):
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """How the page asks it.
+    """How the page asks it."""
 
-    Parameters
-    ----------
-    name, about : str
-        What is asked, and what one learns.
-    options : tuple of Option
-        What is given besides the contact.
-    first : tuple of (Option, str or bool)
-        Values to begin with.
-    fixed : tuple of (Option, str or bool)
-        Values that make the task this question.
-    """
-
-    name: str
-    about: str
-    options: tuple[Option[Any], ...] = ()
-    first: tuple[tuple[Option[Any], str | bool], ...] = ()
+    name: str  # What is asked, and what one learns
+    about: str  # What is asked, and what one learns
+    options: tuple[Option[Any], ...] = ()  # What is given besides the contact
+    first: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """How a request falls into what can be solved apart.
+    """How a request falls into what can be solved apart."""
 
-    Parameters
-    ----------
-    of : callable
-        ``of(request)`` returns a word for each piece; one word or none for a request that is one.
-    find : callable
-        ``find(request, word, say, look)`` returns what is found of one.
-    file_of : callable or None
-        ``file_of(request, word)`` returns the only file that a piece reads; by default all.
-    beside : tuple of Option
-        Options that say nothing of any one piece.
-    """
-
-    of: Callable[[Any], tuple[str, ...]]
-    find: Callable[..., Any]
+    of: Callable[[Any], tuple[str, ...]]  # `of(request)` returns a word for each piece
+    find: Callable[..., Any]  # `find(request, word, say, look)` returns what is found of one
     file_of: Callable[[Any, str], Path | None] | None = None
-    beside: tuple[Option[Any], ...] = ()
+    beside: tuple[Option[Any], ...] = ()  # Options that say nothing of any one piece
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:
-    found: dict[str, Any] = outcome.found.summary()
-    return found
+    result: dict[str, Any] = outcome.found.summary()
+    return result
 
 
 def _report(outcome: Any, work: Any, path: Path, edition: Any) -> None:
-    from roughcontact.report import results
+    from roughcontact.report import kinds
 
-    results.report(outcome.found, path, edition, **outcome.beside)
+    kinds.report(outcome.found, path, edition, **outcome.beside)
 
 
 def _nothing(_: Any) -> None:
@@ -203,60 +149,24 @@ def _nothing(_: Any) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task(Command):
-    """One thing to ask of maps.
+    """One thing to ask of maps."""
 
-    Parameters
-    ----------
-    run : callable
-        ``run(request, work)`` returns the `Outcome`.
-    rules : tuple of Rule
-        What its options ask of each other.
-    check : callable
-        ``check(request)`` refuses what rules do not know, and can be seen without any file.
-    record : callable
-        ``record(outcome)`` returns all numbers by name, in SI units.
-    report : callable
-        ``report(outcome, work, path, edition)`` writes the report.
-    last : callable or None
-        ``last(outcome)`` returns the last contact of several in a few numbers; None of one contact.
-    held : int
-        Maps that it takes beside the contact.
-    memory : callable or None
-        ``memory(request, shape)`` refuses a grid that is too large, in place of ``held``.
-    writes : tuple of (Option, callable)
-        ``write(outcome, path)`` writes the file that an option names besides that of the result.
-    figures : callable or None
-        ``figures(request)`` returns the names of those that ``--figures`` draws.
-    questions : tuple of Question
-        How the page asks it.
-    maps : tuple of str
-        Keys of a project file for its maps, one of which a contact needs; by default ``file``.
-    needs_map : bool
-        Whether it cannot do without a map or a nominal body.
-    shares_contacts : bool
-        Whether it looks at contacts that others may ask, too.
-    in_projects : bool
-        Whether project files may ask it.
-    pieces : Pieces or None
-        How it falls into what can be solved apart.
-    """
-
-    run: Callable[[Any, Any], Any]
-    rules: tuple[Rule, ...] = ()
+    run: Callable[[Any, Any], Any]  # `run(request, work)` returns the `Outcome`
+    rules: tuple[Rule, ...] = ()  # What its options ask of each other
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
     report: Callable[..., object] = _report
     last: Callable[[Any], dict[str, Any]] | None = None
-    held: int = 0
+    held: int = 0  # Maps that it takes beside the contact
     memory: Callable[[Any, tuple[int, int]], object] | None = None
     writes: tuple[tuple[Option[Any], Callable[[Any, Path], object]], ...] = ()
     figures: Callable[[Any], Sequence[str]] | None = None
-    questions: tuple[Question, ...] = ()
+    questions: tuple[Question, ...] = ()  # How the page asks it
     maps: tuple[str, ...] = ("file",)
-    needs_map: bool = True
-    shares_contacts: bool = False
-    in_projects: bool = True
-    pieces: Pieces | None = None
+    needs_map: bool = True  # Whether it cannot do without a map or a nominal body
+    shares_contacts: bool = False  # Whether it looks at contacts that others may ask, too
+    in_projects: bool = True  # Whether project files may ask it
+    pieces: Pieces | None = None  # How it falls into what can be solved apart
     reads_map: bool = True
 
     @property

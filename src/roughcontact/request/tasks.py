@@ -5,24 +5,24 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.request import (
-    comparing,
+    comparison,
     conductance,
-    desk_options,
-    estimating,
-    fleet_options,
-    law,
+    desk,
+    estimate,
+    generation,
+    interface_law,
     leakage,
     load_curve,
     load_history,
     load_search,
-    making,
     options,
     parsing,
+    project,
     rolling,
     solve,
-    subsurface,
+    subsurface_stress,
 )
 from roughcontact.request.option import Option, Panel
 from roughcontact.request.request import Request
@@ -30,7 +30,7 @@ from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
     "points", Panel.MAP, "NUMBER", "Points per side; default: 1024.",
-    parsing.counted(32, math.isqrt(limits.POINTS)), 1024,
+    parsing.counted(32, math.isqrt(memory.POINTS)), 1024,
 )  # fmt: skip
 FOLDER = Option(
     "folder", Panel.OUTPUT, "FOLDER", "Where the files go; default: roughcontact-demo.",
@@ -70,20 +70,20 @@ Needs no measurement: 0.1 mm × 0.1 mm of rough steel under 1 N.
 TASKS: tuple[Task, ...] = (
     solve.TASK,
     load_curve.TASK,
-    subsurface.TASK,
+    subsurface_stress.TASK,
     load_history.TASK,
     rolling.TASK,
     load_search.TASK,
     conductance.TASK,
-    law.TASK,
+    interface_law.TASK,
     leakage.TASK,
-    comparing.TASK,
-    estimating.TASK,
+    comparison.TASK,
+    estimate.TASK,
 )
 COMMANDS: dict[str, Command] = {
     command.name: command
     for command in (
-        *TASKS, making.COMMAND, fleet_options.COMMAND, desk_options.COMMAND, VERIFY, INFO,
+        *TASKS, generation.COMMAND, project.COMMAND, desk.COMMAND, VERIFY, INFO,
         MATERIALS, DEMO,
     )
 }  # fmt: skip
@@ -94,6 +94,8 @@ SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
 """Those of which several may be asked of one contact."""
 
 
-def from_text(name: str, file: Path | None, given: Given, files: tuple[Path, ...] = ()) -> Request:
+def from_text(
+    name: str, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
+) -> Request:
     """Return the request that options in words describe; see `Request.from_text`."""
-    return Request.from_text(_TASKS[name], file, given, files)
+    return Request.from_text(_TASKS[name], file, specified, files)

@@ -171,13 +171,13 @@ class Multigrid:
         if depth == len(self._groups):
             return np.asarray(self._factors.solve(residual))
         level, group = self.levels[depth], self._groups[depth]
-        found, left = _smoothed(level, residual)
-        left -= level.apply(found)
-        coarse = _summed(group, left, self.levels[depth + 1].diagonal.size)
-        found += self._solved(depth + 1, coarse)[group]
-        left = residual - level.apply(found)
-        found += _smoothed(level, left)[0]
-        return found
+        result, remaining = _smoothed(level, residual)
+        remaining -= level.apply(result)
+        coarse = _summed(group, remaining, self.levels[depth + 1].diagonal.size)
+        result += self._solved(depth + 1, coarse)[group]
+        remaining = residual - level.apply(result)
+        result += _smoothed(level, remaining)[0]
+        return result
 
     def _solved(self, depth: int, residual: Array) -> Array:
         """Return one or two steps of conjugate gradients on a coarse level."""
@@ -190,18 +190,18 @@ class Multigrid:
         if not energy > 0:
             return first
         step = _dot(first, residual) / energy
-        left = residual - step * through
-        if _dot(left, left) <= _ENOUGH**2 * _dot(residual, residual):
+        remaining = residual - step * through
+        if _dot(remaining, remaining) <= _ENOUGH**2 * _dot(residual, residual):
             first *= step
             return first
-        second = self._cycle(depth, left)
+        second = self._cycle(depth, remaining)
         # The direction that is conjugate to the first.
         common = _dot(second, through) / energy
         second -= common * first
         rest = _dot(second, level.apply(second))
         first *= step
         if rest > 0:
-            first += _dot(second, left) / rest * second
+            first += _dot(second, remaining) / rest * second
         return first
 
 
@@ -230,14 +230,14 @@ def conjugate_gradients(
         Number of steps.
     """
     level = inverse.levels[0]
-    found = np.zeros_like(residual)
-    left = residual.copy()
-    direction = through = found
+    result = np.zeros_like(residual)
+    remaining = residual.copy()
+    direction = through = result
     energy = 0.0
     for step in range(most):
-        if enough(found, float(np.abs(left).sum())):
-            return found, step
-        better = inverse(left)
+        if enough(result, float(np.abs(remaining).sum())):
+            return result, step
+        better = inverse(remaining)
         if energy > 0:
             # Against the last direction itself: the recurrence of the residuals asks for an
             # inverse that is linear.
@@ -246,11 +246,11 @@ def conjugate_gradients(
         through = level.apply(direction)
         energy = _dot(direction, through)
         if not energy > 0:
-            return found, step
-        length = _dot(direction, left) / energy
-        found += length * direction
-        left -= length * through
-    return found, most
+            return result, step
+        length = _dot(direction, remaining) / energy
+        result += length * direction
+        remaining -= length * through
+    return result, most
 
 
 def _smoothed(level: Level, residual: Array) -> tuple[Array, Array]:
@@ -258,18 +258,18 @@ def _smoothed(level: Level, residual: Array) -> tuple[Array, Array]:
     middle, half = (_HIGH + _LOW) / 2, (_HIGH - _LOW) / 2
     change = residual / level.diagonal
     change /= middle
-    found = change.copy()
-    left = residual - level.apply(change)
+    result = change.copy()
+    remaining = residual - level.apply(change)
     # Of the recurrence of Chebyshev polynomials, second step.
     ratio = middle / half
     factor = 1 / (2 * ratio - 1 / ratio)
-    left /= level.diagonal
-    left *= 2 * factor / half
+    remaining /= level.diagonal
+    remaining *= 2 * factor / half
     change *= factor / ratio
-    change += left
-    found += change
-    np.copyto(left, residual)
-    return found, left
+    change += remaining
+    result += change
+    np.copyto(remaining, residual)
+    return result, remaining
 
 
 def _paired(
@@ -292,8 +292,8 @@ def _paired(
         group[first[agreed]] = number
         group[second[agreed]] = number
         count += pairs
-        left = (group[first] < 0) & (group[second] < 0)
-        first, second, weight = first[left], second[left], weight[left]
+        remaining = (group[first] < 0) & (group[second] < 0)
+        first, second, weight = first[remaining], second[remaining], weight[remaining]
     alone = np.nonzero(group < 0)[0]
     group[alone] = np.arange(count, count + alone.size, dtype=np.int32)
     return group, _joined(network, group, count + alone.size)

@@ -120,8 +120,8 @@ class Mixer:
 
         def add(part: int) -> None:
             if pairs and pairs[0][0][part].size:
-                for number, (one, other) in enumerate(pairs):
-                    each = np.einsum("ki,ki->k", one[part], other[part], dtype=np.float64)
+                for number, (item, other) in enumerate(pairs):
+                    each = np.einsum("ki,ki->k", item[part], other[part], dtype=np.float64)
                     sums[part, number] = self._weights[part] * (tensor @ each)
 
         self._workspace.each(add, range(len(self._weights)))

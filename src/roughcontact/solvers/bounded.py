@@ -30,19 +30,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import Mention, Sentence
-from roughcontact.solvers.active_set import active_set_step, step_along_arc
-from roughcontact.solvers.iterate import (
+from roughcontact.errors import ArgumentRef, Sentence
+from roughcontact.solvers.active_set import (
     Iterate,
     Viewer,
+    active_set_step,
     admissible,
     chosen,
     projected,
     settled,
     slopes,
+    step_along_arc,
 )
 from roughcontact.solvers.operator import Family, Operator, norm
-from roughcontact.solvers.patches import Patches
+from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import Loaded, Problem, coarsened, prolonged
 from roughcontact.solvers.progress import Step
 
@@ -63,7 +64,9 @@ class Status(Enum):
 
     CONVERGED = "converged"
     CONVOLUTION_LIMIT = Sentence(
-        "stopped at ", Mention("max_iterations"), "; allow more, or start from a nearby solution"
+        "stopped at ",
+        ArgumentRef("max_iterations"),
+        "; allow more, or start from a nearby solution",
     )
     STALLED = (
         "no further progress; the tolerance may lie below the rounding error of this problem "
@@ -182,9 +185,9 @@ def solve(
 def coarser_grids(shape: tuple[int, int]) -> int:
     """Return how often the pixels of a map are doubled in edge for the first pressure."""
     # The row of a profile is as short as a map of so many points is small.
-    least = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)
+    minimum = 2 * (_COARSEST if shape[0] > 1 else _COARSEST**2)
     points, number = min(shape[shape[0] == 1 :]), 0
-    while points >= least:
+    while points >= minimum:
         points, number = -(-points // 2), number + 1
     return number
 

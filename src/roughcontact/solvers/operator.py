@@ -25,7 +25,7 @@ class Sums(Protocol):
     """Sums and extremes over all pixels, those of other processes included.
 
     Arrays hold the entries of this process alone, of which there may be none; all processes call
-    the same methods in the same order. `roughcontact.halfspace.sums.LocalSums` serves where
+    the same methods in the same order. `roughcontact.halfspace.convolution.LocalSums` serves where
     there is one process.
     """
 

@@ -6,6 +6,26 @@ counter-clockwise as a map is printed and drawn, row 0 on top and y downwards: 9
 
 Where points of the one grid lie on the other is written as ``matrix @ (i, j) + start``: the
 indices on the old grid, fractions included, of point ``[i, j]`` of the new one.
+
+`cutoffs`: Waves shorter than two new pixels cannot be told from longer ones once they are
+sampled. The Gaussian filter of ISO 16610 with this nesting index lets half of the shortest wave
+that the new grid holds pass, and 6 % of the wave of one new pixel. Unlike the mean over the new
+pixel, which lets 64 % and up to 22 % pass, it has no side lobes, does not depend on how the
+grid is turned, and knows what to do at holes. The pixel of a turned grid counts with its
+root-mean-square edge along the axis of the map.
+
+`sample`: Where the pixel of the grid is larger, waves that it cannot hold are removed first,
+see `cutoffs`; a least-squares plane is put aside meanwhile, because the filter bends slopes at
+the edges. Then the bicubic spline through the points is evaluated, with not-a-knot ends: it
+reproduces cubics up to the edge of the map. Holes are filled harmonically beforehand, so that
+the spline does not swing at their rim.
+
+`common_rectangle`: What the maps have in common is convex. The first common column is therefore
+a convex function of the row, the last one a concave function, and over a range of rows both are
+decided by its first and its last row.
+
+`common_pixel`: Along an axis at the angle to its own, a grid with the edges dy, dx has the edge
+``((cos/dy)² + (sin/dx)²)^(-1/2)``: that of its shortest wave.
 """
 
 from __future__ import annotations
@@ -17,8 +37,8 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, Mention, require_pixel
-from roughcontact.surface import filters, leveling, memory
+from roughcontact.errors import ArgumentRef, InputError, require_pixel
+from roughcontact.surface import filters, form, grid
 
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
@@ -36,28 +56,7 @@ _CLOSE = _SLACK / 4
 
 
 def cosine_sine(angle: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle in degrees, exact for multiples of 90.
-
-    Parameters
-    ----------
-    angle : float
-        Angle [degrees].
-
-    Returns
-    -------
-    (float, float)
-        Cosine and sine.
-
-    Raises
-    ------
-    InputError
-        If the angle is not a finite number.
-
-    Examples
-    --------
-    >>> cosine_sine(-90.0)
-    (0.0, -1.0)
-    """
+    """Return cosine and sine of an angle in degrees, exact for multiples of 90."""
     if not isinstance(angle, Real) or isinstance(angle, bool) or not math.isfinite(angle):
         raise InputError(
             f"must be a finite number of degrees, got {angle!r}", argument="angle", value=angle
@@ -79,41 +78,7 @@ def place(
     angle: float = 0.0,
     mirrored: bool = False,
 ) -> Placement:
-    """Return where the points of a grid lie on a map that is laid on it.
-
-    Parameters
-    ----------
-    shape, pixel : (int, int), (float, float)
-        Points ``(ny, nx)`` and pixel edges ``(dy, dx)`` [m] of the map.
-    new_shape, new_pixel : (int, int), (float, float)
-        Points and pixel edges [m] of the grid.
-    offset : (float, float)
-        Shift ``(y, x)`` [m] of the map along the axes of the grid, from where the centres
-        coincide.
-    angle : float
-        Angle [degrees] by which the map is turned about its own centre, counter-clockwise.
-    mirrored : bool
-        Whether the map is mirrored in x first, as one measured from its own front must be when
-        it faces the other.
-
-    Returns
-    -------
-    matrix : ndarray, shape (2, 2)
-        Change of the index on the map with the index on the grid.
-    start : ndarray, shape (2,)
-        Index on the map of point ``[0, 0]`` of the grid.
-
-    Raises
-    ------
-    InputError
-        If a pixel is not positive, or offset or angle are not finite.
-
-    Examples
-    --------
-    >>> matrix, start = place((8, 8), (1e-6, 1e-6), (4, 4), (1e-6, 1e-6), offset=(2e-6, 0.0))
-    >>> (matrix @ (0, 0) + start).round(9)
-    array([0., 2.])
-    """
+    """Return where the points of a grid lie on a map that is laid on it."""
     require_pixel(pixel)
     require_pixel(new_pixel)
     c, s = cosine_sine(angle)
@@ -135,82 +100,20 @@ def place(
 
 
 def coincident(placement: Placement) -> bool:
-    """Tell whether every point of the grid is a point of the map, or beyond its edge.
-
-    Parameters
-    ----------
-    placement : (ndarray, ndarray)
-        As `place` returns it.
-
-    Returns
-    -------
-    bool
-        True for pixels of one size, shifts by whole pixels, mirrors and quarter turns.
-    """
+    """Tell whether every point of the grid is a point of the map, or beyond its edge."""
     whole = all(bool((part == np.rint(part)).all()) for part in placement)
     return whole and bool((np.abs(placement[0]).sum(axis=1) == 1).all())
 
 
 def cutoffs(placement: Placement) -> tuple[float, float]:
-    """Return the S-filter that a map needs before it is sampled on a coarser grid.
-
-    Parameters
-    ----------
-    placement : (ndarray, ndarray)
-        As `place` returns it.
-
-    Returns
-    -------
-    (float, float)
-        Nesting index along y and along x of the map [its pixels]: two pixels of the grid, or 0
-        where these are not larger than `SIMILAR` pixels of the map.
-
-    Notes
-    -----
-    Waves shorter than two new pixels cannot be told from longer ones once they are sampled.
-    The Gaussian filter of ISO 16610 with this nesting index lets half of the shortest wave that
-    the new grid holds pass, and 6 % of the wave of one new pixel. Unlike the mean over the new
-    pixel, which lets 64 % and up to 22 % pass, it has no side lobes, does not depend on how the
-    grid is turned, and knows what to do at holes. The pixel of a turned grid counts with its
-    root-mean-square edge along the axis of the map.
-    """
+    """Return the S-filter that a map needs before it is sampled on a coarser grid."""
     along_y, along_x = (math.hypot(*row) for row in placement[0])
     limit = SIMILAR * (1 + _SAME)
     return 2 * along_y if along_y > limit else 0.0, 2 * along_x if along_x > limit else 0.0
 
 
 def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Array:
-    """Return a map on the points of another grid.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-    placement : (ndarray, ndarray)
-        Where the points of the grid lie on the map, see `place`.
-    shape : (int, int)
-        Points of the grid.
-
-    Returns
-    -------
-    ndarray, of that shape
-        NaN beyond the centres of the outer pixels of the map, since nothing is extrapolated, and
-        where one of the up to four points around is missing. The same bits where the points of
-        both grids coincide.
-
-    Raises
-    ------
-    InputError
-        If interpolation is needed and the map has fewer than 4 × 4 points.
-
-    Notes
-    -----
-    Where the pixel of the grid is larger, waves that it cannot hold are removed first, see
-    `cutoffs`; a least-squares plane is put aside meanwhile, because the filter bends slopes at
-    the edges. Then the bicubic spline through the points is evaluated, with not-a-knot ends: it
-    reproduces cubics up to the edge of the map. Holes are filled harmonically beforehand, so that
-    the spline does not swing at their rim.
-    """
+    """Return a map on the points of another grid."""
     heights = np.asarray(heights, dtype=np.float64)
     if coincident(placement):
         return _gathered(heights, placement, shape)
@@ -227,10 +130,10 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
     smoothing = cutoffs(placement)
     values = heights
     if any(smoothing):
-        residual = leveling.level(heights)
+        residual = form.level(heights)
         values = filters.along_axes(residual, smoothing) + (heights - residual)
     if holes:
-        from roughcontact.surface.filling import fill
+        from roughcontact.surface.cleaning import fill
 
         values = fill(values, (1.0, 1.0))
     coefficients = _coefficients(_coefficients(values).T).T
@@ -255,25 +158,7 @@ def spans(
     new_shape: tuple[int, int],
     slack: float = _SLACK,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return which points of each row of a grid lie on a map.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Points of the map.
-    placement : (ndarray, ndarray)
-        Where the points of the grid lie on the map, see `place`.
-    new_shape : (int, int)
-        Points of the grid.
-    slack : float
-        Fraction of a pixel of the map by which a point may lie beyond these centres.
-
-    Returns
-    -------
-    first, last : ndarray of int, shape (new_shape[0],)
-        Columns of the first and of the last point between the centres of the outer pixels of the
-        map; ``last < first`` where the row misses it.
-    """
+    """Return which points of each row of a grid lie on a map."""
     matrix, start = placement
     rows = np.arange(new_shape[0])
     low = np.zeros(new_shape[0])
@@ -298,31 +183,7 @@ def spans(
 def common_rectangle(
     maps: Sequence[tuple[tuple[int, int], Placement]], new_shape: tuple[int, int]
 ) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the largest rectangle of a grid that lies on all maps.
-
-    Parameters
-    ----------
-    maps : sequence of ((int, int), (ndarray, ndarray))
-        Points ``(ny, nx)`` and placement of each map, see `place`. Holes do not matter.
-    new_shape : (int, int)
-        Points of the grid.
-
-    Returns
-    -------
-    rows, columns : (int, int)
-        First index and the index after the last, most points.
-
-    Raises
-    ------
-    InputError
-        If they have no 2 × 2 points in common.
-
-    Notes
-    -----
-    What the maps have in common is convex. The first common column is therefore a convex function
-    of the row, the last one a concave function, and over a range of rows both are decided by its
-    first and its last row.
-    """
+    """Return the largest rectangle of a grid that lies on all maps."""
     first, last = np.zeros(new_shape[0], np.int64), np.full(new_shape[0], new_shape[1] - 1)
     for shape, placement in maps:
         one_first, one_last = spans(shape, placement, new_shape, _CLOSE)
@@ -330,21 +191,21 @@ def common_rectangle(
     common = np.flatnonzero(last > first)
     best, rows, columns = 0, (0, 0), (0, 0)
     for row in common:
-        left = np.maximum(first[row], first[row + 1 : common[-1] + 1])
+        remaining = np.maximum(first[row], first[row + 1 : common[-1] + 1])
         right = np.minimum(last[row], last[row + 1 : common[-1] + 1])
-        width = right - left + 1
+        width = right - remaining + 1
         points = np.where(width > 1, width * np.arange(2, width.size + 2), 0)
         end = int(np.argmax(points)) if points.size else 0
         if points.size and points[end] > best:
             best = int(points[end])
             rows = int(row), int(row) + end + 2
-            columns = int(left[end]), int(right[end]) + 1
+            columns = int(remaining[end]), int(right[end]) + 1
     if best == 0:
         raise InputError(
             "the maps do not overlap: they have no 2 × 2 points in common; check ",
-            Mention("offset"),
+            ArgumentRef("offset"),
             " and ",
-            Mention("angle"),
+            ArgumentRef("angle"),
             ", and that the sizes are in metres",
         )
     return rows, columns
@@ -353,26 +214,7 @@ def common_rectangle(
 def common_pixel(
     pixel: tuple[float, float], other: tuple[float, float], angle: float = 0.0
 ) -> tuple[float, float]:
-    """Return the pixel of a grid along the first map's axes that keeps the waves of both.
-
-    Parameters
-    ----------
-    pixel, other : (float, float)
-        Pixel edges ``(dy, dx)`` [m] of the first map and of the one that is laid on it.
-    angle : float
-        Angle [degrees] by which the other is turned.
-
-    Returns
-    -------
-    (float, float)
-        Per axis the edge of the first map, unless that of the other is smaller by more than
-        `SIMILAR`: then the latter.
-
-    Notes
-    -----
-    Along an axis at the angle to its own, a grid with the edges dy, dx has the edge
-    ``((cos/dy)² + (sin/dx)²)^(-1/2)``: that of its shortest wave.
-    """
+    """Return the pixel of a grid along the first map's axes that keeps the waves of both."""
     require_pixel(pixel)
     require_pixel(other)
     c, s = cosine_sine(angle)
@@ -393,42 +235,11 @@ def align(
     angle: float = 0.0,
     mirrored: bool = False,
 ) -> Array:
-    """Return a map on another grid, moved over it.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m] of the map.
-    new_shape, new_pixel : (int, int), (float, float)
-        Points and pixel edges [m] of the grid.
-    offset, angle, mirrored
-        The motion, see `place`.
-
-    Returns
-    -------
-    ndarray, shape new_shape
-        See `sample`.
-
-    Raises
-    ------
-    InputError
-        If no point of the grid lies on the map, or as for `place` and `sample`.
-
-    Examples
-    --------
-    >>> bump = np.zeros((5, 5))
-    >>> bump[2, 3] = 1.0
-    >>> align(bump, (1.0, 1.0), (3, 3), (1.0, 1.0), angle=90.0)
-    array([[0., 1., 0.],
-           [0., 0., 0.],
-           [0., 0., 0.]])
-    """
+    """Return a map on another grid, moved over it."""
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
-    memory.require(new_shape, memory.RESAMPLED)
+    grid.require(new_shape, grid.RESAMPLED)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
         old_size = ny * pixel[0], nx * pixel[1]
@@ -437,9 +248,9 @@ def align(
             f"the maps do not overlap: a map of {old_size[0]:.6g} × {old_size[1]:.6g} m, shifted "
             f"by {tuple(offset)} m, has no measured point on a grid of {new_size[0]:.6g} × "
             f"{new_size[1]:.6g} m; check ",
-            Mention("offset"),
+            ArgumentRef("offset"),
             " and ",
-            Mention("angle"),
+            ArgumentRef("angle"),
         )
     return new
 
@@ -477,13 +288,7 @@ def _gathered(heights: Array, placement: Placement, shape: tuple[int, int]) -> A
 
 
 def _coefficients(values: Array) -> Array:
-    """Return the B-spline coefficients at points -1, 0, … n along y, of the not-a-knot spline.
-
-    The coefficients c meet ``c[i-1] + 4 c[i] + c[i+1] = 6 f[i]`` at all points. Not-a-knot means
-    that the third derivative does not jump at the second point, ``c[-1] - 4 c[0] + 6 c[1] - 4
-    c[2] + c[3] = 0``; with the first three equations that gives c[1] alone, and the same at the
-    other end leaves a tridiagonal system for those in between.
-    """
+    """Return the B-spline coefficients at points -1, 0, … n along y, of the not-a-knot spline."""
     from scipy.linalg import solveh_banded
 
     n = values.shape[0]

@@ -1,15 +1,37 @@
-"""Outliers, holes and turns of a measured map: what is kept, and which way it lies."""
+"""Outliers, holes and turns of a measured map: what is kept, and which way it lies.
+
+`remove_outliers`: The median is that of the valid points of the window; beyond the edge the map
+goes on by point reflection, so that a tilt alone makes no outliers. The robust standard
+deviation is 1.4826 × the median of all absolute deviations; where that is zero, as when most
+points equal their local median, 1.2533 × their mean. A spike wider than about half a window is
+taken as part of the surface. Where a form bends more within a window than the map is rough, its
+summit would count as an outlier: remove the form first.
+
+`largest_rectangle`: One pass over the rows. For each point of a row: how far up it is free of
+holes, and how far to the left and right that whole strip can be moved. The largest rectangle is
+one of them.
+
+`fill`: Solves the five-point Laplace equation, weights 1/dy² and 1/dx², on the missing points
+alone, with the measured rim as boundary values and zero slope across the edge of the map. Up to
+50 000 missing points are solved directly, more by conjugate gradients with a multigrid
+preconditioner to a residual of 1e-10 of the right-hand side.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+from scipy.sparse.linalg import SuperLU, splu
 
-from roughcontact.errors import InputError, require_positive
-from roughcontact.surface import blocks
+from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.surface import grid
+from roughcontact.units import percent
 
 Array = NDArray[np.float64]
 
@@ -19,36 +41,7 @@ MOST_FILLED = 0.3
 
 
 def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Array:
-    """Return the heights with spikes replaced by NaN.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-    limit : float
-        Largest deviation from the local median that is kept, in robust standard deviations.
-    window : int
-        Points along each side of the square whose median is taken; odd, 3 to 31.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        A new array; what is kept keeps its bits.
-
-    Raises
-    ------
-    InputError
-        If the limit is not positive, or the window is even or out of bounds.
-
-    Notes
-    -----
-    The median is that of the valid points of the window; beyond the edge the map goes on
-    by point reflection, so that a tilt alone makes no outliers. The robust standard deviation is
-    1.4826 × the median of all absolute deviations; where that is zero, as when most points equal
-    their local median, 1.2533 × their mean. A spike wider than about half a window is taken as
-    part of the surface. Where a form bends more within a window than the map is rough, its summit
-    would count as an outlier: remove the form first.
-    """
+    """Return the heights with spikes replaced by NaN."""
     require_positive(limit=limit)
     if not isinstance(window, (int, np.integer)) or not (3 <= window <= 31 and window % 2):
         raise InputError(
@@ -62,55 +55,33 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
     sigma = 1.4826 * float(np.median(there))
     if sigma == 0:
         sigma = 1.2533 * float(np.mean(there))
-    kept = heights.copy()
+    cached = heights.copy()
     # Comparing with NaN is false: holes stay as they are.
-    kept[deviation > limit * sigma] = np.nan
-    return kept
+    cached[deviation > limit * sigma] = np.nan
+    return cached
 
 
 def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the rows and columns of the largest rectangle without holes.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-
-    Returns
-    -------
-    rows, columns : (int, int)
-        First index and the index after the last, as `crop` takes them; most points, and of
-        several such rectangles the one that ends first.
-
-    Raises
-    ------
-    InputError
-        If no 2 × 2 points without a hole are left.
-
-    Notes
-    -----
-    One pass over the rows. For each point of a row: how far up it is free of holes, and how far
-    to the left and right that whole strip can be moved. The largest rectangle is one of them.
-    """
+    """Return the rows and columns of the largest rectangle without holes."""
     there = np.isfinite(heights)
     ny, nx = there.shape
     column = np.arange(nx)
-    depth, left, right = (np.full(nx, start) for start in (0, 0, nx))
+    depth, remaining, right = (np.full(nx, start) for start in (0, 0, nx))
     best, rows, columns = 0, (0, 0), (0, 0)
     for y in range(ny):
         free = there[y]
         first = np.maximum.accumulate(np.where(free, 0, column + 1))
         last = np.minimum.accumulate(np.where(free, nx, column)[::-1])[::-1]
         depth = np.where(free, depth + 1, 0)
-        left = np.where(free, np.maximum(left, first), 0)
+        remaining = np.where(free, np.maximum(remaining, first), 0)
         right = np.where(free, np.minimum(right, last), nx)
-        width = right - left
+        width = right - remaining
         points = np.where((depth > (ny > 1)) & (width > 1), depth * width, 0)
         x = int(np.argmax(points))
         if points[x] > best:
             best = int(points[x])
             rows = (y + 1 - int(depth[x]), y + 1)
-            columns = (int(left[x]), int(right[x]))
+            columns = (int(remaining[x]), int(right[x]))
     if best == 0:
         raise InputError(
             "has no 2 × 2 points without a hole; fill the holes instead, e.g. surface.filled()",
@@ -120,27 +91,7 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
 
 
 def rotate(heights: Array, angle: int = 90) -> Array:
-    """Return the map turned by multiples of 90°.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights.
-    angle : int
-        Angle [degrees], a multiple of 90, counter-clockwise as the map is printed and drawn, row 0
-        on top; negative for clockwise. 90 moves the last column to row 0:
-        ``new[i, j] = old[j, nx - 1 - i]``.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx) or (nx, ny)
-        The turned map, a new array with the same values to the bit.
-
-    Raises
-    ------
-    InputError
-        If the angle is not a multiple of 90.
-    """
+    """Return the map turned by multiples of 90°."""
     if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
         raise InputError(
             f"must be a multiple of 90 degrees, got {angle!r}", argument="angle", value=angle
@@ -150,33 +101,15 @@ def rotate(heights: Array, angle: int = 90) -> Array:
 
 
 def crop(heights: NDArray[Any], rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[Any]:
-    """Return the part of a map between two rows and two columns.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights.
-    rows, columns : (int, int)
-        First index and the index after the last, as in a slice but not negative.
-
-    Returns
-    -------
-    ndarray, shape (rows[1] - rows[0], columns[1] - columns[0])
-        The part, a new array.
-
-    Raises
-    ------
-    InputError
-        If the part does not lie on the map or has fewer than two rows or columns.
-    """
+    """Return the part of a map between two rows and two columns."""
     for name, (start, stop), length in (
         ("rows", rows, heights.shape[0]),
         ("columns", columns, heights.shape[1]),
     ):
-        least = min(2, length)
-        if not (0 <= start and start + least <= stop <= length):
+        minimum = min(2, length)
+        if not (0 <= start and start + minimum <= stop <= length):
             raise InputError(
-                f"must be (start, stop) with 0 <= start, stop <= {length} and at least {least} "
+                f"must be (start, stop) with 0 <= start, stop <= {length} and at least {minimum} "
                 f"between them, got ({start}, {stop})",
                 argument=name,
                 value=(start, stop),
@@ -191,7 +124,7 @@ def _local_median(heights: Array, window: int) -> Array:
     padded = np.pad(heights, reach, mode="reflect", reflect_type="odd")
     nx = heights.shape[1]
     median = np.empty_like(heights)
-    for rows in blocks.of_rows(heights.shape, window**2 // 4):
+    for rows in grid.of_rows(heights.shape, window**2 // 4):
         start, stop = rows.start, rows.stop
         part = np.lib.stride_tricks.sliding_window_view(
             padded[start : stop + 2 * reach], (window, window)
@@ -206,3 +139,157 @@ def _local_median(heights: Array, window: int) -> Array:
         )
         median[start:stop] = 0.5 * (low + high)
     return median
+
+
+# --- Holes of a measured map, filled by a harmonic surface ---
+
+
+# Above this number of missing points the factors of the direct solver outgrow the map.
+_DIRECT_LIMIT = 50_000
+
+# Points on the coarsest level of the iterative solver, and its relative residual.
+_COARSEST = 20_000
+_TOLERANCE = 1e-10
+_MOST_STEPS = 500
+
+
+def fill(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Array:
+    """Return the heights with missing points replaced by a harmonic surface."""
+    heights = np.asarray(heights, dtype=np.float64)
+    missing = np.isnan(heights)
+    if missing.all():
+        raise InputError(
+            "has no finite value: there is nothing to fill the holes from", argument="heights"
+        )
+    share = float(missing.mean())
+    if not share <= maximum:
+        raise InputError(
+            f"has no height at {percent(share)} of its points, and at most {percent(maximum)} are "
+            "filled: crop it, let the missing points never touch (masked), or fill them all with ",
+            ArgumentRef("most", 1.0),
+            argument="surface",
+            value=share,
+        )
+    filled = heights.copy()
+    if not missing.any():
+        return filled
+    matrix, right, low, high = _laplace(heights, missing, pixel)
+    # Heights far from zero would cost digits; the equation does not mind a constant.
+    offset = 0.5 * (float(low.min()) + float(high.max()))
+    right -= offset * np.asarray(matrix.sum(axis=1)).ravel()
+    if matrix.shape[0] <= _DIRECT_LIMIT:
+        solution = np.asarray(_factorised(matrix).solve(right))
+    else:
+        solution = _solve_iteratively(matrix, right, missing)
+    filled[missing] = np.clip(solution + offset, low, high)
+    return filled
+
+
+def _laplace(
+    heights: Array, missing: NDArray[np.bool_], pixel: tuple[float, float]
+) -> tuple[sparse.csr_array, Array, Array, Array]:
+    """Return matrix, right-hand side, and the rim's bounds for each missing point."""
+    count = int(np.count_nonzero(missing))
+    number = np.full(missing.shape, -1, dtype=np.int64)
+    number[missing] = np.arange(count)
+    right, diagonal = np.zeros(count), np.zeros(count)
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    first, second, weights = [], [], []
+    # Only the ratio of the weights matters; near one they keep the matrix near one.
+    larger = max(pixel)
+    for axis, edge in enumerate(pixel):
+        weight = (larger / edge) ** 2
+        before = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
+        after = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+        for here, there in ((before, after), (after, before)):
+            hole = missing[here]
+            own, other = number[here][hole], number[there][hole]
+            # Each point occurs once per direction, so plain indexing adds correctly.
+            diagonal[own] += weight
+            inside = other >= 0
+            first.append(own[inside])
+            second.append(other[inside])
+            weights.append(np.full(first[-1].size, -weight))
+            rim, values = own[~inside], heights[there][hole][~inside]
+            right[rim] += weight * values
+            low[rim] = np.minimum(low[rim], values)
+            high[rim] = np.maximum(high[rim], values)
+    points = np.arange(count)
+    matrix = sparse.csr_array(
+        (
+            np.concatenate([diagonal, *weights]),
+            (np.concatenate([points, *first]), np.concatenate([points, *second])),
+        ),
+        shape=(count, count),
+    )
+    holes, label = csgraph.connected_components(matrix, directed=False)
+    lowest, highest = np.full(holes, np.inf), np.full(holes, -np.inf)
+    np.minimum.at(lowest, label, low)
+    np.maximum.at(highest, label, high)
+    return matrix, right, lowest[label], highest[label]
+
+
+def _solve_iteratively(matrix: sparse.csr_array, right: Array, missing: NDArray[np.bool_]) -> Array:
+    """Return the solution by conjugate gradients."""
+    precondition = _multigrid(matrix, *np.nonzero(missing))
+    solution, residual = np.zeros(right.size), right.copy()
+    direction, previous = np.zeros(right.size), 1.0
+    enough = _TOLERANCE**2 * _dot(right, right)
+    for _ in range(_MOST_STEPS):
+        if _dot(residual, residual) <= enough:
+            return solution
+        preconditioned = precondition(residual)
+        product = _dot(residual, preconditioned)
+        direction = preconditioned + (product / previous) * direction
+        previous = product
+        image = matrix @ direction
+        length = product / _dot(direction, image)
+        solution += length * direction
+        residual -= length * image
+    raise InputError(
+        f"the {right.size} missing points could not be filled; crop the map or mask them"
+    )
+
+
+def _dot(first: Array, second: Array) -> float:
+    return float(np.einsum("i,i->", first, second))
+
+
+def _multigrid(
+    matrix: sparse.csr_array, row: NDArray[np.int64], column: NDArray[np.int64]
+) -> Callable[[Array], Array]:
+    """Return one V-cycle of smoothed aggregation over squares of 3 × 3 points."""
+    levels = []
+    while matrix.shape[0] > _COARSEST:
+        # Jacobi steps with 2/3 damp the short waves; the largest eigenvalue of D⁻¹A is below 2.
+        damping = sparse.diags_array(2 / 3 / matrix.diagonal())
+        row, column = row // 3, column // 3
+        width = int(column.max()) + 1
+        squares, aggregate = np.unique(row * width + column, return_inverse=True)
+        size = aggregate.size
+        members = sparse.csr_array(
+            (np.ones(size), (np.arange(size), aggregate)), shape=(size, squares.size)
+        )
+        interpolation = sparse.csr_array(members - damping @ (matrix @ members))
+        levels.append((matrix, damping, interpolation))
+        matrix = sparse.csr_array(interpolation.T @ matrix @ interpolation)
+        row, column = squares // width, squares % width
+    coarsest = _factorised(matrix)
+
+    def cycle(residual: Array, depth: int = 0) -> Array:
+        if depth == len(levels):
+            return np.asarray(coarsest.solve(residual))
+        operator, damping, interpolation = levels[depth]
+        # One step before and one after the correction keep the cycle symmetric, as
+        # conjugate gradients need it.
+        solution = damping @ residual
+        rest = interpolation.T @ (residual - operator @ solution)
+        solution += interpolation @ cycle(rest, depth + 1)
+        solution += damping @ (residual - operator @ solution)
+        return np.asarray(solution)
+
+    return cycle
+
+
+def _factorised(matrix: sparse.csr_array) -> SuperLU:
+    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

@@ -1,4 +1,20 @@
-"""Waves of a map: Gaussian filters after ISO 16610, and resampling."""
+"""Waves of a map: Gaussian filters after ISO 16610, and resampling.
+
+`gaussian`: Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and
+cut off at 1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled
+weights let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 %
+pass.
+
+Edges and holes: normalised convolution, that is, the weights of the valid points are scaled to
+the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form passes
+unchanged only where the whole window of ±1.5 λ is on the map. At an edge or a large hole a
+slope is drawn towards the mean by slope × α λ/π = 0.15 λ × slope, at λ/2 from it by 0.002 λ ×
+slope. Level the map and remove its form first.
+
+ISO 16610-61:2015; ISO 16610-21:2011 for the weighting function.
+
+`along_axes`: ISO 16610-21:2011.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +23,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import limits
-from roughcontact.errors import InputError, Mention, require_pixel, require_positive
+from roughcontact import memory
+from roughcontact.errors import ArgumentRef, InputError, require_pixel, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.roots import brentq
-from roughcontact.surface import memory
+from roughcontact.surface import grid
 from roughcontact.units import engineering
 
 Array = NDArray[np.float64]
@@ -27,44 +43,7 @@ _BLOCK = 2**20
 
 
 def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array:
-    """Return the long waves of a map: the areal Gaussian filter of ISO 16610-61.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    cutoff : float
-        Nesting index λ [m]: waves of this length along x or y keep 50 % of their amplitude,
-        longer ones more.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        The mean surface, a new array; NaN stays NaN. ``heights`` less it are the short waves.
-
-    Raises
-    ------
-    InputError
-        If the cut-off is below two pixels or above a side of the map.
-
-    Notes
-    -----
-    Weights exp(-π (x² + y²)/(α λ)²)/(α λ)², α = √(ln 2/π), sampled at the pixels and cut off at
-    1.5 λ, where they are 1e-14 of the central one. Below about five pixels the sampled weights
-    let more than 50 % pass; their width is then chosen anew per axis, so that exactly 50 % pass.
-
-    Edges and holes: normalised convolution, that is, the weights of the valid points are
-    scaled to the sum 1 (a regression of order zero). Constants pass everywhere; a tilt or a form
-    passes unchanged only where the whole window of ±1.5 λ is on the map. At an edge or a large
-    hole a slope is drawn towards the mean by slope × α λ/π = 0.15 λ × slope, at λ/2 from it by
-    0.002 λ × slope. Level the map and remove its form first.
-
-    References
-    ----------
-    ISO 16610-61:2015; ISO 16610-21:2011 for the weighting function.
-    """
+    """Return the long waves of a map: the areal Gaussian filter of ISO 16610-61."""
     require_pixel(pixel)
     heights = np.asarray(heights, dtype=np.float64)
     _check_cutoff(heights.shape, pixel, cutoff)
@@ -72,30 +51,7 @@ def gaussian(heights: Array, pixel: tuple[float, float], cutoff: float) -> Array
 
 
 def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
-    """Return the map smoothed along y and along x by the Gaussian filter of ISO 16610-21.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-    cutoffs : (float, float)
-        Nesting index along y and along x [pixels], two or more; 0 leaves that axis as it is.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        A new array; NaN stays NaN. With the same length in both directions the result of
-        `gaussian`, whose weights, edges and holes are those of this filter.
-
-    Raises
-    ------
-    InputError
-        If a cut-off is neither 0 nor at least two pixels.
-
-    References
-    ----------
-    ISO 16610-21:2011.
-    """
+    """Return the map smoothed along y and along x by the Gaussian filter of ISO 16610-21."""
     for cutoff in cutoffs:
         if not (cutoff == 0 or 2 * (1 - 1e-12) <= cutoff < math.inf):
             raise InputError(
@@ -112,29 +68,7 @@ def band(
     s: float | None = None,
     l: float | None = None,  # noqa: E741
 ) -> Array:
-    """Return the waves of a map between two cut-offs.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    s : float, optional
-        Nesting index λs of the S-filter [m], which removes shorter waves.
-    l : float, optional
-        Nesting index λc of the L-filter [m], which removes longer waves, and the mean.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        S-filter first, then L-filter: a scale-limited surface where both are given.
-
-    Raises
-    ------
-    InputError
-        If neither is given, if s is not below l, or as in `gaussian`.
-    """
+    """Return the waves of a map between two cut-offs."""
     require_pixel(pixel)
     if s is None and l is None:
         raise InputError(
@@ -155,32 +89,7 @@ def band(
 
 
 def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
-    """Return the map on another number of points over the same outline.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights without NaN.
-    shape : (int, int)
-        Points of the new map, two or more each; its pixels tile the same rectangle, so the
-        centres of the outer ones move.
-    method : {"bandlimited", "spline"}
-        The trigonometric polynomial through the points, without the waves that the new grid
-        cannot hold: exact for a periodic map; a step between opposite edges makes ripples there.
-        Or the cubic spline through the points (not-a-knot ends, carried on by up to half an old
-        pixel), which assumes no period but removes no waves: filter first when coarsening.
-
-    Returns
-    -------
-    ndarray, of that shape
-        The new map.
-
-    Raises
-    ------
-    InputError
-        If heights are missing, if the shape or the method is none, or if the spline has fewer
-        than four points along a side.
-    """
+    """Return the map on another number of points over the same outline."""
     if method not in ("bandlimited", "spline"):
         raise InputError(
             f"must be one of bandlimited, spline, got {method!r}", argument="method", value=method
@@ -198,9 +107,9 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         raise InputError(
             f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; ",
             "use ",
-            Mention("method", "bandlimited"),
+            ArgumentRef("method", "bandlimited"),
         )
-    memory.require(max(heights.shape, new, key=math.prod), memory.RESAMPLED)
+    grid.require(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
     values = heights.copy()
     # The axis that shrinks most first: fewest points in between.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])
@@ -223,7 +132,7 @@ def _checked_shape(shape: tuple[int, int], line: bool) -> tuple[int, int]:
             argument="shape",
             value=shape,
         )
-    limits.require_grid("shape", pair)
+    memory.require_grid("shape", pair)
     return int(pair[0]), int(pair[1])
 
 
@@ -311,8 +220,8 @@ def _convolve(values: Array, weights: Array, axis: int) -> Array:
     for part in _parts(values.shape, axis, points):
         transformed = fft.rfft(values[part], points, axis)
         transformed *= spectrum
-        kept = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
-        result[part] = fft.irfft(transformed, points, axis)[kept]
+        cached = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
+        result[part] = fft.irfft(transformed, points, axis)[cached]
     return result
 
 
@@ -326,15 +235,15 @@ def _parts(shape: tuple[int, ...], axis: int, points: int) -> list[tuple[slice, 
 def _change_waves(values: Array, points: int, axis: int) -> Array:
     old = values.shape[axis]
     spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward"), axis, -1)
-    kept = min(old, points) // 2 + 1
+    cached = min(old, points) // 2 + 1
     # The centre of the first new pixel, in old pixels from the centre of the first old one.
     shift = 0.5 * (old / points - 1)
-    factor = np.exp(2j * math.pi * shift / old * np.arange(kept))
+    factor = np.exp(2j * math.pi * shift / old * np.arange(cached))
     if min(old, points) % 2 == 0:
         # The wave of two pixels: both its signs share one coefficient on the coarser grid, and
         # have one each on the finer.
         factor[-1] *= 0.5 if old < points else 2.0
-    changed = fft.irfft(spectrum[..., :kept] * factor, points, norm="forward")
+    changed = fft.irfft(spectrum[..., :cached] * factor, points, norm="forward")
     return np.ascontiguousarray(np.moveaxis(changed, -1, axis))
 
 

@@ -1,18 +1,154 @@
-"""Sphere, cylinder or polynomial of a map, fitted by least squares and removed."""
+"""Sphere, cylinder or polynomial of a map, fitted by least squares and removed.
+
+`remove_form`: Minimises the sum of squares of the height differences (not of distances along
+the normal) over the sphere or cylinder itself, not over a paraboloid. The unknowns are height,
+slopes and curvature k at the middle of the map, in which the flat limit is regular: for the
+sphere the height w there solves k/2 (x² + y² + w²) + w - p x - q y = 0, and R = √(1 + p² +
+q²)/k. Levenberg–Marquardt steps start from the least-squares quadric.
+
+`level`: The normal equations are set up in Legendre polynomials over the box that holds the
+points. Their sums separate into a product over each row and one over the rows, so no array
+larger than a few rows is made. A second fit, to the residual, takes out what the first one lost
+by rounding.
+
+"robust" reweights least squares: first towards least absolute deviations, which gives a scale σ
+= 1.4826 × the median absolute residual, then with Tukey's biweight, which leaves out points
+further than 4.685 σ from the plane.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel
-from roughcontact.surface import blocks
-from roughcontact.surface.polynomials import SINGULAR, too_few, without_terms
+from roughcontact.surface import grid
 
 Array = NDArray[np.float64]
+
+Terms = tuple[tuple[int, int], ...]
+
+# Scaled normal equations below this smallest eigenvalue are taken as singular. A full map has
+# one of order 0.1; points on one line give rounding only.
+SINGULAR = 1e-10
+
+
+def too_few(heights: Array, form: str) -> InputError:
+    """Return the refusal of a map whose points do not determine a form."""
+    count = int(np.count_nonzero(np.isfinite(heights)))
+    return InputError(
+        f"has {count} valid points, too few or in too few lines to fit a {form}; "
+        "fit a simpler form",
+        argument="heights",
+    )
+
+
+def without_terms(heights: Array, terms: Terms, form: str, weights: Array | None = None) -> Array:
+    """Return the heights without the least-squares sum of products of Legendre polynomials."""
+    if heights.shape[0] == 1:
+        terms = tuple((along_y, along_x) for along_y, along_x in terms if not along_y)
+    degree = max(max(powers) for powers in terms)
+    rows, columns = _box(heights, terms, form)
+    basis_y = _legendre(heights.shape[0], rows, degree)
+    basis_x = np.ascontiguousarray(_legendre(heights.shape[1], columns, degree).T)
+    gram = _gram(heights, basis_y, basis_x, terms, weights)
+    diagonal = np.diag(gram)
+    # All points on one row or column leave nothing of a slope across it.
+    if diagonal.min() <= 0:
+        raise too_few(heights, form)
+    scale = 1 / np.sqrt(diagonal)
+    gram *= scale[:, None] * scale
+    if np.linalg.eigvalsh(gram)[0] < SINGULAR:
+        raise too_few(heights, form)
+    solve = _inverse(gram) * scale[:, None] * scale
+    residual = heights.copy()
+    table = np.zeros((degree + 1, degree + 1))
+    index = tuple(np.array(terms).T)
+    for _ in range(2):
+        moments = _moments(residual, basis_y, basis_x, terms, weights)
+        table[index] = np.einsum("ij,j->i", solve, moments)
+        for block in grid.of_rows(heights.shape):
+            along_x = np.einsum("yb,bi->yi", basis_y[block], table)
+            residual[block] -= np.einsum("yi,ix->yx", along_x, basis_x)
+    return residual
+
+
+def _box(heights: Array, terms: Terms, form: str) -> tuple[tuple[int, int], tuple[int, int]]:
+    there = np.isfinite(heights)
+    if np.count_nonzero(there) < len(terms):
+        raise too_few(heights, form)
+    rows, columns = (np.flatnonzero(there.any(axis=axis)) for axis in (1, 0))
+    return (int(rows[0]), int(rows[-1])), (int(columns[0]), int(columns[-1]))
+
+
+def _legendre(length: int, box: tuple[int, int], degree: int) -> Array:
+    # Coordinates from -1 to 1 over the box; outside it the values do not enter the fit.
+    first, last = box
+    t = (2.0 * np.arange(length) - first - last) / max(last - first, 1)
+    # High powers far outside it would overflow.
+    basis: Array = np.asarray(
+        np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64
+    )
+    return basis
+
+
+def _weighted(heights: Array, block: slice, weights: Array | None) -> Array:
+    there = np.isfinite(heights[block])
+    return there.astype(np.float64) if weights is None else np.where(there, weights[block], 0.0)
+
+
+def _gram(
+    heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
+) -> Array:
+    # sums[b, c, i, j] = Σ_y Y_b Y_c Σ_x X_i X_j w over the valid points.
+    count = len(basis_x)
+    pairs_y = (basis_y[:, :, None] * basis_y[:, None, :]).reshape(-1, count**2)
+    pairs_x = (basis_x[:, None] * basis_x).reshape(count**2, -1)
+    sums = np.zeros((count**2, count**2))
+    for block in grid.of_rows(heights.shape):
+        sums += _projected(_weighted(heights, block, weights), pairs_y[block], pairs_x)
+    b, i = np.array(terms).T
+    gram: Array = sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
+    return gram
+
+
+def _moments(
+    heights: Array, basis_y: Array, basis_x: Array, terms: Terms, weights: Array | None
+) -> Array:
+    sums = np.zeros((basis_y.shape[1], len(basis_x)))
+    for block in grid.of_rows(heights.shape):
+        there = np.where(np.isfinite(heights[block]), heights[block], 0.0)
+        if weights is not None:
+            there *= _weighted(heights, block, weights)
+        sums += _projected(there, basis_y[block], basis_x)
+    moments: Array = sums[tuple(np.array(terms).T)]
+    return moments
+
+
+def _inverse(matrix: Array) -> Array:
+    """Return the inverse of a symmetric, positive definite matrix; see `_projected`."""
+    swept = matrix.copy()
+    for i in range(len(matrix)):
+        column, pivot = swept[:, i].copy(), swept[i, i]
+        row = column / pivot
+        swept -= column[:, None] * row
+        swept[i] = swept[:, i] = row
+        swept[i, i] = -1 / pivot
+    return -swept
+
+
+def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
+    """Return the sums over a map of its products with functions of y (columns) and of x (rows)."""
+    rows = np.einsum("by,yx->bx", np.ascontiguousarray(along_y.T), values)
+    sums: Array = np.einsum("bx,ix->bi", rows, along_x)
+    return sums
+
+
+# --- Sphere, cylinder or polynomial of a map, fitted by least squares and removed ---
+
 
 # What a shape says at the points y, x: heights, and their derivatives by each parameter.
 _Model = Callable[[Array, Array, Array], tuple[Array, list[Array]]]
@@ -24,54 +160,7 @@ _MAX_DEGREE = 20
 def remove_form(
     heights: Array, pixel: tuple[float, float], shape: str, degree: int | None = None
 ) -> tuple[Array, dict[str, float]]:
-    """Return the heights without a least-squares shape, and what was fitted.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    shape : {"sphere", "cylinder", "polynomial"}
-        A sphere; a circular cylinder with any direction of its axis in the plane of the map and
-        any slope along it; or a polynomial of x and y.
-    degree : int, optional
-        Total degree of the polynomial, 0 to 20, and only of that.
-
-    Returns
-    -------
-    residual : ndarray, shape (ny, nx)
-        Heights less shape [m], with zero mean; NaN stays NaN.
-    parameters : dict of str to float
-        Sphere: ``radius`` [m], positive for a summit and negative for a bowl, and ``centre_y``,
-        ``centre_x`` (from point ``[0, 0]``) and ``centre_z`` [m]. Cylinder: ``radius`` [m] with
-        the same sign, ``angle`` of the axis [degrees] in (-90, 90], counter-clockwise from x as the
-        map is drawn, ``slope`` of the axis along that direction. Polynomial: ``degree`` and
-        ``removed_rms`` [m], the root-mean-square height of what was taken away about its mean.
-
-    Raises
-    ------
-    InputError
-        If the shape is unknown, or if the valid points do not determine it: too few, in
-        too few lines, flat within three standard errors of the curvature, no direction of an axis
-        preferred, or not converged.
-
-    Notes
-    -----
-    Minimises the sum of squares of the height differences (not of distances along the normal)
-    over the sphere or cylinder itself, not over a paraboloid. The unknowns are height, slopes and
-    curvature k at the middle of the map, in which the flat limit is regular: for the sphere the
-    height w there solves k/2 (x² + y² + w²) + w - p x - q y = 0, and R = √(1 + p² + q²)/k.
-    Levenberg–Marquardt steps start from the least-squares quadric.
-
-    Examples
-    --------
-    >>> y, x = np.mgrid[-20:21, -30:31] * 1e-6
-    >>> heights = np.sqrt(1e-3**2 - x**2 - y**2)
-    >>> residual, parameters = remove_form(heights, (1e-6, 1e-6), "sphere")
-    >>> round(parameters["radius"], 9)
-    0.001
-    """
+    """Return the heights without a least-squares shape, and what was fitted."""
     heights = np.asarray(heights, dtype=np.float64)
     require_pixel(pixel)
     if (degree is not None) != (shape == "polynomial"):
@@ -166,7 +255,7 @@ class _Fit:
         """Return the sum of squares, the normal matrix and the right-hand side."""
         cost, matrix = 0.0, np.zeros((values.size, values.size))
         right = np.zeros(values.size)
-        for block in blocks.of_rows(self.heights.shape):
+        for block in grid.of_rows(self.heights.shape):
             heights = self.heights[block]
             there = np.isfinite(heights)
             row, column = np.nonzero(there)
@@ -257,7 +346,7 @@ class _Fit:
 
     def residual(self, heights: Array, model: _Model, values: Array) -> Array:
         residual = heights - self.offset
-        for block in blocks.of_rows(heights.shape):
+        for block in grid.of_rows(heights.shape):
             y, x = np.broadcast_arrays(self.y[block][:, None], self.x)
             # The corners of a map may lie beyond the equator, if nothing was measured there.
             with np.errstate(invalid="ignore", divide="ignore"):
@@ -328,3 +417,112 @@ def _remove_cylinder(heights: Array, pixel: tuple[float, float]) -> tuple[Array,
         "slope": -m if half_turns % 2 else m,
     }
     return fit.residual(heights, _cylinder, values), parameters
+
+
+# --- Mean, plane or quadric of a map, subtracted ---
+
+
+# Powers (of y, of x) of each form.
+_FORMS: dict[str, Terms] = {
+    "mean": ((0, 0),),
+    "plane": ((0, 0), (0, 1), (1, 0)),
+    "quadric": ((0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)),
+}
+
+_LEVELS = (*_FORMS, "robust", "three-point")
+
+# Tukey's constant: 95 % of the efficiency of least squares on normal heights.
+_TUKEY = 4.685
+
+
+def level(
+    heights: Array, form: str = "plane", points: Sequence[tuple[int, int]] | None = None
+) -> Array:
+    """Return the heights without a fitted mean, plane or quadric."""
+    if form not in _LEVELS:
+        raise InputError(
+            f"must be one of {', '.join(sorted(_LEVELS))}, got {form!r}",
+            argument="form",
+            value=form,
+        )
+    if (points is not None) != (form == "three-point"):
+        raise InputError(
+            "must be given with the form 'three-point' and only with it, "
+            f"got form {form!r} and points {points!r}",
+            argument="points",
+        )
+    heights = np.asarray(heights, dtype=np.float64)
+    if points is not None:
+        return _three_point(heights, points)
+    if form == "robust":
+        return _robust_plane(heights)
+    return without_terms(heights, _FORMS[form], form)
+
+
+def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
+    try:
+        corners = np.array([[int(y), int(x)] for y, x in points])
+    except (TypeError, ValueError):
+        corners = np.empty((0, 2), dtype=np.int64)
+    if corners.shape != (3, 2):
+        raise InputError(
+            f"must be three pairs (y, x) of indices, got {points!r}",
+            argument="points",
+            value=points,
+        )
+    ny, nx = heights.shape
+    for y, x in corners:
+        if not (0 <= y < ny and 0 <= x < nx):
+            raise InputError(
+                f"must lie on the map of {ny} × {nx} points, got ({y}, {x})", argument="points"
+            )
+        if not np.isfinite(heights[y, x]):
+            raise InputError(
+                f"must be measured, but the height at ({y}, {x}) is missing; choose another point",
+                argument="points",
+            )
+    (ay, ax), (by, bx) = corners[1:] - corners[0]
+    determinant = int(ay * bx - ax * by)
+    if determinant == 0:
+        raise InputError(
+            f"must not lie on one line, got {points!r}", argument="points", value=points
+        )
+    origin, first, second = (float(heights[y, x]) for y, x in corners)
+    slope_y = ((first - origin) * bx - (second - origin) * ax) / determinant
+    slope_x = ((second - origin) * ay - (first - origin) * by) / determinant
+    y, x = np.arange(ny) - corners[0, 0], np.arange(nx) - corners[0, 1]
+    plane = slope_y * y[:, None] + slope_x * x
+    residual: Array = (heights - origin) - plane
+    return residual
+
+
+def _robust_plane(heights: Array) -> Array:
+    terms = _FORMS["plane"]
+    residual = without_terms(heights, terms, "robust plane")
+    there = np.isfinite(heights)
+    rounding = 1e-15 * float(np.abs(heights[there]).max())
+    # Least absolute deviations: weights 1/|r|, bounded near the plane.
+    for _ in range(100):
+        size = np.abs(residual)
+        sigma = 1.4826 * float(np.median(size[there]))
+        if sigma <= rounding:
+            return residual
+        lower = 1e-3 * sigma
+        # Weights of at most 1 keep the sums near those of plain least squares.
+        residual, change = _step(residual, terms, lower / np.maximum(size, lower))
+        if change < 1e-3 * sigma:
+            break
+    sigma = 1.4826 * float(np.median(np.abs(residual[there])))
+    if sigma <= rounding:
+        return residual
+    for _ in range(100):
+        weights = np.square(1 - np.minimum(np.square(residual / (_TUKEY * sigma)), 1))
+        residual, change = _step(residual, terms, weights)
+        if change < 1e-7 * sigma:
+            break
+    return residual
+
+
+def _step(residual: Array, terms: Terms, weights: Array) -> tuple[Array, float]:
+    changed = without_terms(residual, terms, "robust plane", weights)
+    return changed, float(np.nanmax(np.abs(changed - residual)))

@@ -1,4 +1,7 @@
-"""Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for."""
+"""Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for.
+
+`turned`: Shaw, Metal Cutting Principles (2005), the ideal roughness f²/(8R) of turning
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,77 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import both, checked
-from roughcontact.errors import InputError, Mention, require_count, require_positive
+from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.halfspace import fft
-from roughcontact.surface import marks, memory, parameters, synthetic
+from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.random_surfaces import Spectrum, with_gradient
 from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.shapes import require_grid
 from roughcontact.surface.spectrum import texture
-from roughcontact.surface.surface import Surface
-from roughcontact.surface.waves import Spectrum, with_gradient
-from roughcontact.theory import johnson
+from roughcontact.surface.surface import Surface, summary
+from roughcontact.theory import height_distribution
 from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[np.float64]
+
+
+def turned(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    feed: float,
+    nose_radius: float,
+    lay: float = 0.0,
+) -> Array:
+    """Return the heights that a round tool leaves: grooves with parabolic floors, feed apart."""
+    (ny, nx), (dy, dx) = shape, pixel
+    cosine, sine = cosine_sine(lay)
+    sides = ny * dy, nx * dx
+    if not 4 * max(pixel) <= feed <= max(sides):
+        raise InputError(
+            f"has a feed of {feed:.4g} m, which must lie between four pixels, "
+            f"{4 * max(pixel):.4g} m, and a side of the map, {max(sides):.4g} m",
+            argument="turning",
+        )
+    if not feed <= 2 * nose_radius < math.inf:
+        raise InputError(
+            f"has a nose radius of {nose_radius:.4g} m, less than half the feed {feed:.4g} m",
+            argument="turning",
+        )
+    if 0.0 in (cosine, sine):
+        across = sides[0] if sine == 0 else sides[1]
+        feed = across / max(round(across / feed), 1)
+    # Rows count downwards where the map is drawn; middles of the pixels.
+    up, right = -(np.arange(ny)[:, None] + 0.5) * dy, (np.arange(nx) + 0.5) * dx
+    phase = (up * cosine - right * sine) / feed
+    offset = (phase - np.floor(phase) - 0.5) * feed
+    grooves: Array = offset * offset / (2 * nose_radius)
+    grooves -= grooves.mean()
+    return grooves
+
+
+def joined(grooves: Array, roughness: Array, height: float) -> Array:
+    """Return grooves with as much roughness between them as gives a root-mean-square height."""
+    own = float(np.mean(grooves * grooves))
+    if own > height**2:
+        raise InputError(
+            f"must be at least {math.sqrt(own):.4g} m, the Sq of the grooves alone, got "
+            f"{height:.4g} m; give a smaller feed or a larger nose radius",
+            argument="Sq",
+            value=height,
+        )
+    common = float(np.mean(grooves * roughness))
+    square = float(np.mean(roughness * roughness))
+    # The positive root of |grooves + scale · roughness|² = height².
+    scale = (math.sqrt(common**2 + square * (height**2 - own)) - common) / square
+    heights: Array = grooves + scale * roughness
+    return heights
+
+
+# --- Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for ---
+
+
 Waves = NDArray[np.complex128]
 
 WITHIN = 0.02
@@ -43,7 +103,7 @@ _ROUNDS, _TRANSLATIONS, _CLOSE = 8, 40, 0.005
 _CAUTIOUS = 0.8
 # Part of what was missed by which the next aim differs, and how near to two heights it may come
 # and how far into the tails.
-_GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * johnson.LARGEST_KURTOSIS
+_GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.LARGEST_KURTOSIS
 # Range of wavelengths, of roll-off over cut-off, that shows a Hurst exponent.
 _SPAN = 1.5
 _LARGEST_SEED = 2**63 - 1
@@ -90,7 +150,7 @@ def generate(
     Sku: float | None = None,
     honing: float | None = None,
     turning: Quantities | None = None,
-    seed: int = 0,
+    rng: int = 0,
 ) -> Surface:
     """Return a random rough surface with the parameters asked for.
 
@@ -126,7 +186,7 @@ def generate(
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
         lay; see `marks.turned`. What of Sq the grooves do not make is random roughness.
-    seed : int
+    rng : int
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
         on every machine.
 
@@ -160,68 +220,72 @@ def generate(
 
     Examples
     --------
-    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, seed=3)
+    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, rng=3)
     >>> found = made.roughness()
     >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
-    require_grid(shape, edges, memory.TRANSLATED)
-    require_count(0, _LARGEST_SEED, seed=seed)
-    given = _in_metres(
+    require_grid(shape, edges, grid.TRANSLATED)
+    require_count(0, _LARGEST_SEED, seed=rng)
+    specified = _in_metres(
         Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
         cutoff_wavelength=cutoff_wavelength, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing,
-        turning=turning, seed=seed,
+        turning=turning, seed=rng,
     )  # fmt: skip
-    feed = _feed(given)
-    asked = _asked(given, edges, feed)
+    feed = _feed(specified)
+    requested = _asked(specified, edges, feed)
     if feed is None:
-        heights, spectrum = _translated(shape, edges, asked, seed)
-        heights *= asked.Sq / rms_height(heights)
+        heights, spectrum = _translated(shape, edges, requested, rng)
+        heights *= requested.Sq / rms_height(heights)
     else:
-        grooves = marks.turned(shape, edges, feed, given["turning"][1], lay)
-        heights, spectrum = _translated(shape, edges, asked, seed)
-        heights = marks.joined(grooves, heights, asked.Sq)
-    return _surface(heights, edges, given, spectrum)
+        grooves = turned(shape, edges, feed, specified["turning"][1], lay)
+        heights, spectrum = _translated(shape, edges, requested, rng)
+        heights = joined(grooves, heights, requested.Sq)
+    return _surface(heights, edges, specified, spectrum)
 
 
-def _in_metres(**given: Any) -> dict[str, Any]:
+def _in_metres(**specified: Any) -> dict[str, Any]:
     """Return arguments with their lengths in metres."""
     lengths = ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning")
     return {
         name: quantity(value, "length", name) if name in lengths else value
-        for name, value in given.items()
+        for name, value in specified.items()
     }
 
 
-def _asked(given: dict[str, Any], pixel: tuple[float, float], feed: float | None) -> _Asked:
+def _asked(specified: dict[str, Any], pixel: tuple[float, float], feed: float | None) -> _Asked:
     """Return what is asked for, with what follows where nothing is said; refuse nonsense."""
-    kurtosis = johnson.usual_kurtosis(given["Ssk"]) if given["Sku"] is None else given["Sku"]
-    honed = given["Str"] is None and given["honing"] is not None
-    asked = _Asked(
-        given["Sq"], given["Sal"], given["Sdq"], given["hurst"],
-        given["rolloff_wavelength"] or feed,
-        given["cutoff_wavelength"] or _CUTOFF * max(pixel),
-        _HONED if honed else given["Str"],
-        given["lay"], (given["Ssk"], kurtosis), given["honing"],
+    kurtosis = (
+        height_distribution.usual_kurtosis(specified["Ssk"])
+        if specified["Sku"] is None
+        else specified["Sku"]
+    )
+    honed = specified["Str"] is None and specified["honing"] is not None
+    requested = _Asked(
+        specified["Sq"], specified["Sal"], specified["Sdq"], specified["hurst"],
+        specified["rolloff_wavelength"] or feed,
+        specified["cutoff_wavelength"] or _CUTOFF * max(pixel),
+        _HONED if honed else specified["Str"],
+        specified["lay"], (specified["Ssk"], kurtosis), specified["honing"],
     )  # fmt: skip
-    _check(asked, pixel, given)
-    return asked
+    _check(requested, pixel, specified)
+    return requested
 
 
 def _surface(
-    heights: Array, pixel: tuple[float, float], given: dict[str, Any], spectrum: Spectrum
+    heights: Array, pixel: tuple[float, float], specified: dict[str, Any], spectrum: Spectrum
 ) -> Surface:
     """Return the map with what was asked for and what came of it."""
-    measured = parameters.summary(heights, pixel)
-    found = {name: value for name, value in measured.items() if math.isfinite(value)}
-    found["rolloff_wavelength"], found["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
-    if given["turning"] is None and given["honing"] is None:
-        found |= _hurst(heights, spectrum)
-    made = Operation("generate", {"shape": heights.shape, "pixel": pixel, **given}, found)
+    measured = summary(heights, pixel)
+    result = {name: value for name, value in measured.items() if math.isfinite(value)}
+    result["rolloff_wavelength"], result["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
+    if specified["turning"] is None and specified["honing"] is None:
+        result |= _hurst(heights, spectrum)
+    created = Operation("generate", {"shape": heights.shape, "pixel": pixel, **specified}, result)
     heights.flags.writeable = False
-    source = f"generated rough surface, seed {given['seed']}"
-    return Surface(heights, pixel, Provenance(source, origin=made))
+    source = f"generated rough surface, seed {specified['seed']}"
+    return Surface(heights, pixel, Provenance(source, origin=created))
 
 
 def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
@@ -238,9 +302,9 @@ def _hurst(heights: Array, spectrum: Spectrum) -> dict[str, float]:
     return {"hurst": float(-1 - slope / 2)}
 
 
-def _feed(given: dict[str, Any]) -> float | None:
+def _feed(specified: dict[str, Any]) -> float | None:
     """Return the feed of a turned surface, None for any other."""
-    turning = given["turning"]
+    turning = specified["turning"]
     if turning is None:
         return None
     if not isinstance(turning, Sequence) or len(turning) != 2:
@@ -250,14 +314,16 @@ def _feed(given: dict[str, Any]) -> float | None:
             value=turning,
         )
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
-        if given[name] is not None:
+        if specified[name] is not None:
             raise InputError(
-                "does not go with ", Mention("turning"), ", whose grooves decide it; leave one out",
+                "does not go with ",
+                ArgumentRef("turning"),
+                ", whose grooves decide it; leave one out",
                 argument=name,
-            )  # fmt: skip
-    if given["Ssk"]:
+            )
+    if specified["Ssk"]:
         raise InputError(
-            "does not go with ", Mention("turning"), ", whose grooves decide it; leave one out",
+            "does not go with ", ArgumentRef("turning"), ", whose grooves decide it; leave one out",
             argument="Ssk",
         )  # fmt: skip
     if not all(0 < length < math.inf for length in turning):
@@ -269,56 +335,70 @@ def _feed(given: dict[str, Any]) -> float | None:
     return float(turning[0])
 
 
-def _check(asked: _Asked, pixel: tuple[float, float], given: dict[str, Any]) -> None:
+def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, Any]) -> None:
     """Refuse what no surface has, and what is said twice or not at all."""
-    require_positive(Sq=asked.Sq)
+    require_positive(Sq=requested.Sq)
     for name in ("Sal", "Sdq", "rolloff_wavelength", "cutoff_wavelength"):
-        if given[name] is not None:
-            require_positive(**{name: given[name]})
-    if asked.Str is not None and not 0 < asked.Str <= 1:
-        raise InputError(f"must lie in (0, 1], got {asked.Str!r}", argument="Str", value=asked.Str)
-    if asked.honing is not None and not 0 < asked.honing < 180:
+        if specified[name] is not None:
+            require_positive(**{name: specified[name]})
+    if requested.Str is not None and not 0 < requested.Str <= 1:
         raise InputError(
-            f"must be an angle between 0 and 180 degrees, got {asked.honing!r}",
+            f"must lie in (0, 1], got {requested.Str!r}", argument="Str", value=requested.Str
+        )
+    if requested.honing is not None and not 0 < requested.honing < 180:
+        raise InputError(
+            f"must be an angle between 0 and 180 degrees, got {requested.honing!r}",
             argument="honing",
-            value=asked.honing,
+            value=requested.honing,
         )
-    cosine_sine(asked.lay)
-    if asked.Sal is not None and asked.rolloff is not None:
+    cosine_sine(requested.lay)
+    if requested.Sal is not None and requested.rolloff is not None:
         raise InputError(
-            "and ", Mention("rolloff_wavelength"), " set the same; give one of them", argument="Sal"
+            "and ",
+            ArgumentRef("rolloff_wavelength"),
+            " set the same; give one of them",
+            argument="Sal",
         )
-    if asked.Sal is None and asked.Sdq is None and asked.rolloff is None:
+    if requested.Sal is None and requested.Sdq is None and requested.rolloff is None:
         raise InputError(
-            "or ", Mention("Sdq"), " or ", Mention("rolloff_wavelength"), " must be given: how "
-            "far the hills are apart", argument="Sal",
-        )  # fmt: skip
-    longest = asked.rolloff or asked.cutoff
-    synthetic.check_waves(pixel, longest, asked.cutoff, asked.hurst)
-    johnson.require(*asked.moments, 1 if asked.honing is None else 2)
+            "or ",
+            ArgumentRef("Sdq"),
+            " or ",
+            ArgumentRef("rolloff_wavelength"),
+            " must be given: how far the hills are apart",
+            argument="Sal",
+        )
+    longest = requested.rolloff or requested.cutoff
+    random_surfaces.check_waves(pixel, longest, requested.cutoff, requested.hurst)
+    height_distribution.require(*requested.moments, 1 if requested.honing is None else 2)
 
 
 def _translated(
     shape: tuple[int, int],
     pixel: tuple[float, float],
-    asked: _Asked,
+    requested: _Asked,
     seed: int,
 ) -> tuple[Array, Spectrum]:
     """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
-    start = asked.rolloff or (asked.Sal / _SAL if asked.Sal else 2 * asked.cutoff)
+    start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)
     spectrum = Spectrum(
-        shape, pixel, max(start, asked.cutoff), asked.cutoff, asked.hurst, asked.Str or 1.0,
-        asked.lay,
-    )  # fmt: skip
-    spectrum = _steep(spectrum, asked)
+        shape,
+        pixel,
+        max(start, requested.cutoff),
+        requested.cutoff,
+        requested.hurst,
+        requested.Str or 1.0,
+        requested.lay,
+    )
+    spectrum = _steep(spectrum, requested)
     # Two generators whose draws have nothing in common, the first of them the same for both.
-    sources = np.random.default_rng(seed).spawn(1 if asked.honing is None else 2)
-    drawn = [_phases(synthetic.drawn(shape, pixel, rng)) for rng in sources]
-    state = _State(drawn, _of_each(asked.moments, len(drawn)))
+    sources = np.random.default_rng(seed).spawn(1 if requested.honing is None else 2)
+    drawn = [_phases(random_surfaces.random_amplitudes(shape, pixel, rng)) for rng in sources]
+    state = _State(drawn, _of_each(requested.moments, len(drawn)))
     for _ in range(_ROUNDS):
-        amplitudes = _families(spectrum, asked.honing)
-        heights, state = _imposed(shape, amplitudes, state, asked.moments)
-        corrected = _corrected(spectrum, asked, heights)
+        amplitudes = _families(spectrum, requested.honing)
+        heights, state = _imposed(shape, amplitudes, state, requested.moments)
+        corrected = _corrected(spectrum, requested, heights)
         if corrected == spectrum:
             break
         spectrum = corrected
@@ -331,41 +411,45 @@ def _families(spectrum: Spectrum, honing: float | None) -> list[Array]:
     return [np.sqrt(replace(spectrum, lay=spectrum.lay + turn).power) for turn in turns]
 
 
-def _steep(spectrum: Spectrum, asked: _Asked) -> Spectrum:
+def _steep(spectrum: Spectrum, requested: _Asked) -> Spectrum:
     """Return a spectrum with the gradient asked for, if one is."""
-    if asked.Sdq is None:
+    if requested.Sdq is None:
         return spectrum
-    sought = "rolloff" if asked.Sal is None and asked.rolloff is None else "cutoff"
-    return with_gradient(spectrum, sought, asked.Sdq, asked.Sq)
+    sought = "rolloff" if requested.Sal is None and requested.rolloff is None else "cutoff"
+    return with_gradient(spectrum, sought, requested.Sdq, requested.Sq)
 
 
-def _corrected(spectrum: Spectrum, asked: _Asked, heights: Array) -> Spectrum:
+def _corrected(spectrum: Spectrum, requested: _Asked, heights: Array) -> Spectrum:
     """Return a spectrum closer to Sal and Str as a map shows them; the same if it is close."""
-    if asked.Sal is None and asked.Str is None:
+    if requested.Sal is None and requested.Str is None:
         return spectrum
     Sal, Str, _ = texture(heights, spectrum.pixel)
     rolloff, ratio = spectrum.rolloff, spectrum.ratio
-    if asked.Sal is not None and not abs(Sal / asked.Sal - 1) < _CLOSE:
-        rolloff = _longer(spectrum, asked, Sal)
-    if asked.Str is not None and not math.isnan(Str) and not abs(Str / asked.Str - 1) < _CLOSE:
-        ratio = min(ratio * (asked.Str / Str) ** _CAUTIOUS, 1.0)
+    if requested.Sal is not None and not abs(Sal / requested.Sal - 1) < _CLOSE:
+        rolloff = _longer(spectrum, requested, Sal)
+    if (
+        requested.Str is not None
+        and not math.isnan(Str)
+        and not abs(Str / requested.Str - 1) < _CLOSE
+    ):
+        ratio = min(ratio * (requested.Str / Str) ** _CAUTIOUS, 1.0)
     if (rolloff, ratio) == (spectrum.rolloff, spectrum.ratio):
         return spectrum
-    return _steep(replace(spectrum, rolloff=rolloff, ratio=ratio), asked)
+    return _steep(replace(spectrum, rolloff=rolloff, ratio=ratio), requested)
 
 
-def _longer(spectrum: Spectrum, asked: _Asked, Sal: float) -> float:
+def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
     """Return a roll-off closer to Sal, or complain that the map can hold none."""
-    assert asked.Sal is not None
+    assert requested.Sal is not None
     side = min(n * edge for n, edge in zip(spectrum.shape, spectrum.pixel, strict=True))
-    if asked.Sal > side / 4:
+    if requested.Sal > side / 4:
         raise InputError(
             f"must be at most a quarter of the shorter side, {side / 4:.4g} m, for the map to show "
-            f"it, got {asked.Sal:.4g} m",
+            f"it, got {requested.Sal:.4g} m",
             argument="Sal",
-            value=asked.Sal,
+            value=requested.Sal,
         )
-    wanted = 4 * side if math.isnan(Sal) else spectrum.rolloff * asked.Sal / Sal
+    wanted = 4 * side if math.isnan(Sal) else spectrum.rolloff * requested.Sal / Sal
     rolloff = min(max(wanted, spectrum.cutoff), 4 * side)
     if rolloff == spectrum.rolloff:
         kind, other = (
@@ -374,11 +458,11 @@ def _longer(spectrum: Spectrum, asked: _Asked, Sal: float) -> float:
             else ("at most", "longer than the map holds; give longer sides or another ")
         )
         raise InputError(
-            f"must be {kind} {Sal:.4g} m on this map, got {asked.Sal:.4g} m: its waves would be "
+            f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would be "
             f"{other}",
-            Mention("cutoff_wavelength"),
+            ArgumentRef("cutoff_wavelength"),
             argument="Sal",
-            value=asked.Sal,
+            value=requested.Sal,
         )
     return rolloff
 
@@ -394,13 +478,16 @@ def _imposed(
             for amplitude, phases in zip(amplitudes, state.phases, strict=True)
         ]
         heights = parts[0] if len(parts) == 1 else _of_unit_height(np.sum(parts, axis=0))
-        missed = [want - got for want, got in zip(wanted, johnson.moments(heights), strict=True)]
+        missed = [
+            want - got
+            for want, got in zip(wanted, height_distribution.moments(heights), strict=True)
+        ]
         if all(
             abs(by) < _CLOSE * max(abs(want), 1) for by, want in zip(missed, wanted, strict=True)
         ):
             break
         aim = _aimed(state.aim, missed, len(parts))
-        ranks = _of_unit_height(johnson.fitted(*aim).heights(scores))
+        ranks = _of_unit_height(height_distribution.fitted(*aim).heights(scores))
         state = _State([_phases(fft.rfft2(_ranked(part, ranks))) for part in parts], aim)
     return heights, state
 
@@ -409,8 +496,8 @@ def _aimed(aim: tuple[float, float], missed: Sequence[float], parts: int) -> tup
     """Return the moments to aim at next in each part of a map."""
     by = _of_each((missed[0], 3 + missed[1]), parts)
     skewness, kurtosis = aim[0] + _GAIN * by[0], aim[1] + _GAIN * (by[1] - 3)
-    least = johnson.least_kurtosis(skewness) + _LEAST * johnson.STEP
-    return skewness, min(max(kurtosis, least), _MOST)
+    minimum = height_distribution.least_kurtosis(skewness) + _LEAST * height_distribution.STEP
+    return skewness, min(max(kurtosis, minimum), _MOST)
 
 
 def _of_each(moments: tuple[float, float], parts: int) -> tuple[float, float]:
@@ -428,9 +515,9 @@ def _normal_scores(points: int) -> Array:
 
 def _ranked(heights: Array, ranks: Array) -> Array:
     """Return the map whose heights, from the lowest to the highest, are those given."""
-    made = np.empty_like(heights)
-    made.reshape(-1)[np.argsort(heights, axis=None)] = ranks
-    return made
+    created = np.empty_like(heights)
+    created.reshape(-1)[np.argsort(heights, axis=None)] = ranks
+    return created
 
 
 def _phases(waves: Waves) -> Waves:
@@ -451,21 +538,11 @@ def _of_unit_height(heights: Array) -> Array:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of a generated map.
+    """A parameter of a generated map."""
 
-    Parameters
-    ----------
-    name : str
-        Symbol of the standard, or ``"hurst"``.
-    asked : float
-        What was asked for, SI units.
-    found : float
-        What the map has; NaN where it does not show it.
-    """
-
-    name: str
-    asked: float
-    found: float
+    name: str  # Symbol of the standard, or `"hurst"`
+    asked: float  # What was asked for, SI units
+    found: float  # What the map has
 
     @property
     def missed(self) -> float:
@@ -481,33 +558,21 @@ class Parameter:
 
 
 def compared(surface: Surface) -> tuple[Parameter, ...]:
-    """Return the parameters that were asked for of a generated map beside those it has.
-
-    Parameters
-    ----------
-    surface : Surface
-        As `generate` has made it.
-
-    Returns
-    -------
-    tuple of Parameter
-        Skewness and kurtosis too where nothing was said of them, but for grooves of turning.
-
-    Raises
-    ------
-    InputError
-        If the map was not generated.
-    """
-    made = surface.provenance.origin
-    if made is None or made.method != "generate" or surface.provenance.operations:
+    """Return the parameters that were asked for of a generated map beside those it has."""
+    created = surface.provenance.origin
+    if created is None or created.method != "generate" or surface.provenance.operations:
         raise InputError("is no map as it was generated", argument="surface")
-    given, found = made.arguments, made.found
-    asked = {name: given[name] for name in ("Sq", "Sal", "Sdq", "Str")}
-    if given["turning"] is None:
-        kurtosis = johnson.usual_kurtosis(given["Ssk"]) if given["Sku"] is None else given["Sku"]
-        asked |= {"Ssk": given["Ssk"], "Sku": kurtosis, "hurst": given["hurst"]}
+    specified, result = created.arguments, created.found
+    requested = {name: specified[name] for name in ("Sq", "Sal", "Sdq", "Str")}
+    if specified["turning"] is None:
+        kurtosis = (
+            height_distribution.usual_kurtosis(specified["Ssk"])
+            if specified["Sku"] is None
+            else specified["Sku"]
+        )
+        requested |= {"Ssk": specified["Ssk"], "Sku": kurtosis, "hurst": specified["hurst"]}
     return tuple(
-        Parameter(name, value, found.get(name, math.nan))
-        for name, value in asked.items()
-        if value is not None and (name != "hurst" or name in found)
+        Parameter(name, value, result.get(name, math.nan))
+        for name, value in requested.items()
+        if value is not None and (name != "hurst" or name in result)
     )

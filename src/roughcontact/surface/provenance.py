@@ -20,21 +20,9 @@ _VERSION = 1
 
 @dataclass(frozen=True)
 class Operation:
-    """One call that made or changed a map.
+    """One call that made or changed a map."""
 
-    Parameters
-    ----------
-    method : str
-        A method of `Surface`; for what made a map ``"read_surface"``, ``"Surface"`` (an array in
-        memory) or a nominal body such as ``"nominal.sphere"``; or `NOTE`.
-    arguments : mapping
-        By name, as they were given: numbers, texts, None and tuples of these; instead of another
-        map its `Provenance`, which says how to make it again.
-    found : mapping
-        What the call found and a reader wants to know, such as the radius of a form.
-    """
-
-    method: str
+    method: str  # A method of `Surface`
     arguments: Mapping[str, Any] = field(default_factory=dict, hash=False)
     found: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
@@ -100,8 +88,8 @@ class Provenance:
     @property
     def steps(self) -> tuple[str, ...]:
         """Preparation steps in their order, each one sentence."""
-        made = () if self.origin is None else (self.origin,)
-        return tuple(text for step in (*made, *self.operations) for text in step.sentences)
+        created = () if self.origin is None else (self.origin,)
+        return tuple(text for step in (*created, *self.operations) for text in step.sentences)
 
     def filled_share(self, points: int) -> float:
         """Return the share of the points that were filled, on the grid that they had then.
@@ -139,13 +127,7 @@ def to_text(provenance: Provenance) -> str:
 
 
 def from_text(text: str) -> Provenance:
-    """Return the provenance that `to_text` has written.
-
-    Raises
-    ------
-    ValueError
-        If the text is not what `to_text` writes.
-    """
+    """Return the provenance that `to_text` has written."""
     record = json.loads(text)
     try:
         if record.pop("version") != _VERSION:
@@ -207,8 +189,8 @@ def _origin(record: dict[str, Any]) -> Operation:
     if operation.method == "Surface":
         ny, nx = map(int, operation.found["shape"])
         dy, dx = map(float, operation.arguments["pixel"])
-        given = {"pixel": (dy, dx), "holes_masked": bool(operation.arguments["holes_masked"])}
-        return Operation("Surface", given, {**operation.found, "shape": (ny, nx)})
+        specified = {"pixel": (dy, dx), "holes_masked": bool(operation.arguments["holes_masked"])}
+        return Operation("Surface", specified, {**operation.found, "shape": (ny, nx)})
     if operation.method == "read_surface":
         _ = operation.arguments["path"]
     return operation
@@ -237,163 +219,163 @@ def _lengths(values: Sequence[float], between: str = " × ") -> str:
     return between.join(engineering(value, "m", _DIGITS) for value in values)
 
 
-def _read(given: _Said, found: _Said) -> tuple[str, ...]:
-    notes: tuple[str, ...] = found.get("notes", ())
-    if "stated_size" in found:
+def _read(specified: _Said, result: _Said) -> tuple[str, ...]:
+    notes: tuple[str, ...] = result.get("notes", ())
+    if "stated_size" in result:
         stated, size = (
-            " × ".join(engineering(side, "m") for side in found[name])
+            " × ".join(engineering(side, "m") for side in result[name])
             for name in ("stated_size", "size")
         )
         notes += (f"read: sides of {stated}, as the file gives them, replaced by {size}",)
     return notes
 
 
-def _body(given: _Said, found: _Said) -> tuple[str, ...]:
+def _body(specified: _Said, result: _Said) -> tuple[str, ...]:
     words = []
-    center = given.get("center")
+    center = specified.get("center")
     if center is not None:
         words.append(f"placed at the point ({center[0]:g}, {center[1]:g}) (y, x) in pixels")
-    if found.get("outside"):
-        words.append(f"{found['outside']} points outside the body never touch")
+    if result.get("outside"):
+        words.append(f"{result['outside']} points outside the body never touch")
     return tuple(words)
 
 
-def _generated(given: _Said, found: _Said) -> tuple[str, ...]:
-    words = [f"Sq {engineering(given['Sq'], 'm')}"]
-    for name, told in (("Sal", "Sal"), ("rolloff_wavelength", "roll-off")):
-        if given[name] is not None:
-            words.append(f"{told} {engineering(given[name], 'm')}")
-    for name, told in (("Sdq", "Sdq"), ("Str", "Str"), ("Sku", "Sku")):
-        if given[name] is not None:
-            words.append(f"{told} {given[name]:g}")
-    if given["Ssk"]:
-        words.append(f"Ssk {given['Ssk']:g}")
-    words.append(f"Hurst exponent {given['hurst']:g}")
-    if given["lay"]:
-        words.append(f"lay at {given['lay']:g} degrees")
-    if given["honing"] is not None:
-        words.append(f"grooves {given['honing']:g} degrees apart")
-    if given["turning"] is not None:
-        feed, radius = (engineering(length, "m") for length in given["turning"])
+def _generated(specified: _Said, result: _Said) -> tuple[str, ...]:
+    words = [f"Sq {engineering(specified['Sq'], 'm')}"]
+    for name, text in (("Sal", "Sal"), ("rolloff_wavelength", "roll-off")):
+        if specified[name] is not None:
+            words.append(f"{text} {engineering(specified[name], 'm')}")
+    for name, text in (("Sdq", "Sdq"), ("Str", "Str"), ("Sku", "Sku")):
+        if specified[name] is not None:
+            words.append(f"{text} {specified[name]:g}")
+    if specified["Ssk"]:
+        words.append(f"Ssk {specified['Ssk']:g}")
+    words.append(f"Hurst exponent {specified['hurst']:g}")
+    if specified["lay"]:
+        words.append(f"lay at {specified['lay']:g} degrees")
+    if specified["honing"] is not None:
+        words.append(f"grooves {specified['honing']:g} degrees apart")
+    if specified["turning"] is not None:
+        feed, radius = (engineering(length, "m") for length in specified["turning"])
         words.append(f"turned with a feed of {feed} and a nose radius of {radius}")
-    source = f"numpy.random.default_rng({given['seed']})"
+    source = f"numpy.random.default_rng({specified['seed']})"
     return (f"generated: {', '.join(words)}; random phases of {source}",)
 
 
-def _leveled(given: _Said, found: _Said) -> tuple[str, ...]:
-    form, points = given["form"], given["points"]
+def _leveled(specified: _Said, result: _Said) -> tuple[str, ...]:
+    form, points = specified["form"], specified["points"]
     if points is not None:
         what = f"plane through the points {', '.join(f'({int(y)}, {int(x)})' for y, x in points)}"
     elif form == "robust":
         what = "robust plane (Tukey's biweight)"
     else:
         what = f"least-squares {form}"
-    if found.get("line"):
+    if result.get("line"):
         # Of a profile the plane is a line, and the quadric a parabola.
         what = what.replace("plane", "line").replace("quadric", "parabola")
     return (f"leveled: {what} subtracted",)
 
 
-def _without_form(given: _Said, found: _Said) -> tuple[str, ...]:
-    shape, degree = given["shape"], given["degree"]
+def _without_form(specified: _Said, result: _Said) -> tuple[str, ...]:
+    shape, degree = specified["shape"], specified["degree"]
     if degree is not None:
-        rms = engineering(found["removed_rms"], "m", _DIGITS)
+        rms = engineering(result["removed_rms"], "m", _DIGITS)
         what = f"polynomial of degree {degree}, {rms} rms"
     else:
-        side = "convex" if found["radius"] > 0 else "concave"
-        radius = engineering(abs(found["radius"]), "m", _DIGITS)
+        side = "convex" if result["radius"] > 0 else "concave"
+        radius = engineering(abs(result["radius"]), "m", _DIGITS)
         what = f"{side} {shape} of radius {radius}"
         if shape == "cylinder":
-            what += f", axis at {found['angle']:.6g} degrees counter-clockwise from x"
+            what += f", axis at {result['angle']:.6g} degrees counter-clockwise from x"
     return (f"form removed: least-squares {what}",)
 
 
-def _without_outliers(given: _Said, found: _Said) -> tuple[str, ...]:
-    window = given["window"]
+def _without_outliers(specified: _Said, result: _Said) -> tuple[str, ...]:
+    window = specified["window"]
     return (
-        f"outliers removed: {found['points']} points further than {given['limit']:g} robust "
+        f"outliers removed: {result['points']} points further than {specified['limit']:g} robust "
         f"standard deviations from the median of {window} × {window} points",
     )
 
 
-def _filled(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"filled: {found['missing']} missing points by harmonic interpolation",)
+def _filled(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (f"filled: {result['missing']} missing points by harmonic interpolation",)
 
 
-def _masked(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"masked: {found['missing']} missing points never touch",)
+def _masked(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (f"masked: {result['missing']} missing points never touch",)
 
 
 def _part(rows: tuple[int, int], columns: tuple[int, int]) -> str:
     return f"rows {rows[0]}:{rows[1]}, columns {columns[0]}:{columns[1]}"
 
 
-def _cropped(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"cropped: {_part(given['rows'], given['columns'])}",)
+def _cropped(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (f"cropped: {_part(specified['rows'], specified['columns'])}",)
 
 
-def _largest_rectangle(given: _Said, found: _Said) -> tuple[str, ...]:
-    part = _part(found["rows"], found["columns"])
+def _largest_rectangle(specified: _Said, result: _Said) -> tuple[str, ...]:
+    part = _part(result["rows"], result["columns"])
     return (f"cropped to the largest rectangle without holes: {part}",)
 
 
-def _rotated(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"rotated: {given['angle'] % 360:g} degrees counter-clockwise, row 0 on top",)
+def _rotated(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (f"rotated: {specified['angle'] % 360:g} degrees counter-clockwise, row 0 on top",)
 
 
-def _resampled(given: _Said, found: _Said) -> tuple[str, ...]:
-    by_waves = given["method"] == "bandlimited"
+def _resampled(specified: _Said, result: _Said) -> tuple[str, ...]:
+    by_waves = specified["method"] == "bandlimited"
     how = "band-limited, taken as periodic" if by_waves else "by a cubic spline"
-    (old_y, old_x), (ny, nx), (dy, dx) = found["from"], found["to"], found["pixel"]
+    (old_y, old_x), (ny, nx), (dy, dx) = result["from"], result["to"], result["pixel"]
     return (
         f"resampled: {how}, from {old_y} × {old_x} to {ny} × {nx} points, "
         f"pixel {_lengths((dy, dx))}",
     )
 
 
-def _filtered(given: _Said, found: _Said) -> tuple[str, ...]:
+def _filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
     parts = [
-        f"{name.upper()}-filter at {engineering(given[name], 'm', _DIGITS)}"
+        f"{name.upper()}-filter at {engineering(specified[name], 'm', _DIGITS)}"
         for name in ("s", "l")
-        if given[name] is not None
+        if specified[name] is not None
     ]
     return (f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)",)
 
 
-def _with_form(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (f"form added: {given['form'].in_words()}",)
+def _with_form(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (f"form added: {specified['form'].in_words()}",)
 
 
-def _aligned(given: _Said, found: _Said) -> tuple[str, ...]:
+def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
     words = []
-    if given["mirrored"]:
+    if specified["mirrored"]:
         words.append("mirrored in x")
-    if given["angle"]:
-        words.append(f"turned by {given['angle']:g} degrees counter-clockwise")
-    y, x = given["offset"]
+    if specified["angle"]:
+        words.append(f"turned by {specified['angle']:g} degrees counter-clockwise")
+    y, x = specified["offset"]
     if y or x:
         words.append(f"shifted by ({_lengths((y, x), ', ')}) (y, x)")
-    words.append("by a bicubic spline" if found["spline"] else "point by point")
+    words.append("by a bicubic spline" if result["spline"] else "point by point")
     smoothed = [
         f"{engineering(length, 'm', _DIGITS)} along {axis}"
-        for axis, length in zip("yx", found["smoothing"], strict=True)
+        for axis, length in zip("yx", result["smoothing"], strict=True)
         if length
     ]
     after = f" after a Gaussian S-filter at {' and '.join(smoothed)}" if smoothed else ""
-    grid = given["grid"].origin.arguments
+    grid = specified["grid"].origin.arguments
     (ny, nx), (dy, dx) = grid["shape"], grid["pixel"]
-    off = f", {found['outside']} of them off the map" if found["outside"] else ""
+    off = f", {result['outside']} of them off the map" if result["outside"] else ""
     onto = f"onto {ny} × {nx} points of {_lengths((dy, dx))}"
     return (f"aligned: {', '.join(words)}{after} {onto}{off}",)
 
 
-def _indented(given: _Said, found: _Said) -> tuple[str, ...]:
-    depth = engineering(found["depth"], "m", _DIGITS)
+def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
+    depth = engineering(result["depth"], "m", _DIGITS)
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
-def _said(given: _Said, found: _Said) -> tuple[str, ...]:
-    return (given["text"],)
+def _said(specified: _Said, result: _Said) -> tuple[str, ...]:
+    return (specified["text"],)
 
 
 def _nothing(given: _Said, found: _Said) -> tuple[str, ...]:

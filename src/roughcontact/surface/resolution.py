@@ -1,4 +1,34 @@
-"""Lateral resolution of a measured map: tip, smoothing, noise."""
+"""Lateral resolution of a measured map: tip, smoothing, noise.
+
+`tip_cutoff`: A tip of radius R draws every peak with a radius of at least R. The curvature at
+the scale λ = 2η is the second difference ``[h(x - η) - 2 h(x) + h(x + η)] / η²``; λ_c is the
+scale below which its minimum over the map, that of the sharpest peak, lies under -1/(2R). The
+factor ½ is the one found with simulated tips in the reference. Peaks at finer scales carry the
+curvature of the tip or noise, not of the surface, and what lies between them was not reached.
+
+The differences are along x, the fast axis of scanning instruments: between scan lines lie jumps
+that are no peaks. Scales between two pixels are found by linear interpolation of the curvature.
+One spike is enough to raise λ_c: remove outliers before.
+
+Sanner, Nöhring, Thimons, Jacobs & Pastewka 2022, doi:10.1016/j.apsadv.2021.100190
+
+`noise_cutoff`: White noise of RMS height σ adds σ² Δx Δy to the spectral density C at every
+wave number. Where C falls slower than q⁻¹ over the shortest octave, slower than any self-affine
+surface (q^(-2-2H), 0 ≤ H ≤ 1), its mean there is taken as the noise, and the cut-off is where C
+falls below twice that. Steps of a coarse digitisation count as noise. A surface that is white
+itself, as above a roll-off wavelength, cannot be told from noise.
+
+Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+
+`smoothing_cutoff`: From this wave on, the spectral density falls faster than q⁻⁶, two powers
+faster than that of any self-affine surface, over an octave and a half or down to the shortest
+wave. (The flank of a peak, as regular grooves make one, is narrower.) Optics that do not
+resolve shorter waves, an instrument that interpolates between its points and a filter all do
+this; so does a surface that is smooth itself. For a Gaussian filter it is about the cut-off at
+which 50 % of a wave's amplitude pass.
+
+Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+"""
 
 from __future__ import annotations
 
@@ -11,10 +41,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import InputError, Mention, Sentence, require_pixel, require_positive
-from roughcontact.surface import blocks
+from roughcontact.errors import ArgumentRef, InputError, Sentence, require_pixel, require_positive
+from roughcontact.surface import grid
 from roughcontact.surface.cleaning import largest_rectangle
-from roughcontact.surface.leveling import level
+from roughcontact.surface.form import level
 from roughcontact.surface.spectrum import radial_spectrum
 
 Array = NDArray[np.float64]
@@ -31,21 +61,11 @@ class Cause(StrEnum):
 
 @dataclass(frozen=True)
 class Limit:
-    """A lateral scale below which a map does not show the surface.
+    """A lateral scale below which a map does not show the surface."""
 
-    Parameters
-    ----------
-    cause : Cause
-        What limits it.
-    wave : float
-        The scale [m]; 0 where it is not known.
-    text : str
-        It in one sentence.
-    """
-
-    cause: Cause
-    wave: float
-    text: str
+    cause: Cause  # What limits it
+    wave: float  # The scale [m]
+    text: str  # It in one sentence
 
 
 # Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
@@ -75,21 +95,7 @@ _SCANNING_PROBE = re.compile(
 
 
 def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
-    """Return the shortest wave that a map shows [m].
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m]; NaN where missing, and then judged on the largest rectangle without holes.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    float
-        Two pixels, or the wave below which the map holds noise (`noise_cutoff`) or nothing
-        (`smoothing_cutoff`), whichever is longest.
-    """
+    """Return the shortest wave that a map shows [m]."""
     require_pixel(pixel)
     finest = 2 * max(pixel)
     if np.isnan(heights).any():
@@ -103,53 +109,7 @@ def shortest_wave(heights: Array, pixel: tuple[float, float]) -> float:
 
 
 def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) -> float | None:
-    """Return the lateral scale below which a map shows the tip that measured it.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], positive out of the material, without form; NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    tip_radius : float
-        Radius of the tip's apex R [m].
-
-    Returns
-    -------
-    float or None
-        λ_c [m]. None if no peak is too sharp even at the scale of two pixels; half of the side
-        along x if peaks are too sharp at every scale up to it.
-
-    Raises
-    ------
-    InputError
-        If the pixel or the radius is not positive, or the map has fewer than three columns.
-
-    Notes
-    -----
-    A tip of radius R draws every peak with a radius of at least R. The curvature at the scale
-    λ = 2η is the second difference ``[h(x - η) - 2 h(x) + h(x + η)] / η²``; λ_c is the scale below
-    which its minimum over the map, that of the sharpest peak, lies under -1/(2R). The factor ½ is
-    the one found with simulated tips in the reference. Peaks at finer scales carry the curvature
-    of the tip or noise, not of the surface, and what lies between them was not reached.
-
-    The differences are along x, the fast axis of scanning instruments: between scan lines lie
-    jumps that are no peaks. Scales between two pixels are found by linear interpolation of the
-    curvature. One spike is enough to raise λ_c: remove outliers before.
-
-    References
-    ----------
-    Sanner, Nöhring, Thimons, Jacobs & Pastewka 2022, doi:10.1016/j.apsadv.2021.100190
-
-    Examples
-    --------
-    A spike of height d = 1 nm on a plain, as a tip of radius R = 10 nm draws it: λ_c = 4 √(R d).
-
-    >>> x = (np.arange(400) - 200) * 0.1e-9
-    >>> drawn = np.maximum(1e-9 - x**2 / (2 * 10e-9), 0.0) * np.ones((2, 1))
-    >>> round(tip_cutoff(drawn, (1e-10, 1e-10), tip_radius=10e-9) * 1e9, 2)
-    12.65
-    """
+    """Return the lateral scale below which a map shows the tip that measured it."""
     require_pixel(pixel)
     require_positive(tip_radius=tip_radius)
     if heights.shape[1] < 3:
@@ -168,38 +128,7 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
 
 
 def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
-    """Return the wavelength below which a map holds more white noise than surface.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m] without holes.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    float or None
-        Wavelength [m]; None if the spectrum falls down to the shortest waves, or if the map has
-        fewer than 32 points along a side.
-
-    Raises
-    ------
-    InputError
-        If points are missing or the pixel is not positive.
-
-    Notes
-    -----
-    White noise of RMS height σ adds σ² Δx Δy to the spectral density C at every wave number.
-    Where C falls slower than q⁻¹ over the shortest octave, slower than any self-affine surface
-    (q^(-2-2H), 0 ≤ H ≤ 1), its mean there is taken as the noise, and the cut-off is where C falls
-    below twice that. Steps of a coarse digitisation count as noise. A surface that is white
-    itself, as above a roll-off wavelength, cannot be told from noise.
-
-    References
-    ----------
-    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
-    """
+    """Return the wavelength below which a map holds more white noise than surface."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None:
         return None
@@ -216,39 +145,7 @@ def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
 
 
 def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
-    """Return the wavelength below which a map holds hardly any waves.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m] without holes.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    float or None
-        Wavelength [m]; None if the spectrum falls no faster than that of a rough surface, or if
-        the map has fewer than 32 points along a side.
-
-    Raises
-    ------
-    InputError
-        If points are missing or the pixel is not positive.
-
-    Notes
-    -----
-    From this wave on, the spectral density falls faster than q⁻⁶, two powers faster than that of
-    any self-affine surface, over an octave and a half or down to the shortest wave. (The flank of
-    a peak, as regular grooves make one, is narrower.) Optics that do not resolve shorter waves, an
-    instrument that interpolates between its points and a filter all do this; so does a surface
-    that is smooth itself. For a Gaussian filter it is about the cut-off at which 50 % of a wave's
-    amplitude pass.
-
-    References
-    ----------
-    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
-    """
+    """Return the wavelength below which a map holds hardly any waves."""
     spectrum = _binned_spectrum(heights, pixel)
     if spectrum is None:
         return None
@@ -269,11 +166,7 @@ def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None
 def _bracket(
     heights: Array, dx: float, limit: float
 ) -> tuple[tuple[int, float], tuple[int, float]] | None:
-    """Return reach [pixels] and curvature of the sharpest peak around a limit, fine and coarse.
-
-    They are neighbours. None if not even the finest reach is too sharp; the longest twice if all
-    are.
-    """
+    """Return reach [pixels] and curvature of the sharpest peak around a limit, fine and coarse."""
     longest = max(heights.shape[1] // 4, 1)
     fine, sharpest = 1, _sharpest(heights, dx, 1)
     if sharpest >= limit:
@@ -299,7 +192,7 @@ def _bracket(
 def _sharpest(heights: Array, dx: float, reach: int) -> float:
     """Return the smallest curvature along x at a reach of so many pixels [1/m]."""
     smallest = math.inf
-    for block in blocks.of_rows(heights.shape):
+    for block in grid.of_rows(heights.shape):
         rows = heights[block]
         bend = rows[:, 2 * reach :] + rows[:, : -2 * reach]
         bend -= 2 * rows[:, reach:-reach]
@@ -355,64 +248,29 @@ def _crossing(q: Array, C: Array, value: float) -> float:
 def tip_limits(
     heights: Array, pixel: tuple[float, float], tip_radius: float | None, instrument: str
 ) -> list[Limit]:
-    """Return what the tip hides of a map.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], positive out of the material; NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    tip_radius : float or None
-        Radius of the tip's apex [m], if a tip measured the map.
-    instrument : str
-        Instrument or file format, empty if unknown: that of a scanning probe asks for the tip.
-
-    Returns
-    -------
-    list of Limit
-        See `Surface.resolution_limits`.
-
-    Raises
-    ------
-    InputError
-        If the radius is not positive.
-    """
+    """Return what the tip hides of a map."""
     if tip_radius is None:
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
-        asked = Sentence(
+        requested = Sentence(
             f"measured with a scanning probe ({instrument}): peaks narrower "
             "than its tip, usually 5 to 20 nm in radius, appear wider, and narrower valleys "
-            "are not reached; give ", Mention("tip_radius"),
+            "are not reached; give ", ArgumentRef("tip_radius"),
             " for the scale below which the map shows the tip",
         )  # fmt: skip
-        return [Limit(Cause.UNKNOWN_TIP, 0.0, asked)]
+        return [Limit(Cause.UNKNOWN_TIP, 0.0, requested)]
     scale = tip_cutoff(heights, pixel, tip_radius)
     if scale is None:
         return []
-    told = (
+    text = (
         f"heights below a lateral scale of {_in_pixels(scale, pixel)} reflect the tip of "
         f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
     )
-    return [Limit(Cause.TIP, scale, told)]
+    return [Limit(Cause.TIP, scale, text)]
 
 
 def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
-    """Return which waves of a map are noise or missing.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m]; NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    list of Limit
-        See `Surface.resolution_limits`.
-    """
+    """Return which waves of a map are noise or missing."""
     try:
         rows, columns = largest_rectangle(heights)
     except InputError:
@@ -421,18 +279,18 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
     limits = []
     wave = noise_cutoff(part, pixel)
     if wave is not None:
-        told = (
+        text = (
             f"waves shorter than {_in_pixels(wave, pixel)} cannot be told from noise: slopes, "
             "curvatures and pressures at that scale are those of the noise"
         )
-        limits.append(Limit(Cause.NOISE, wave, told))
+        limits.append(Limit(Cause.NOISE, wave, text))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
-        told = (
+        text = (
             f"the map holds hardly any waves shorter than {_in_pixels(wave, pixel)}: it was "
             "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
         )
-        limits.append(Limit(Cause.SMOOTHING, wave, told))
+        limits.append(Limit(Cause.SMOOTHING, wave, text))
     return limits
 
 

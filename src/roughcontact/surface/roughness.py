@@ -1,4 +1,66 @@
-"""Heights, slopes and developed area of a map, after ISO 25178-2."""
+"""Heights, slopes and developed area of a map, after ISO 25178-2.
+
+`height_parameters`: With z the height above the mean and ⟨ ⟩ the average over the valid points:
+Sq = √⟨z²⟩, ``Sa = ⟨|z|⟩``, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface), Sp = max
+z, Sv = -min z, Sz = Sp + Sv.
+
+ISO 25178-2:2021, section 4.2
+
+`rms_height`: ISO 25178-2:2021, root mean square height; the mean is subtracted here, nothing
+else.
+
+`rms_gradient`: The standard defines Sdq² as the mean of ``(∂z/∂x)² + (∂z/∂y)²`` and leaves the
+differences open. Here they are the first differences to the neighbours before, ``(z[j, i] -
+z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points that have
+both: the shortest distance measured counts in full, where central differences would pass over
+it.
+
+ISO 25178-2:2021, root mean square gradient; the differences after Stout et al., The development
+of methods for the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
+
+`developed_area_ratio`: The standard defines Sdr as the mean of ``√(1 + (∂z/∂x)² + (∂z/∂y)²) -
+1``. Here every cell between four points is cut into two triangles along either diagonal, and
+both cuts are averaged, so that mirroring the map changes nothing. A triangle with the slopes
+s_x and s_y along its two edges on the grid has ``√(1 + s_x² + s_y²)`` times its projected area,
+hence a cell the mean of that over its two s_x and its two s_y.
+
+ISO 25178-2:2021, section 4.4; the triangles after Stout et al., The development of methods for
+the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
+
+`material_ratio_curve`: Each height that occurs stands at the middle of the step that it makes
+in the curve. Equal heights make one wide step, hence the curve of a map with coarse digits is
+smooth. Of more than 2¹⁸ different heights, neighbours in the order are averaged in groups of
+equal number.
+
+ISO 25178-2:2021, sections 3 and 4.5 (areal material ratio and its inverse)
+
+`core_parameters`: The secant over a material ratio of 40 % with the least slope bounds the
+central region; of several, the one at the smallest ratio. The equivalent line is the
+least-squares fit, in height, to the curve in that region. It meets the ratios 0 and 1 at the
+heights c₁ and c₂: Sk = c₁ - c₂, and the curve has these heights at Smr1 and Smr2. Spk and Svk
+are the heights of the right-angled triangles over Smr1 and 1 - Smr2 that have the area between
+curve and c₁, or between c₂ and curve.
+
+ISO 25178-2:2021, section 4.5 (areal parameters for stratified surfaces); the construction is
+that of ISO 13565-2:1996.
+
+`volume_parameters`: With c(r) the height at the material ratio r, the material volume above it
+is Vm(r) = ∫₀ʳ (c - c(r)) and the void volume below it Vv(r) = ∫ᵣ¹ (c(r) - c), both over the
+ratio. Vmp = Vm(p), Vmc = Vm(q) - Vm(p), Vvc = Vv(p) - Vv(q), Vvv = Vv(q).
+
+ISO 25178-2:2021, section 4.5 (void and material volume); the default ratios of 10 % and 80 %
+are those of ISO 25178-3.
+
+`summary`: Only the mean is subtracted. The letter R is right for a profile without its waves
+beyond λc (`cutoff`); of one that was only leveled these are Pa, Pq and so on of the primary
+profile. Rp, Rv and Rt are those of all of the profile, Rz is the mean over the sections of
+their heights from the lowest to the highest point. Rsm is the mean width of profile elements:
+from one crossing of the mean line to the next in the same direction, where between the two a
+peak and a dale reach beyond a tenth of Rz. The slope of Rdq is that of the standard, over three
+points to each side.
+
+ISO 21920-2:2021, sections 4.3 and 4.4; ISO 4287:1997, sections 4.1 to 4.4
+"""
 
 from __future__ import annotations
 
@@ -7,52 +69,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError
-from roughcontact.surface import blocks
+from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.surface import grid
 
 Array = NDArray[np.float64]
 
 
 def height_parameters(heights: Array) -> dict[str, float]:
-    """Return the height parameters Sq, Sa, Ssk, Sku, Sp, Sv and Sz.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-
-    Returns
-    -------
-    dict
-        ``Sq, Sa, Sp, Sv, Sz`` in the unit of the heights; ``Ssk, Sku`` without unit, NaN if
-        all heights are equal.
-
-    Raises
-    ------
-    InputError
-        If every point is missing.
-
-    Notes
-    -----
-    With z the height above the mean and ⟨ ⟩ the average over the valid points:
-    Sq = √⟨z²⟩, ``Sa = ⟨|z|⟩``, Ssk = ⟨z³⟩/Sq³, Sku = ⟨z⁴⟩/Sq⁴ (3 for a Gaussian surface),
-    Sp = max z, Sv = -min z, Sz = Sp + Sv.
-
-    References
-    ----------
-    ISO 25178-2:2021, section 4.2
-
-    Examples
-    --------
-    >>> height_parameters(np.array([[0.0, 0.0], [0.0, 4.0]]))["Sz"]
-    4.0
-    """
+    """Return the height parameters Sq, Sa, Ssk, Sku, Sp, Sv and Sz."""
     Sq = rms_height(heights)
     mean, count = mean_and_count(heights)
     top, bottom = float(np.nanmax(heights)), float(np.nanmin(heights))
     flat = top == bottom
     absolute, third, fourth = 0.0, 0.0, 0.0
-    for rows in blocks.of_rows(heights.shape):
+    for rows in grid.of_rows(heights.shape):
         z = heights[rows] - mean
         absolute += float(np.nansum(np.abs(z)))
         if not flat:
@@ -72,41 +102,16 @@ def height_parameters(heights: Array) -> dict[str, float]:
 
 
 def rms_height(heights: NDArray[np.float64]) -> float:
-    """Return the root-mean-square height about the mean, Sq.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing; missing points are left out of the sums.
-
-    Returns
-    -------
-    float
-        Sq, in the unit of the heights.
-
-    Raises
-    ------
-    InputError
-        If every point is missing.
-
-    References
-    ----------
-    ISO 25178-2:2021, root mean square height; the mean is subtracted here, nothing else.
-
-    Examples
-    --------
-    >>> rms_height(np.array([[1.0, 3.0], [np.nan, 2.0]])) ** 2  # doctest: +ELLIPSIS
-    0.666...
-    """
+    """Return the root-mean-square height about the mean, Sq."""
     total, count = 0.0, 0
-    for rows in blocks.of_rows(heights.shape):
+    for rows in grid.of_rows(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     squares, rest = 0.0, 0.0
-    for rows in blocks.of_rows(heights.shape):
+    for rows in grid.of_rows(heights.shape):
         deviation = heights[rows] - mean
         rest += float(np.nansum(deviation))
         squares += float(np.nansum(np.square(deviation, out=deviation)))
@@ -115,51 +120,13 @@ def rms_height(heights: NDArray[np.float64]) -> float:
 
 
 def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> float:
-    """Return the root-mean-square gradient, Sdq.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    float
-        Sdq, a slope without unit. A point counts where both of its differences are defined.
-
-    Raises
-    ------
-    InputError
-        If no point has both differences.
-
-    Notes
-    -----
-    The standard defines Sdq² as the mean of ``(∂z/∂x)² + (∂z/∂y)²`` and leaves the differences
-    open. Here they are the first differences to the neighbours before,
-    ``(z[j, i] - z[j, i-1])/dx`` and ``(z[j, i] - z[j-1, i])/dy``, over the (ny - 1)(nx - 1) points
-    that have both: the shortest distance measured counts in full, where central differences
-    would pass over it.
-
-    References
-    ----------
-    ISO 25178-2:2021, root mean square gradient; the differences after Stout et al., The
-    development of methods for the characterisation of roughness in three dimensions (1993),
-    EUR 15178 EN.
-
-    Examples
-    --------
-    >>> x = np.arange(4.0)
-    >>> rms_gradient(3.0 * x + 4.0 * x[:, None], (1.0, 1.0))
-    5.0
-    """
+    """Return the root-mean-square gradient, Sdq."""
     dy, dx = pixel
     if heights.shape[0] == 1:
         # Beyond a profile the body goes on alike.
         heights = np.repeat(heights, 2, axis=0)
     total, count = 0.0, 0
-    for rows in blocks.of_rows((heights.shape[0] - 1, heights.shape[1])):
+    for rows in grid.of_rows((heights.shape[0] - 1, heights.shape[1])):
         here = heights[rows.start + 1 : rows.stop + 1]
         slope_y = (here[:, 1:] - heights[rows, 1:]) / dy
         slope_x = np.diff(here, axis=1) / dx
@@ -174,47 +141,10 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
 
 
 def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
-    """Return the developed interfacial area ratio, Sdr, by triangulation.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], NaN where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    float
-        Sdr, area of the surface over its projection, minus 1; a fraction, not per cent.
-
-    Raises
-    ------
-    InputError
-        If no cell has all four corners.
-
-    Notes
-    -----
-    The standard defines Sdr as the mean of ``√(1 + (∂z/∂x)² + (∂z/∂y)²) - 1``. Here every cell
-    between four points is cut into two triangles along either diagonal, and both cuts are
-    averaged, so that mirroring the map changes nothing. A triangle with the slopes s_x and s_y
-    along its two edges on the grid has ``√(1 + s_x² + s_y²)`` times its projected area, hence a
-    cell the mean of that over its two s_x and its two s_y.
-
-    References
-    ----------
-    ISO 25178-2:2021, section 4.4; the triangles after Stout et al., The development of methods
-    for the characterisation of roughness in three dimensions (1993), EUR 15178 EN.
-
-    Examples
-    --------
-    >>> x = np.arange(4.0)
-    >>> round(developed_area_ratio(x + 0 * x[:, None], (1.0, 1.0)) + 1, 6)
-    1.414214
-    """
+    """Return the developed interfacial area ratio, Sdr, by triangulation."""
     dy, dx = pixel
     total, count = 0.0, 0
-    for rows in blocks.of_rows((heights.shape[0] - 1, heights.shape[1])):
+    for rows in grid.of_rows((heights.shape[0] - 1, heights.shape[1])):
         part = heights[rows.start : rows.stop + 1]
         squares_x = np.square(np.diff(part, axis=1) / dx)
         squares_y = np.square(np.diff(part, axis=0) / dy)
@@ -234,32 +164,194 @@ def developed_area_ratio(heights: Array, pixel: tuple[float, float]) -> float:
 
 
 def mean_and_count(heights: Array) -> tuple[float, int]:
-    """Return the mean height, and the number of valid points.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-
-    Returns
-    -------
-    mean : float
-        In the unit of the heights.
-    count : int
-        Valid points.
-
-    Raises
-    ------
-    InputError
-        If every point is missing.
-    """
+    """Return the mean height, and the number of valid points."""
     total, count = 0.0, 0
-    for rows in blocks.of_rows(heights.shape):
+    for rows in grid.of_rows(heights.shape):
         count += int(np.count_nonzero(~np.isnan(heights[rows])))
         total += float(np.nansum(heights[rows]))
     if count == 0:
         raise InputError("has no finite value: every point is missing", argument="heights")
     mean = total / count
     # Once more, for what rounding took from the mean of a map far from zero height.
-    rest = sum(float(np.nansum(heights[rows] - mean)) for rows in blocks.of_rows(heights.shape))
+    rest = sum(float(np.nansum(heights[rows] - mean)) for rows in grid.of_rows(heights.shape))
     return mean + rest / count, count
+
+
+# --- Material ratio curve of a map, and the core and volume parameters of ISO 25178-2 from it ---
+
+
+# Points of a material ratio curve; maps with more heights have them averaged in groups.
+_CURVE_POINTS = 2**18
+
+
+def material_ratio_curve(heights: Array) -> tuple[Array, Array]:
+    """Return the areal material ratio curve (bearing or Abbott-Firestone curve)."""
+    mean, count = mean_and_count(heights)
+    order = heights[~np.isnan(heights)]
+    order.sort()
+    order = order[::-1]
+    order -= mean
+    starts = np.concatenate([[0], np.flatnonzero(order[1:] != order[:-1]) + 1])
+    group = -(-starts.size // _CURVE_POINTS)
+    starts = starts[::group]
+    ends = np.append(starts[1:], count)
+    middle = order[starts]
+    if group > 1:
+        middle = np.add.reduceat(order, starts) / (ends - starts)
+    ratio = np.concatenate([[0.0], (starts + ends) / (2 * count), [1.0]])
+    return ratio, np.concatenate([order[:1], middle, order[-1:]])
+
+
+def core_parameters(ratio: Array, height: Array) -> dict[str, float]:
+    """Return the parameters of a stratified surface: Sk, Spk, Svk, Smr1 and Smr2."""
+    width = 0.4
+    # The fall over the width is piecewise linear: its minimum lies where either end has a kink.
+    kinks = np.concatenate([ratio, ratio - width, [1 - width]])
+    kinks = np.sort(kinks[(kinks >= 0) & (kinks <= 1 - width)])
+    fall = np.interp(kinks, ratio, height) - np.interp(kinks + width, ratio, height)
+    # A tolerance, lest rounding pick one of several equal secants.
+    tolerance = 1e-12 * (height[0] - height[-1])
+    start = float(kinks[np.argmax(fall <= fall.min() + tolerance)])
+    part, z = _section(ratio, height, start, start + width)
+    t = part - (start + width / 2)
+    # ∫ t z dt, exactly: Simpson's rule on every straight piece.
+    middle = (t[1:] + t[:-1]) * (z[1:] + z[:-1])
+    moment = float(np.sum(np.diff(t) * (t[1:] * z[1:] + t[:-1] * z[:-1] + middle))) / 6
+    slope = 12 * moment / width**3
+    center = _integral(part, z) / width
+    c1 = center - slope * (start + width / 2)
+    c2 = c1 + slope
+    Smr1, Smr2 = _ratio_at(ratio, height, c1), _ratio_at(ratio, height, c2)
+    peaks, dales = _section(ratio, height, 0.0, Smr1), _section(ratio, height, Smr2, 1.0)
+    peak_area = _integral(peaks[0], np.maximum(peaks[1] - c1, 0.0))
+    dale_area = _integral(dales[0], np.maximum(c2 - dales[1], 0.0))
+    return {
+        "Sk": c1 - c2,
+        "Spk": 2 * peak_area / Smr1 if Smr1 > 0 else 0.0,
+        "Svk": 2 * dale_area / (1 - Smr2) if Smr2 < 1 else 0.0,
+        "Smr1": Smr1,
+        "Smr2": Smr2,
+    }
+
+
+def volume_parameters(
+    ratio: Array, height: Array, peak: float = 0.1, core: float = 0.8
+) -> dict[str, float]:
+    """Return the volume parameters Vmp, Vmc, Vvc and Vvv."""
+    if not 0 < peak < core < 1:
+        raise InputError(
+            "and ",
+            ArgumentRef("core"),
+            f" must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
+            argument="peak",
+            value=peak,
+        )
+
+    def material(r: float) -> float:
+        part, c = _section(ratio, height, 0.0, r)
+        return _integral(part, c - c[-1])
+
+    def void(r: float) -> float:
+        part, c = _section(ratio, height, r, 1.0)
+        return _integral(part, c[0] - c)
+
+    return {
+        "Vmp": material(peak),
+        "Vmc": material(core) - material(peak),
+        "Vvc": void(peak) - void(core),
+        "Vvv": void(core),
+    }
+
+
+def _section(ratio: Array, height: Array, start: float, stop: float) -> tuple[Array, Array]:
+    inner = (ratio > start) & (ratio < stop)
+    part = np.concatenate([[start], ratio[inner], [stop]])
+    return part, np.interp(part, ratio, height)
+
+
+def _integral(x: Array, y: Array) -> float:
+    return float(np.sum(np.diff(x) * (y[1:] + y[:-1]))) / 2
+
+
+def _ratio_at(ratio: Array, height: Array, c: float) -> float:
+    if c >= height[0]:
+        return 0.0
+    if c <= height[-1]:
+        return 1.0
+    return float(np.interp(-c, -height, ratio))
+
+
+# --- Parameters of a profile after ISO 21920-2, the successor of ISO 4287 ---
+
+
+CUTOFFS = (0.08e-3, 0.25e-3, 0.8e-3, 2.5e-3, 8e-3)
+"""Nesting indices λc of the standards [m]."""
+
+SECTIONS = 5
+"""Section lengths λc in an evaluation length."""
+
+# Part of Rz that a peak must rise, and a dale fall, to count for Rsm.
+_COUNTED = 0.1
+# Weights of the slope over three points to each side, times 60 (ISO 21920-2, and ISO 4287).
+_SLOPE = np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0])
+
+
+def summary(heights: Array, spacing: float, sections: int = 1) -> dict[str, float]:
+    """Return the parameters of a profile, under the standard's symbols and in SI units."""
+    require_positive(spacing=spacing)
+    values = height_parameters(heights[None])
+    top = [float(np.nanmax(part)) - float(np.nanmin(part)) for part in _parts(heights, sections)]
+    depth = float(np.mean(top))
+    z = heights - (float(np.nanmax(heights)) - values["Sp"])
+    return {
+        "Rq": values["Sq"],
+        "Ra": values["Sa"],
+        "Rsk": values["Ssk"],
+        "Rku": values["Sku"],
+        "Rp": values["Sp"],
+        "Rv": values["Sv"],
+        "Rt": values["Sz"],
+        "Rz": depth,
+        "Rsm": element_width(z, spacing, _COUNTED * depth),
+        "Rdq": rms_slope(heights, spacing),
+    }
+
+
+def cutoff(length: float) -> float | None:
+    """Return the largest λc of the standards of which five fit into a length [m]."""
+    fitting = [wave for wave in CUTOFFS if SECTIONS * wave <= length * (1 + 1e-9)]
+    return fitting[-1] if fitting else None
+
+
+def element_width(heights: Array, spacing: float, minimum: float) -> float:
+    """Return the mean width of the elements of a profile, Rsm."""
+    beyond = np.flatnonzero(np.abs(heights) > minimum)
+    sign = np.sign(heights[beyond])
+    turns = np.flatnonzero(sign[1:] != sign[:-1])
+    crossings = []
+    for turn in turns:
+        first, last = int(beyond[turn]), int(beyond[turn + 1])
+        part = heights[first : last + 1]
+        # The last of the crossings between a dale and a peak that both count.
+        index = int(np.flatnonzero(part[:-1] * sign[turn] > 0)[-1])
+        before, after = float(part[index]), float(part[index + 1])
+        share = before / (before - after) if math.isfinite(after) else 0.5
+        crossings.append((first + index + share) * spacing)
+    widths = [second - first for first, second in zip(crossings, crossings[2:], strict=False)]
+    return float(np.mean(widths)) if widths else math.nan
+
+
+def rms_slope(heights: Array, spacing: float) -> float:
+    """Return the root-mean-square slope of a profile, Rdq."""
+    if heights.size < _SLOPE.size:
+        return math.nan
+    slopes = np.convolve(heights, _SLOPE[::-1], "valid") / (60 * spacing)
+    known = slopes[np.isfinite(slopes)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
+
+
+def _parts(heights: Array, sections: int) -> list[Array]:
+    parts = [part for part in np.array_split(heights, sections) if np.isfinite(part).any()]
+    if not parts:
+        raise InputError("has no finite value: every point is missing", argument="heights")
+    return parts

@@ -2,6 +2,15 @@
 
 Heights [m] are positive out of the material, ``heights[y, x]``; pairs are ``(y, x)``. Angles are
 counter-clockwise as a map is printed and drawn, row 0 on top.
+
+`ellipsoid`: The body of Hertz's theory, an elliptic paraboloid: two radii of curvature do not
+determine an ellipsoid, whose third axis is free. The neglected part is of the order of
+``r⁴/(8R³)``, a fraction (r/2R)² of the height at r.
+
+Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
+
+`punch`: A pixel is under the punch if its centre is: the area is met to about a pixel along the
+rim.
 """
 
 from __future__ import annotations
@@ -12,34 +21,16 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.surface import memory
+from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
 
 
 def flat(shape: tuple[int, int], pixel: tuple[float, float]) -> Array:
-    """Return the heights of a flat.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Zeros [m].
-
-    Raises
-    ------
-    InputError
-        If the grid or the pixel is not positive.
-    """
+    """Return the heights of a flat."""
     require_grid(shape, pixel)
     return np.zeros(shape)
 
@@ -50,35 +41,7 @@ def paraboloid(
     radius: float,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-r²/(2R)`` of a paraboloid, the shape of a sphere near its summit.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    radius : float
-        Radius of curvature R [m] at the summit.
-    center : (float, float), optional
-        Summit ``(y, x)`` in pixels, where ``(0, 0)`` is the centre of the first pixel. By default
-        the middle of the map, ``((ny-1)/2, (nx-1)/2)``, between pixels if a side is even.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 at the summit.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the radius is not positive.
-
-    Examples
-    --------
-    >>> paraboloid((1, 3), (1e-6, 1e-6), radius=0.5e-6)
-    array([[-1.e-06, -0.e+00, -1.e-06]])
-    """
+    """Return the heights ``-r²/(2R)`` of a paraboloid, the shape of a sphere near its summit."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return -(y**2 + x**2) / (2 * radius)
@@ -90,34 +53,7 @@ def sphere(
     radius: float,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    radius : float
-        R [m].
-    center : (float, float), optional
-        Summit ``(y, x)`` in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 at the summit, NaN beyond the radius. The lower half is left out.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the radius is not positive, or no point lies under the sphere.
-
-    Examples
-    --------
-    >>> sphere((1, 5), (1.0, 1.0), radius=1.25)
-    array([[ nan, -0.5, -0. , -0.5,  nan]])
-    """
+    """Return the heights ``(R² - r²)^(1/2) - R`` of a sphere."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return _on_grid(_arc(y**2 + x**2, radius), "sphere")
@@ -130,42 +66,7 @@ def ellipsoid(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid near its summit.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    radii : (float, float)
-        Principal radii of curvature ``(R_y, R_x)`` [m] at the summit: those of the sections
-        along y and along x before the turn.
-    angle : float
-        Angle [degrees] by which the body is turned, counter-clockwise.
-    center : (float, float), optional
-        Summit ``(y, x)`` in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 at the summit.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or a radius is not positive.
-
-    Notes
-    -----
-    The body of Hertz's theory, an elliptic paraboloid: two radii of curvature do not determine
-    an ellipsoid, whose third axis is free. The neglected part is of the order of ``r⁴/(8R³)``,
-    a fraction (r/2R)² of the height at r.
-
-    References
-    ----------
-    Johnson, Contact Mechanics (1985), sec. 4.1, doi:10.1017/CBO9781139171731
-    """
+    """Return the heights ``-y²/(2R_y) - x²/(2R_x)`` of an ellipsoid near its summit."""
     y, x = _from_center(shape, pixel, center)
     radius_y, radius_x = _pair("radii", radii)
     along, across = _turned(y, x, angle)
@@ -179,37 +80,7 @@ def cylinder(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    radius : float
-        R [m].
-    angle : float
-        Angle [degrees] of the axis, counter-clockwise from x: 0 lies along x, 90 along y.
-    center : (float, float), optional
-        A point ``(y, x)`` under the axis in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 on the highest line, NaN beyond the radius. The cylinder ends at the edge
-        of the map.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the radius is not positive, or no point lies under the cylinder.
-
-    Examples
-    --------
-    >>> cylinder((1, 3), (1.0, 1.0), radius=1.25, angle=90)
-    array([[-0.5, -0. , -0.5]])
-    """
+    """Return the heights ``(R² - d²)^(1/2) - R`` of a lying cylinder, d from its highest line."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     return _on_grid(_arc(_turned(y, x, angle)[1] ** 2, radius), "cylinder")
@@ -222,36 +93,7 @@ def punch(
     edge_radius: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights of a flat-ended round punch.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    radius : float
-        Outer radius a [m].
-    edge_radius : float
-        Radius ρ [m] of the rounded edge, at most a: the end is flat up to a - ρ.
-    center : (float, float), optional
-        Axis ``(y, x)`` in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the radius is not positive, the edge radius is not between 0
-        and the radius, or no point lies under the punch.
-
-    Notes
-    -----
-    A pixel is under the punch if its centre is: the area is met to about a pixel along the rim.
-    """
+    """Return the heights of a flat-ended round punch."""
     y, x = _from_center(shape, pixel, center)
     require_positive(radius=radius)
     flat = radius - _checked_edge(edge_radius, radius)
@@ -265,33 +107,7 @@ def rectangular_punch(
     edge_radius: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights of a flat-ended punch with sides along y and x.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    sides : (float, float)
-        Full outer sides ``(l_y, l_x)`` [m].
-    edge_radius : float
-        Radius ρ [m] of the rounded edges, at most half a side: a ball has rolled around the
-        flat, so that the corners are rounded in plan as well.
-    center : (float, float), optional
-        Axis ``(y, x)`` in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 on the flat, NaN outside. The points on the outline belong to the punch.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or a side is not positive, the edge radius is not between 0 and
-        half the shorter side, or no point lies under the punch.
-    """
+    """Return the heights of a flat-ended punch with sides along y and x."""
     y, x = _from_center(shape, pixel, center)
     half_y, half_x = (side / 2 for side in _pair("sides", sides))
     rho = _checked_edge(edge_radius, min(half_y, half_x))
@@ -306,29 +122,7 @@ def cone(
     slope: float,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-m r`` of a cone.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    slope : float
-        Slope m: the cotangent of the half-angle at the tip, as in `indenters.cone_load`.
-    center : (float, float), optional
-        Tip ``(y, x)`` in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 at the tip.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the slope is not positive.
-    """
+    """Return the heights ``-m r`` of a cone."""
     y, x = _from_center(shape, pixel, center)
     require_positive(slope=slope)
     return -slope * np.hypot(y, x)
@@ -341,31 +135,7 @@ def wedge(
     angle: float = 0.0,
     center: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the heights ``-m d`` of a symmetric wedge, d from its ridge.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    slope : float
-        Slope m of both faces: the cotangent of half the angle at the ridge.
-    angle : float
-        Angle [degrees] of the ridge, counter-clockwise from x: 0 lies along x, 90 along y.
-    center : (float, float), optional
-        A point ``(y, x)`` of the ridge in pixels, see `paraboloid`.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m], 0 on the ridge.
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel or the slope is not positive.
-    """
+    """Return the heights ``-m d`` of a symmetric wedge, d from its ridge."""
     y, x = _from_center(shape, pixel, center)
     require_positive(slope=slope)
     return -slope * np.abs(_turned(y, x, angle)[1])
@@ -374,29 +144,7 @@ def wedge(
 def wavy(
     shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
 ) -> Array:
-    """Return waves along x, ``Δ cos(2πx/λ)``, with a crest on the first column.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    amplitude : float
-        Δ [m], half the peak-to-valley height.
-    wavelength : float
-        λ [m]; the map is periodic if nx·dx is a multiple of it.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m].
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel, the amplitude or the wavelength is not positive.
-    """
+    """Return waves along x, ``Δ cos(2πx/λ)``, with a crest on the first column."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     return np.tile(amplitude * _wave(shape[1], pixel[1], wavelength), (shape[0], 1))
@@ -405,29 +153,7 @@ def wavy(
 def crossed_waves(
     shape: tuple[int, int], pixel: tuple[float, float], amplitude: float, wavelength: float
 ) -> Array:
-    """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest on the first pixel.
-
-    Parameters
-    ----------
-    shape : (int, int)
-        Grid points ``(ny, nx)``.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    amplitude : float
-        Δ [m], half the peak-to-valley height.
-    wavelength : float
-        λ [m]; the map is periodic if both sides are multiples of it.
-
-    Returns
-    -------
-    ndarray, shape (ny, nx)
-        Heights [m].
-
-    Raises
-    ------
-    InputError
-        If the grid, the pixel, the amplitude or the wavelength is not positive.
-    """
+    """Return waves along both axes, ``Δ cos(2πx/λ) cos(2πy/λ)``, crest on the first pixel."""
     require_grid(shape, pixel)
     require_positive(amplitude=amplitude, wavelength=wavelength)
     along_y, along_x = (_wave(n, d, wavelength) for n, d in zip(shape, pixel, strict=True))
@@ -516,14 +242,12 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(
-    shape: tuple[int, int], pixel: tuple[float, float], maps: int = memory.MADE
-) -> None:
+def require_grid(shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.MADE) -> None:
     """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
     if len(shape) != 2 or min(shape) < 1:
         raise InputError(
             f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape
         )
-    limits.require_grid("shape", shape)
+    memory.require_grid("shape", shape)
     require_pixel(pixel)
-    memory.require(shape, maps)
+    grid.require(shape, maps)

@@ -1,4 +1,36 @@
-"""Autocorrelation and power spectrum of a map."""
+"""Autocorrelation and power spectrum of a map.
+
+`autocorrelation`: f(t) = ⟨z(r) z(r + t)⟩ / ⟨z²⟩, with z the height above the mean and the upper
+average over the pairs of points that are both there. The map is not continued beyond its edges
+and holes need no filling. Longer lags have less than a quarter of the pairs in the corners of
+the map of lags: they carry chance rather than texture. The transforms take about nine times the
+memory of the map.
+
+ISO 25178-2:2021, section 3 (autocorrelation function)
+
+`autocorrelation_lengths`: ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max
+|t|`` over the lags that are joined to zero lag by a straight line on which f ≥ s. Both follow
+from the first crossing of s on the rays from zero lag to every lag on the border of
+`autocorrelation`, with linear interpolation. Lengths of about one pixel are therefore the
+pixel's rather than the surface's.
+
+ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is that of ISO 25178-3.
+
+`texture`: ISO 25178-2:2021, section 4.3
+
+`radial_spectrum`: ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the
+height above the mean. Shell k holds the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ =
+2π/min(Lx, Ly), without q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds
+to rounding; the integral over the plane is Sq² = ∫ C q dq / 2π.
+
+Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; ``waves`` shows it.
+
+No window is applied: a periodic map is resolved exactly. A map that is not has a step between
+its opposite edges, which adds to C at large q; level it, and distrust slopes of log C against
+log q below -3 at the fine end.
+
+Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+"""
 
 from __future__ import annotations
 
@@ -9,7 +41,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import InputError, require_pixel
 from roughcontact.halfspace import fft
-from roughcontact.surface import blocks, memory
+from roughcontact.surface import grid
 from roughcontact.surface.roughness import mean_and_count, rms_height
 
 Array = NDArray[np.float64]
@@ -19,54 +51,16 @@ _LEAST_OVERLAP = 0.05
 
 
 def autocorrelation(heights: Array) -> Array:
-    """Return the autocorrelation function of a map, f_ACF, for lags up to half its sides.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights, NaN where missing.
-
-    Returns
-    -------
-    ndarray, shape (2*(ny//2) + 1, nx//2 + 1)
-        ``[j, i]`` belongs to the lag (j - ny//2, i) in pixels, so that zero lag, with the value
-        1, is ``[ny//2, 0]``; lags with negative x follow from f(-t) = f(t). NaN where fewer
-        than 5 % of the points have a partner, and everywhere if the map is flat.
-
-    Raises
-    ------
-    InputError
-        If every point is missing.
-    InsufficientMemoryError
-        If the transforms do not fit into the memory that is free.
-
-    Notes
-    -----
-    f(t) = ⟨z(r) z(r + t)⟩ / ⟨z²⟩, with z the height above the mean and the upper average over
-    the pairs of points that are both there. The map is not continued beyond its edges and holes
-    need no filling. Longer lags have less than a quarter of the pairs in the corners of the map
-    of lags: they carry chance rather than texture. The transforms take about nine times the
-    memory of the map.
-
-    References
-    ----------
-    ISO 25178-2:2021, section 3 (autocorrelation function)
-
-    Examples
-    --------
-    >>> stripes = np.tile([-1.0, 1.0], (4, 2))
-    >>> autocorrelation(stripes)[2].round(12) + 0.0
-    array([ 1., -1.,  1.])
-    """
+    """Return the autocorrelation function of a map, f_ACF, for lags up to half its sides."""
     ny, nx = heights.shape
-    memory.require((ny, nx), memory.CORRELATED, "the autocorrelation of a map")
+    grid.require((ny, nx), grid.CORRELATED, "the autocorrelation of a map")
     half_y, half_x = ny // 2, nx // 2
     mean, count = mean_and_count(heights)
     Sq = rms_height(heights)
     if Sq == 0 or np.nanmax(heights) == np.nanmin(heights):
         return np.full((2 * half_y + 1, half_x + 1), math.nan)
     scratch = np.zeros((fft.fast_length(ny + half_y), fft.fast_length(nx + half_x)))
-    for rows in blocks.of_rows(heights.shape):
+    for rows in grid.of_rows(heights.shape):
         z = (heights[rows] - mean) / Sq
         z[np.isnan(z)] = 0.0
         scratch[rows, :nx] = z
@@ -75,7 +69,7 @@ def autocorrelation(heights: Array) -> Array:
         pairs = np.outer(ny - np.abs(np.arange(-half_y, half_y + 1.0)),
                          nx - np.arange(half_x + 1.0))  # fmt: skip
     else:
-        for rows in blocks.of_rows(heights.shape):
+        for rows in grid.of_rows(heights.shape):
             scratch[rows, :nx] = ~np.isnan(heights[rows])
         pairs = np.rint(_sums_over_pairs(scratch, half_y, half_x))
     pairs[pairs < max(_LEAST_OVERLAP * count, 1)] = math.nan
@@ -86,49 +80,7 @@ def autocorrelation(heights: Array) -> Array:
 def autocorrelation_lengths(
     heights: Array, pixel: tuple[float, float], threshold: float = 0.2
 ) -> tuple[float, float]:
-    """Return the distances of fastest and of slowest decay of the autocorrelation function.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m], leveled before: a slope left in the map correlates over all of it. NaN
-        where missing.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-    threshold : float
-        Value s to which the function decays from 1, between 0 and 1.
-
-    Returns
-    -------
-    (float, float)
-        Fastest, which is Sal, and slowest [m]; the texture aspect ratio Str is their quotient.
-        The slowest is infinite if in some direction the function stays above the threshold over
-        half the map, both are if it does so in every direction. NaN if the map is flat.
-
-    Raises
-    ------
-    InputError
-        If every point is missing, the pixel is not positive or the threshold is outside (0, 1).
-
-    Notes
-    -----
-    ``Sal = min |t|`` over the lags with f(t) ≤ s; ``Str = Sal / max |t|`` over the lags that are
-    joined to zero lag by a straight line on which f ≥ s. Both follow from the first crossing of s
-    on the rays from zero lag to every lag on the border of `autocorrelation`, with linear
-    interpolation. Lengths of about one pixel are therefore the pixel's rather than the
-    surface's.
-
-    References
-    ----------
-    ISO 25178-2:2021, section 4.3; the default threshold of 0.2 is that of ISO 25178-3.
-
-    Examples
-    --------
-    >>> wave = np.cos(2 * np.pi * np.arange(4096) / 64) * np.ones((4, 1))
-    >>> fastest, slowest = autocorrelation_lengths(wave, (1.0, 1.0))
-    >>> round(fastest / 64, 3), round(float(np.arccos(0.2)) / (2 * np.pi), 3), slowest
-    (0.218, 0.218, inf)
-    """
+    """Return the distances of fastest and of slowest decay of the autocorrelation function."""
     lengths, _ = _decay(heights, pixel, threshold)
     return float(lengths.min()), float(lengths.max())
 
@@ -136,44 +88,7 @@ def autocorrelation_lengths(
 def texture(
     heights: Array, pixel: tuple[float, float], threshold: float = 0.2
 ) -> tuple[float, float, float]:
-    """Return autocorrelation length and texture aspect ratio, with what bounds the ratio.
-
-    Parameters
-    ----------
-    heights, pixel, threshold
-        As for `autocorrelation_lengths`.
-
-    Returns
-    -------
-    Sal : float
-        Distance of the fastest decay [m]; NaN if the function decays in no direction.
-    Str : float
-        Sal over the distance of the slowest decay; NaN unless the function decays in every
-        direction within half the map.
-    largest : float
-        The largest value that Str can have: Str itself where it is determined, else Sal over the
-        greatest distance up to which the function was seen to stay above the threshold. NaN where
-        Sal is.
-
-    Raises
-    ------
-    InputError
-        As for `autocorrelation_lengths`.
-
-    References
-    ----------
-    ISO 25178-2:2021, section 4.3
-
-    Examples
-    --------
-    Grooves along y, whose correlation across them falls within 4 of 128 pixels and along them
-    not within the 64 that half of the map shows: the ratio is below 4/64.
-
-    >>> wave = np.cos(2 * np.pi * np.arange(128) / 16) * np.ones((128, 1))
-    >>> Sal, Str, largest = texture(wave, (1.0, 1.0))
-    >>> round(Sal, 1), Str, round(largest, 3)
-    (3.4, nan, 0.054)
-    """
+    """Return autocorrelation length and texture aspect ratio, with what bounds the ratio."""
     lengths, reached = _decay(heights, pixel, threshold)
     fastest, slowest = float(lengths.min()), float(lengths.max())
     if not math.isfinite(fastest):
@@ -197,53 +112,7 @@ def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tupl
 
 
 def radial_spectrum(heights: Array, pixel: tuple[float, float]) -> tuple[Array, Array, Array]:
-    """Return the radially averaged power spectral density of a map.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (ny, nx)
-        Heights [m] without holes, leveled before.
-    pixel : (float, float)
-        Pixel edges ``(dy, dx)`` [m].
-
-    Returns
-    -------
-    q : ndarray, shape (n,)
-        Mean wave number of each shell [rad/m].
-    C : ndarray, shape (n,)
-        Mean spectral density in the shell, C^iso [m⁴].
-    waves : ndarray, shape (n,)
-        Number of wave vectors ``(q_y, q_x)`` in the shell, positive and negative ones.
-
-    Raises
-    ------
-    InputError
-        If points are missing or the pixel is not positive.
-
-    Notes
-    -----
-    ``C(q) = |h̃(q)|² / (Lx Ly)`` with h̃(q) = Δx Δy Σ z exp(-i q·r) and z the height above the mean.
-    Shell k holds the wave vectors with ``(k - ½) δ ≤ |q| < (k + ½) δ``, δ = 2π/min(Lx, Ly), without
-    q = 0; empty shells do not occur. Hence Sq² = Σ C·waves / (Lx Ly) holds to rounding; the
-    integral over the plane is Sq² = ∫ C q dq / 2π.
-
-    Shells beyond π/max(Δx, Δy) are cut off by the corners of the grid; ``waves`` shows it.
-
-    No window is applied: a periodic map is resolved exactly. A map that is not has a step
-    between its opposite edges, which adds to C at large q; level it, and distrust slopes of
-    log C against log q below -3 at the fine end.
-
-    References
-    ----------
-    Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
-
-    Examples
-    --------
-    >>> wave = np.cos(2 * np.pi * np.arange(32) / 8) * np.ones((32, 1))
-    >>> q, C, waves = radial_spectrum(wave, (1.0, 1.0))
-    >>> round(float(q[C.argmax()] * 8 / (2 * np.pi)), 1), round(float((C * waves).sum() / 32**2), 6)
-    (1.0, 0.5)
-    """
+    """Return the radially averaged power spectral density of a map."""
     require_pixel(pixel)
     missing = int(np.count_nonzero(np.isnan(heights)))
     if missing:
@@ -273,7 +142,7 @@ def _shell_sums(
     """Return the sums of weight, weight times |q| and weight times power over each shell."""
     qy, qx = wave_numbers
     sums = np.zeros((3, shells))
-    for rows in blocks.of_rows(spectrum.shape):
+    for rows in grid.of_rows(spectrum.shape):
         q = np.hypot(qy[rows, None], qx)
         shell = (q / delta + 0.5).astype(np.int64).ravel()
         weights = np.broadcast_to(weight, q.shape).copy()
@@ -297,7 +166,7 @@ def _both_signs(points: int) -> Array:
 def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
     """Return Σ z(r) z(r + t) of a map padded with zeros, for lags up to half its sides."""
     spectrum = fft.rfft2(padded)
-    for rows in blocks.of_rows(spectrum.shape):
+    for rows in grid.of_rows(spectrum.shape):
         spectrum[rows] = np.square(spectrum[rows].real) + np.square(spectrum[rows].imag)
     sums: Array = fft.irfft2(spectrum, padded.shape)
     return np.concatenate([sums[padded.shape[0] - half_y :, : half_x + 1],
@@ -307,10 +176,7 @@ def _sums_over_pairs(padded: Array, half_y: int, half_x: int) -> Array:
 def _crossings(
     function: Array, pixel: tuple[float, float], threshold: float
 ) -> tuple[Array, Array]:
-    """Return the distances [m] of each ray from zero lag.
-
-    That at which it meets the threshold, else inf, and that up to which it is known to lie above.
-    """
+    """Return the distances [m] of each ray from zero lag."""
     half_y, half_x = function.shape[0] // 2, function.shape[1] - 1
     # Rays advance by one pixel along the axis they are closer to.
     y, x = _border(half_y, half_x)

@@ -1,4 +1,7 @@
-"""A map of heights on a regular grid, and where it came from."""
+"""A map of heights on a regular grid, and where it came from.
+
+`summary`: ISO 25178-2:2021, sections 4.2 to 4.5
+"""
 
 from __future__ import annotations
 
@@ -10,29 +13,58 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import limits
+from roughcontact import memory
 from roughcontact.arguments import checked_methods
-from roughcontact.errors import InputError, Mention, require_pixel
-from roughcontact.result import Shown
+from roughcontact.errors import ArgumentRef, InputError, require_pixel
+from roughcontact.result import Displayable
 from roughcontact.surface import (
     alignment,
     cleaning,
     filters,
     grid as grids,
-    leveling,
-    parameters,
-    profile,
     resolution,
     roughness,
+    roughness as profile,
 )
-from roughcontact.surface.form import remove_form
+from roughcontact.surface.form import level, remove_form
 from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.roughness import (
+    core_parameters,
+    developed_area_ratio,
+    height_parameters,
+    material_ratio_curve,
+    rms_gradient,
+    volume_parameters,
+)
+from roughcontact.surface.spectrum import texture
 from roughcontact.units import Quantities, Quantity, WithUnit, lengths, quantity
+
+Array = NDArray[np.float64]
+
+
+def summary(heights: Array, pixel: tuple[float, float]) -> dict[str, float]:
+    """Return the parameters of ISO 25178-2, under the standard's symbols and in SI units."""
+    require_pixel(pixel)
+    sal, ratio, largest = texture(heights, pixel)
+    curve = material_ratio_curve(heights)
+    return {
+        **height_parameters(heights),
+        "Sdq": rms_gradient(heights, pixel),
+        "Sdr": developed_area_ratio(heights, pixel),
+        "Sal": sal,
+        "Str": ratio,
+        "Str_max": largest,
+        **core_parameters(*curve),
+        **volume_parameters(*curve),
+    }
+
+
+# --- A map of heights on a regular grid, and where it came from ---
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 @checked_methods
-class Surface(Shown):
+class Surface(Displayable):
     """Heights of a surface on a regular grid, positive out of the material.
 
     Parameters
@@ -130,13 +162,13 @@ class Surface(Shown):
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
             ``Str``, ``Str_max`` (what Str can be at most), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
             ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see
-            `roughcontact.surface.parameters.summary`. Nothing is leveled or filtered first;
+            `roughcontact.surface.surface.summary`. Nothing is leveled or filtered first;
             missing points are left out. Of a profile those of ISO 21920-2: see
-            `roughcontact.surface.profile.summary`.
+            `roughcontact.surface.roughness.summary`.
         """
         if self.is_profile:
             return profile.summary(self.heights[0], self.pixel[1])
-        return parameters.summary(self.heights, self.pixel)
+        return summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
         """Return the `resolution_limits` of the map, each in one sentence."""
@@ -193,9 +225,9 @@ class Surface(Shown):
         Surface
             The residual heights; least squares leaves a zero mean over the valid points.
         """
-        heights = leveling.level(self.heights, form, points)
-        found: dict[str, object] = {"line": True} if self.is_profile else {}
-        return self._after(Operation("leveled", {"form": form, "points": points}, found), heights)
+        heights = level(self.heights, form, points)
+        result: dict[str, object] = {"line": True} if self.is_profile else {}
+        return self._after(Operation("leveled", {"form": form, "points": points}, result), heights)
 
     def without_form(self, shape: str, degree: int | None = None) -> Surface:
         """Return a copy without its least-squares sphere, cylinder or polynomial.
@@ -213,9 +245,9 @@ class Surface(Shown):
             The residual heights, with zero mean over the valid points. The provenance
             keeps the radius, see `Operation`; `form.remove_form` returns it.
         """
-        heights, found = remove_form(self.heights, self.pixel, shape, degree)
-        given = {"shape": shape, "degree": degree}
-        return self._after(Operation("without_form", given, found), heights)
+        heights, result = remove_form(self.heights, self.pixel, shape, degree)
+        specified = {"shape": shape, "degree": degree}
+        return self._after(Operation("without_form", specified, result), heights)
 
     def without_outliers(self, limit: float = 6.0, window: int = 5) -> Surface:
         """Return a copy in which spikes are missing points.
@@ -235,8 +267,8 @@ class Surface(Shown):
         """
         heights = cleaning.remove_outliers(self.heights, limit, window)
         count = int(np.count_nonzero(np.isnan(heights))) - self.missing
-        given = {"limit": limit, "window": window}
-        step = Operation("without_outliers", given, {"points": count})
+        specified = {"limit": limit, "window": window}
+        step = Operation("without_outliers", specified, {"points": count})
         return self._after(step, heights, holes_masked=self.holes_masked and not count)
 
     def filled(self, most: float = cleaning.MOST_FILLED) -> Surface:
@@ -256,12 +288,12 @@ class Surface(Shown):
         if self.missing == 0:
             return self
         # Imported late: sparse solvers double the time of the first import.
-        from roughcontact.surface.filling import fill
+        from roughcontact.surface.cleaning import fill
 
-        found = {"missing": self.missing, "points": self.heights.size}
+        result = {"missing": self.missing, "points": self.heights.size}
         heights = fill(self.heights, self.pixel, most)
         filled = np.isnan(self.heights) | (False if self._filled is None else self._filled)
-        return self._after(Operation("filled", {"most": most}, found), heights, filled=filled)
+        return self._after(Operation("filled", {"most": most}, result), heights, filled=filled)
 
     def masked(self) -> Surface:
         """Return a copy whose missing points are accepted as points that never touch.
@@ -296,8 +328,8 @@ class Surface(Shown):
         """
         part = cleaning.crop(self.heights, rows, columns)
         filled = None if self._filled is None else cleaning.crop(self._filled, rows, columns)
-        found = {} if filled is None else {"filled": int(filled.sum()), "points": filled.size}
-        step = Operation("cropped", {"rows": rows, "columns": columns}, found)
+        result = {} if filled is None else {"filled": int(filled.sum()), "points": filled.size}
+        step = Operation("cropped", {"rows": rows, "columns": columns}, result)
         return self._after(step, part, filled=filled)
 
     def largest_rectangle(self) -> Surface:
@@ -374,17 +406,17 @@ class Surface(Shown):
             If there are missing points, or if not exactly one of shape and pixel is given.
         """
         wanted = quantity(pixel, "length", "pixel")
-        given = {"shape": shape, "pixel": wanted, "method": method}
+        specified = {"shape": shape, "pixel": wanted, "method": method}
         if shape is None:
             if wanted is None:
                 raise InputError(
-                    "or ", Mention("pixel"), " of the new grid must be given", argument="shape"
+                    "or ", ArgumentRef("pixel"), " of the new grid must be given", argument="shape"
                 )
             require_pixel(wanted)
             if self.is_profile:
                 wanted = (self.size[0], wanted[1])
             ratios = [side / edge for side, edge in zip(self.size, wanted, strict=True)]
-            limits.require_grid("pixel", ratios, wanted)
+            memory.require_grid("pixel", ratios, wanted)
             shape = (round(ratios[0]), round(ratios[1]))
             if min(shape[self.is_profile :]) < 2:
                 raise InputError(
@@ -394,12 +426,15 @@ class Surface(Shown):
                 )
         elif pixel is not None:
             raise InputError(
-                "and ", Mention("pixel"), " exclude each other; give one of them", argument="shape"
+                "and ",
+                ArgumentRef("pixel"),
+                " exclude each other; give one of them",
+                argument="shape",
             )
         heights = filters.resample(self.heights, shape, method)
         edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])
-        found = {"from": self.shape, "to": heights.shape, "pixel": edges}
-        return self._after(Operation("resampled", given, found), heights, pixel=edges)
+        result = {"from": self.shape, "to": heights.shape, "pixel": edges}
+        return self._after(Operation("resampled", specified, result), heights, pixel=edges)
 
     def filtered(
         self,
@@ -427,9 +462,9 @@ class Surface(Shown):
         InputError
             If neither is given, or a cut-off is below two pixels or above a side of the map.
         """
-        given = {name: quantity(cut, "length", name) for name, cut in (("s", s), ("l", l))}
-        heights = filters.band(self.heights, self.pixel, **given)
-        return self._after(Operation("filtered", given), heights)
+        specified = {name: quantity(cut, "length", name) for name, cut in (("s", s), ("l", l))}
+        heights = filters.band(self.heights, self.pixel, **specified)
+        return self._after(Operation("filtered", specified), heights)
 
     def with_form(self, form: Surface) -> Surface:
         """Return a copy with the heights of a body added: roughness on a nominal form.
@@ -522,10 +557,10 @@ class Surface(Shown):
         cutoffs = alignment.cutoffs(placement) if spline else (0.0, 0.0)
         flat = Operation("nominal.flat", {"shape": grid.shape, "pixel": grid.pixel})
         smoothing = [c * edge for c, edge in zip(cutoffs, self.pixel, strict=True)]
-        found = {"spline": spline, "smoothing": smoothing, "outside": outside}
-        given = {"offset": shift, "angle": angle, "mirrored": mirrored}
-        given = {"grid": Provenance("nominal flat", origin=flat), **given}
-        step = Operation("aligned", given, found)
+        result = {"spline": spline, "smoothing": smoothing, "outside": outside}
+        specified = {"offset": shift, "angle": angle, "mirrored": mirrored}
+        specified = {"grid": Provenance("nominal flat", origin=flat), **specified}
+        step = Operation("aligned", specified, result)
         # Who accepted the holes has not accepted what the map does not cover.
         accepted = self.holes_masked and not outside
         return self._after(step, heights, pixel=grid.pixel, holes_masked=accepted)
@@ -545,11 +580,11 @@ class Surface(Shown):
         """
         if self.provenance.origin is not None:
             return self.provenance
-        given = {"pixel": self.pixel, "holes_masked": self.holes_masked}
-        found: dict[str, object] = {"shape": self.shape}
+        specified = {"pixel": self.pixel, "holes_masked": self.holes_masked}
+        result: dict[str, object] = {"shape": self.shape}
         if identified:
-            found["sha256"] = hashlib.sha256(self.heights.data).hexdigest()
-        return replace(self.provenance, origin=Operation("Surface", given, found))
+            result["sha256"] = hashlib.sha256(self.heights.data).hexdigest()
+        return replace(self.provenance, origin=Operation("Surface", specified, result))
 
     def _after(
         self,

@@ -79,8 +79,8 @@ def persson_fractions(
             argument="mean_pressure",
             value=mean_pressure,
         )
-    one = (np.array([value]) for value in (mean_pressure, deviation, ceiling))
-    contact, saturated = diffused(*one)
+    item = (np.array([value]) for value in (mean_pressure, deviation, ceiling))
+    contact, saturated = diffused(*item)
     return float(contact[0]), float(saturated[0])
 
 
@@ -111,8 +111,8 @@ def diffused(pressure: Array, deviation: Array, ceiling: Array) -> tuple[Array, 
     near = 2 * deviation < ceiling
     for chosen, form in ((near, _by_images), (~near, _by_waves)):
         if chosen.any():
-            given = (values[chosen] for values in (pressure, deviation, ceiling))
-            contact[chosen], saturated[chosen] = form(*given)
+            specified = (values[chosen] for values in (pressure, deviation, ceiling))
+            contact[chosen], saturated[chosen] = form(*specified)
     # Rounding takes either a little beyond what is possible.
     np.clip(saturated, 0, 1, out=saturated)
     np.clip(contact, saturated, 1, out=contact)
@@ -219,8 +219,8 @@ def persson_separation(
     strengths, scales = _weights(wave_numbers, variances)
     argument = np.multiply.outer(p, scales / contact_modulus)
     with np.errstate(divide="ignore"):
-        found: NDArray[np.float64] = (_inner(argument, gamma) * strengths).sum(axis=-1)
-    return found
+        result: NDArray[np.float64] = (_inner(argument, gamma) * strengths).sum(axis=-1)
+    return result
 
 
 def persson_decay(wave_numbers: ArrayLike, variances: ArrayLike, gamma: float = GAMMA) -> float:
@@ -267,5 +267,5 @@ def _inner(argument: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
     beyond = np.concatenate([np.cumsum(pieces[::-1])[::-1], [0.0]])
     log = np.log(np.maximum(argument, 1e-300))
     second = np.interp(log, edges, beyond)
-    found: NDArray[np.float64] = gamma * exp1(argument**2) / 2 + second
-    return found
+    result: NDArray[np.float64] = gamma * exp1(argument**2) / 2 + second
+    return result

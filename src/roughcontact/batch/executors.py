@@ -1,0 +1,300 @@
+"""Contacts on a Dask cluster: one of other machines, or one that is started here.
+
+`LocalExecutor`: ``concurrent.futures.ProcessPoolExecutor`` gives up all tasks where one process
+dies; here that task alone fails, with `LostWorkerError`. The processes end within a second of
+this one, however it ends.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from weakref import WeakSet
+
+from roughcontact import processes, processes as own
+from roughcontact.errors import InputError
+from roughcontact.halfspace.fft import default_workers
+from roughcontact.units import counted
+
+if TYPE_CHECKING:
+    from distributed import Client, LocalCluster, Security
+
+
+THERE, AWAY, GONE = "there", "away", "gone"
+
+
+@dataclass(frozen=True)
+class Engine:
+    """An executor, and what is to be known of it."""
+
+    executor: Executor  # The calls
+    slots: Callable[[], int]  # Returns how many go on at a time, now
+    threads: int  # Cores for each
+    stop: Callable[[], None]  # Ends what is under way, as far as that can be done
+    far: bool = False  # Whether workers may have another working folder, or other files
+    state: Callable[[], str] = lambda: THERE
+    lost: Callable[[BaseException], str] = str  # Says why a call has no answer, for what it raised
+    shared: Callable[[BaseException], bool] = lambda error: False
+    dashboard: str = ""  # Where a browser shows what goes on
+    workers: str = ""  # Whose workers are waited for where there are none, and how they are started
+    patience: float = math.inf  # For how long [s]
+
+
+# --- Contacts on a Dask cluster: one of other machines, or one that is started here ---
+
+
+# Seconds within which a scheduler must answer, at first and where it was lost.
+_PATIENCE = 30
+# Seconds for which a scheduler may be without workers.
+_WORKERLESS = 600
+_LARGE = "distributed.admin.large-graph-warning-threshold"
+# Seconds for which the number of workers is taken as known.
+_KNOWN = 1.0
+# Seconds that a process may take to end when it is told to, and from look to look.
+_DYING, _LOOK = 2.0, 0.005
+
+
+@contextmanager
+def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
+    """Give a Dask cluster."""
+    try:
+        import dask
+        from distributed import Client, Security
+        from distributed.utils import silence_logging_cmgr
+
+        # Whoever reaches a scheduler has it run what he likes: one of our own knows this run alone.
+        security = None if scheduler else Security.temporary()
+    except ImportError:
+        raise InputError(
+            "dask needs Dask and cryptography; run pip install 'roughcontact[cluster]'",
+            argument="engine",
+        ) from None
+    with ExitStack() as stack:
+        # One sentence tells what matters of what Dask logs; files that travel are meant to.
+        stack.enter_context(silence_logging_cmgr(logging.CRITICAL))
+        stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
+        own = None if scheduler else stack.enter_context(_started(workers, security))
+        address = own.scheduler_address if own is not None else scheduler
+        try:
+            client = stack.enter_context(Client(address, timeout=_PATIENCE, security=security))
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            # Of protocols that need more than was given.
+            raise InputError(
+                f"does not answer at {scheduler!r} ({' '.join(str(error).split())}); is it the "
+                "address that dask scheduler has printed?", argument="scheduler",
+                value=scheduler,
+            ) from None  # fmt: skip
+        executor = client.get_executor(pure=False)
+        yield Engine(
+            executor,
+            _slots(client),
+            1 if scheduler else max(1, default_workers() // workers),
+            stop=partial(_end, executor, own),
+            far=scheduler is not None,
+            state=partial(_state, client),
+            lost=partial(_lost, client, f"the scheduler at {address}"),
+            shared=_shared,
+            dashboard=client.dashboard_link or "",
+            workers=f"of the scheduler at {address} (dask worker {address})",
+            patience=_WORKERLESS,
+        )
+
+
+@contextmanager
+def _started(workers: int, security: Security) -> Iterator[LocalCluster]:
+    """Give a cluster of processes of this machine."""
+    from distributed import LocalCluster
+
+    with ExitStack() as stack:
+        # Its processes do not hear Ctrl-C, which this one answers, when it can end them.
+        with processes.sigint_blocked():
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                # The program asks for the memory itself, before it begins with a contact.
+                memory_limit=0,
+                host="127.0.0.1",
+                security=security,
+                dashboard_address="127.0.0.1:0",
+                silence_logs=logging.CRITICAL,
+            )
+            stack.enter_context(cluster)
+        yield cluster
+
+
+def _end(executor: Executor, own: LocalCluster | None) -> None:
+    """Hand out nothing more, and let processes of this machine not go on with what they have."""
+    executor.shutdown(wait=False)
+    # A list: the cluster forgets those that have ended.
+    nannies = [] if own is None else list(own.workers.values())
+    for nanny in nannies:
+        # Else it begins another one.
+        nanny.close_gracefully()
+        with suppress(OSError, TypeError):
+            os.kill(nanny.pid, signal.SIGTERM)
+    # What they were writing can be removed when they are gone.
+    last = time.monotonic() + _DYING
+    while any(nanny.is_alive() for nanny in nannies) and time.monotonic() < last:
+        time.sleep(_LOOK)
+
+
+def _slots(client: Client) -> Callable[[], int]:
+    """Return what tells how many threads the workers have, which come and go."""
+    known = [0, -_KNOWN]
+
+    def slots() -> int:
+        if time.monotonic() - known[1] > _KNOWN and _state(client) == THERE:
+            # Where the scheduler is just being lost, that is told otherwise.
+            with suppress(OSError, AttributeError):
+                known[:] = sum(client.nthreads().values()), time.monotonic()
+        return int(known[0])
+
+    return slots
+
+
+def _state(client: Client) -> str:
+    return {"running": THERE, "connecting": AWAY}.get(client.status, GONE)
+
+
+def _shared(error: BaseException) -> bool:
+    """Return whether what was lost shared its workers: they may have died of something else."""
+    from distributed import KilledWorker
+
+    return isinstance(error, KilledWorker)
+
+
+def _lost(client: Client, scheduler: str, error: BaseException) -> str:
+    """Return why a contact has no answer."""
+    from distributed import KilledWorker
+
+    if isinstance(error, KilledWorker):
+        times = counted(error.allowed_failures + 1, "time")
+        return (
+            f"its worker ended {times}, the last one at {error.last_worker.address}; is there "
+            "enough memory?"
+        )
+    if _state(client) == GONE:
+        return f"{scheduler} is gone"
+    if isinstance(error, CancelledError):
+        return f"{scheduler} was lost while it was under way"
+    return f"{type(error).__name__} ({' '.join(str(error).split())}) from {scheduler}"
+
+
+# --- An executor of processes that live on from task to task, and of which one may die alone ---
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class LostWorkerError(Exception):
+    """A process ended in the midst of a task; the sentence says how."""
+
+
+class LocalExecutor(Executor):
+    """Processes of this machine."""
+
+    def __init__(self, workers: int) -> None:
+        # Each thread waits for a process of its own.
+        self._threads = ThreadPoolExecutor(workers)
+        self._own = threading.local()
+        self._lock = threading.Lock()
+        self._begun: list[SpawnProcess] = []
+        self._futures: WeakSet[Future[Any]] = WeakSet()
+        self._closed = False
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Have a function of a module called in one of the processes."""
+        with self._lock:
+            future = self._threads.submit(self._called, (fn, args, kwargs))
+            self._futures.add(future)
+        return future
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes, after the tasks, or where these are cancelled at once."""
+        if cancel_futures:
+            # The threads come upon those that are cancelled and tell who waits for them; a
+            # ThreadPoolExecutor that cancels them itself tells nobody (Python 3.11).
+            with self._lock:
+                waiting = list(self._futures)
+            for future in waiting:
+                future.cancel()
+            self._end()
+        self._threads.shutdown(wait)
+        self._end()
+
+    def _end(self) -> None:
+        with self._lock:
+            self._closed = True
+        own.end(self._begun)
+
+    def _called(self, task: Any) -> Any:
+        """Have the process of this thread work, and return what it found."""
+        process, pipe = self._process()
+        try:
+            pipe.send(task)
+            failed, result = pipe.recv()
+        except (EOFError, OSError):
+            del self._own.process
+            pipe.close()
+            raise LostWorkerError(own.died_message(process)) from None
+        if failed:
+            raise result
+        return result
+
+    def _process(self) -> tuple[SpawnProcess, Connection]:
+        if not hasattr(self._own, "process"):
+            here, there = own.pipe(duplex=True)
+            process = own.made(_work, there)
+            with self._lock:
+                if self._closed:
+                    raise RuntimeError("the processes have been ended")
+                own.start(process)
+                self._begun.append(process)
+            # The only other end is the process's own: it is closed when that ends.
+            there.close()
+            self._own.process = process, here
+        result: tuple[SpawnProcess, Connection] = self._own.process
+        return result
+
+
+@contextmanager
+def local_processes(workers: int) -> Iterator[Engine]:
+    """Give processes of this machine."""
+    executor = LocalExecutor(workers)
+    stop = partial(executor.shutdown, cancel_futures=True)
+    try:
+        yield Engine(executor, lambda: workers, max(1, default_workers() // workers), stop)
+    finally:
+        stop()
+
+
+# In a process of its own
+
+
+def _work(pipe: Connection) -> None:
+    """Carry out tasks until no more can come."""
+    with own.exit_with_parent():
+        while True:
+            try:
+                function, args, kwargs = pipe.recv()
+            except EOFError:
+                return
+            try:
+                answer = False, function(*args, **kwargs)
+            except Exception as error:
+                answer = True, error
+            pipe.send(answer)

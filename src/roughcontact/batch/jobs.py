@@ -1,0 +1,268 @@
+"""A contact or a piece of it as a task: what a worker is given, does and tells, wherever it is."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from roughcontact import files, processes
+from roughcontact._version import __version__
+from roughcontact.batch import plan
+from roughcontact.batch.plan import FAILED, SOLVED, Entry, Report
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    OtherRunError,
+    RoughcontactError,
+    render_message,
+)
+from roughcontact.halfspace import fft
+from roughcontact.request import outputs, run as running, subtasks
+from roughcontact.request.options import FOLDER
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.subtasks import with_relocated_files
+
+MOST = 2**28
+"""Bytes that travel with a contact at most, each way, where workers do not see its files."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One thing that is asked of a contact."""
+
+    number: int  # Among the entries of the project
+    entry: Entry  # What to do
+    digest: str  # What it depends on, from `plan.digest_of`
+    places: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FileTransfer:
+    """What a worker needs to know that may be on another machine."""
+
+    mark: Path  # A file in the folder of the results: who sees it writes there
+    sums: Mapping[Path, str]  # Checksum of each file that is read, by path
+    kept: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
+    content: Mapping[Path, bytes] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that is asked of one contact, or a piece of it."""
+
+    parts: tuple[Part, ...]  # One or several, which share what they have in common
+    threads: int  # Cores that it may use
+    journey: FileTransfer | None = None
+    version: str = __version__  # Of the program that asks
+    piece: str = ""  # Which of the `request.pieces` of the only part this is
+    known: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def inputs(self) -> list[Path]:
+        """The files that it reads."""
+        if self.piece or self.known:
+            return [*subtasks.inputs(self.parts[0].entry.request, self.piece)]
+        return [path for part in self.parts for path in part.entry.request.inputs]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How the parts of a contact ended."""
+
+    reports: Mapping[int, Report] = field(default_factory=dict)  # By number
+    lacking: tuple[Path, ...] = ()  # Files that the worker does not see
+    content: Mapping[Path, bytes] = field(default_factory=dict)
+    found: Any = None  # What was found of a piece, if that did not fail
+
+
+def run_task(task: Task) -> Answer:
+    """Do all that is asked of one contact."""
+    if task.version != __version__:
+        return failed_answer(
+            task,
+            f"the worker runs roughcontact {__version__}, not {task.version}; install the same",
+        )
+    processes.keep_freed()
+    with fft.at_most(task.threads):
+        if task.journey is None:
+            return _answered(task)
+        try:
+            return _away(task, task.journey)
+        except (RoughcontactError, OSError) as error:
+            return failed_answer(task, str(error))
+
+
+def failed_answer(task: Task, reason: str) -> Answer:
+    """Return the answer for a contact of which nothing can be done, for one reason."""
+    return Answer({part.number: Report(part.entry.name, FAILED, {}, reason) for part in task.parts})
+
+
+def _answered(task: Task) -> Answer:
+    """Do all parts of a contact, one after the other, or one piece."""
+    reports, result = {}, None
+    with running.shared_runner() as carry_out:
+        for part in task.parts:
+            try:
+                if task.piece:
+                    result = subtasks.found_of(part.entry.request, task.piece, _nothing, _nothing)
+                else:
+                    seen = task.journey is None or task.journey.mark.exists()
+                    reports[part.number] = _done(part, carry_out, task.known, renew=seen)
+            except RoughcontactError as error:
+                reports[part.number] = _failed(part, error.worded(_words(part.entry)))
+            except MemoryError as error:
+                reports[part.number] = _failed(part, _starved(error))
+            except OSError as error:
+                reports[part.number] = _failed(part, f"{type(error).__name__}: {error}")
+    return Answer(reports, found=result)
+
+
+def _starved(error: MemoryError) -> str:
+    """Return what to say of a worker whose memory did not suffice."""
+    text = f" ({error})" if str(error) else ""
+    return (
+        f"its worker ran out of memory{text}; give each worker more, with fewer of them on a "
+        "machine, or the map a larger pixel"
+    )
+
+
+def _failed(part: Part, reason: str) -> Report:
+    return Report(part.entry.name, FAILED, {}, reason)
+
+
+def _words(entry: Entry) -> Callable[[ArgumentRef], str]:
+    return partial(plan.spell_key, task=entry.request.task)
+
+
+def _done(
+    part: Part,
+    carry_out: Callable[..., Outcome],
+    known: Mapping[str, Any],
+    *,
+    renew: bool,
+) -> Report:
+    """Do one part; steps that its folder holds of what was asked before may be put aside."""
+    entry = part.entry
+    try:
+        outcome = carry_out(entry.request, _nothing, None, known)
+    except OtherRunError:
+        if not renew:
+            raise
+        # The project has given the folder to this contact alone; steps may have taken hours.
+        folder = entry.request.get(FOLDER)
+        assert folder is not None
+        before = folder.with_name(f"{folder.name}.before")
+        shutil.rmtree(before, ignore_errors=True)
+        folder.rename(before)
+        outcome = carry_out(entry.request, _nothing, None, known)
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.converged:
+        return _failed(part, render_message(outcome.shortfall.parts, _words(entry)))
+    # What is told of a single contact is at its own end.
+    last_of = entry.request.task.last
+    last = {} if last_of is None else {"last": last_of(outcome)}
+    called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
+    written = {"written": [called[path] for path in outcome.written]}
+    shown_text = plan.sealed({**outcome.record(), **written, **last}, part.digest, outcome.written)
+    text = files.to_json(shown_text) + "\n"
+    outputs.write([(entry.summary, partial(files.write, content=text))], _nothing)
+    return Report(entry.name, SOLVED, shown_text)
+
+
+def _nothing(of: object) -> None:
+    """Say nothing, and look at nothing."""
+
+
+# Where the files may be those of another machine
+
+
+def _away(task: Task, journey: FileTransfer) -> Answer:
+    """Do all parts of a contact, each file by its path where it is seen, else by its content."""
+    seen = journey.mark.exists()
+    needed = [path for path, wanted in journey.sums.items() if not _is_seen(path, wanted)]
+    needed += [] if seen else journey.kept
+    lacking = tuple(path for path in needed if path not in journey.content)
+    if lacking:
+        return Answer(lacking=lacking)
+    if seen and not needed:
+        return _answered(task)
+    with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+        remaining = None if seen else Path(folder) / "left"
+        lie = _unpacked(journey, needed, Path(folder) / "read", remaining)
+        parts = tuple(_placed(part, lie, remaining) for part in task.parts)
+        answer = _answered(replace(task, parts=parts))
+        left_ = {} if remaining is None else _packed(remaining)
+    content = {path: held for path, held in left_.items() if journey.content.get(path) != held}
+    if (size := sum(map(len, content.values()))) > MOST:
+        return failed_answer(task, too_large("the files that it leaves", size))
+    return replace(answer, content=content)
+
+
+def too_large(what: str, size: int) -> str:
+    """Return why content does not travel."""
+    return (
+        f"{what} have {size / 1e6:.0f} MB, and at most {MOST / 1e6:.0f} MB travel with a contact; "
+        "put the project where all workers see it under the same path"
+    )
+
+
+def _is_seen(path: Path, wanted: str) -> bool:
+    try:
+        return files.of_file(path) == wanted
+    except OSError:
+        return False
+
+
+def _unpacked(
+    journey: FileTransfer, needed: Iterable[Path], read: Path, remaining: Path | None
+) -> dict[Path, Path]:
+    """Write what came as bytes into files of this machine, and return where those read lie."""
+    lie = {}
+    for number, path in enumerate(needed):
+        if path in journey.sums:
+            # Two files of one name may come from two folders.
+            lie[path] = place = read / str(number) / path.name
+        else:
+            assert remaining is not None
+            place = _below(remaining, path)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(journey.content[path])
+        if path in journey.sums and not _is_seen(place, journey.sums[path]):
+            raise InputError(f"{path} changed while the project ran; run it again")
+    return lie
+
+
+def _placed(part: Part, lie: Mapping[Path, Path], remaining: Path | None) -> Part:
+    """Return a part of which files that are not seen lie in folders of this machine."""
+
+    def written(path: Path) -> Path:
+        if remaining is None:
+            return path
+        place = _below(remaining, path)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        return place
+
+    entry = part.entry
+    request = with_relocated_files(entry.request, lambda path: lie.get(path, path), written)
+    return replace(part, entry=replace(entry, request=request, summary=written(entry.summary)))
+
+
+def _below(folder: Path, path: Path) -> Path:
+    """Return where a file lies below a folder, as it is to lie below the root."""
+    return folder / path.relative_to(path.anchor)
+
+
+def _packed(remaining: Path) -> dict[Path, bytes]:
+    """Return what was left below a folder, by where it is wanted."""
+    root = Path(Path.cwd().anchor)
+    return {
+        root / path.relative_to(remaining): path.read_bytes()
+        for path in sorted(remaining.rglob("*"))
+        if path.is_file()
+    }

@@ -1,0 +1,161 @@
+"""Commands as they read their words, their help, ten options first, and what completes a word."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any
+
+import typer.core
+
+from roughcontact.request import parsing, tasks
+from roughcontact.request.option import Option
+from roughcontact.request.options import FORMAT
+
+ALL = "help-all"
+_ASKED = "roughcontact.help-all"
+
+# Longer words of an option have a line of their own.
+_WORDS = 27
+
+Rows = list[tuple[str, str]]
+
+
+class Commands(typer.core.TyperGroup):
+    """The program, whose help says of each command all that its first sentence says."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words before the command."""
+        _take_words(self.get_params(ctx))
+        return super().parse_args(ctx, args)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the commands, and then the options."""
+        named: list[tuple[str, Any]] = [
+            (name, self.get_command(ctx, name)) for name in self.list_commands(ctx)
+        ]
+        _section(
+            formatter, "Commands", [(name, _first_sentence(item.help)) for name, item in named]
+        )
+        _section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
+
+
+class Command(typer.core.TyperCommand):
+    """A command, whose help says first what most people need."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the words after the command."""
+        _take_words(self.get_params(ctx))
+        return super().parse_args(ctx, args)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write arguments and options: ten of them, and the names of the rest, where more are."""
+        params: list[Any] = self.get_params(ctx)
+        specified = [item for item in params if item.param_type_name == "argument"]
+        _section(
+            formatter, "Arguments", [(str(item.metavar), str(item.help)) for item in specified]
+        )
+        options = {option.opts[0].removeprefix("--"): option for option in _options(self, ctx)}
+        known = () if ctx.meta.get(_ASKED) else tasks.COMMANDS[str(self.name)].first
+        first = [option.name for option in known]
+        panels: dict[str, list[Any]] = {}
+        for name, option in options.items():
+            if name not in first:
+                panels.setdefault(option.rich_help_panel or "Help", []).append(option)
+        if not first:
+            for panel, held in panels.items():
+                _section(formatter, panel, [_row(option) for option in held])
+            return
+        _section(formatter, "What most people need", [_row(options[name]) for name in first])
+        about = [_row(option) for option in panels.pop("Help")]
+        rest = [(panel, " ".join(item.opts[0] for item in held)) for panel, held in panels.items()]
+        _section(formatter, f"Further options, which --{ALL} explains", rest)
+        _section(formatter, "Help", about)
+
+
+def _take_words(parameters: Iterable[Any]) -> None:
+    """Have parameters take words as they are."""
+    for parameter in parameters:
+        parameter.process_value = partial(_taken, parameter, parameter.process_value)
+
+
+def _taken(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
+    """Return what a parameter is given; what is no word, or lacking, goes its usual way."""
+    if value is None and (parameter.multiple or parameter.nargs == -1):
+        value = ()
+    lacking = value is None or value == ()
+    words = value if isinstance(value, (list, tuple)) else [value]
+    if parameter.required if lacking else not all(isinstance(word, str) for word in words):
+        return process(ctx, value)
+    return value if parameter.callback is None else parameter.callback(ctx, parameter, value)
+
+
+def show_all(ctx: typer.Context, wanted: bool) -> None:
+    """Print the help with all options, and end."""
+    if wanted:
+        ctx.meta[_ASKED] = True
+        print(ctx.get_help())
+        raise typer.Exit(0)
+
+
+def _options(command: Any, ctx: Any) -> Iterator[Any]:
+    return (item for item in command.get_params(ctx) if item.param_type_name == "option")
+
+
+def _row(option: Any) -> tuple[str, str]:
+    takes = "" if option.is_flag else f" {option.metavar}"
+    return ", ".join(sorted(option.opts, key=len)) + takes, str(option.help)
+
+
+def _section(formatter: Any, heading: str, rows: Rows) -> None:
+    """Write two columns under a heading; no option is divided at its hyphens."""
+    if not rows:
+        return
+    remaining = min(max(len(words) for words, _ in rows), _WORDS) + 2
+    with formatter.section(heading):
+        indent = " " * formatter.current_indent
+        for words, text in rows:
+            width = formatter.width - len(indent) - remaining
+            lines = textwrap.wrap(text, width, break_on_hyphens=False)
+            if len(words) + 2 > remaining:
+                lines.insert(0, "")
+            for number, line in enumerate(lines):
+                start = words if number == 0 else ""
+                formatter.write(f"{indent}{start:{remaining}}{line}".rstrip() + "\n")
+
+
+def _first_sentence(text: str | None) -> str:
+    return " ".join((text or "").partition("\n\n")[0].split())
+
+
+# What completes a word
+
+
+def completion(option: Option[Any]) -> Callable[[str], list[str]] | None:
+    """Return what gives the values of an option that begin with a text; None where any will do."""
+    if option.parse is parsing.material:
+        return materials
+    if isinstance(option.parse, parsing.Choice):
+        known = [str(word) for word in option.parse.known]
+        return lambda incomplete: [word for word in known if word.startswith(incomplete)]
+    return _formats if option is FORMAT else None
+
+
+def materials(incomplete: str) -> list[str]:
+    """Return the materials that begin with a text; of none all by their first names."""
+    from roughcontact.material import catalog
+
+    names = [
+        name
+        for entry in catalog.entries()
+        for name in (entry.key, *(entry.names if incomplete else ()))
+    ]
+    # A shell would take a name with a blank for two words.
+    return [name for name in names if name.startswith(incomplete) and " " not in name]
+
+
+def _formats(incomplete: str) -> list[str]:
+    from roughcontact.formats import read
+
+    return [known.name for known in read.FORMATS if known.name.startswith(incomplete)]

@@ -1,0 +1,60 @@
+"""The command line on several ranks: the first speaks, and all end together."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+
+import typer
+
+from roughcontact.cli import console, terminal
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
+from roughcontact.errors import RoughcontactError
+from roughcontact.ranks import Ranks, world
+from roughcontact.request import elastoplastic_mpi, slab_mpi, solve
+from roughcontact.request.request import Request
+
+_FAILED = 1
+
+
+def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
+    """Carry out a request on all ranks that ``mpiexec`` started, and show what it gave."""
+    ranks = world()
+    try:
+        _carry_out(ask(), ranks, as_json, quiet)
+    except (RoughcontactError, OSError) as error:
+        # Where all have the same error, the first tells it.
+        if not ranks.all_end():
+            terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
+            ranks.abort(BAD_INPUT)
+        if ranks.first:
+            raise
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        # All hear it, one says so.
+        if not ranks.first:
+            terminal.discard_errors()
+        raise
+    except typer.Exit:
+        raise
+    except BaseException:
+        terminal.complain(f"error: rank {ranks.number} failed, and with it all others")
+        traceback.print_exc()
+        ranks.abort(_FAILED)
+
+
+def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> None:
+    from roughcontact.report import phrases
+
+    run = elastoplastic_mpi.run if request.get(solve.MODEL) == solve.VOLUME_MODEL else slab_mpi.run
+    remaining = phrases.Forecast()
+    with terminal.progress(quiet or not ranks.first) as say:
+        outcome = run(
+            request, ranks, say, lambda index: say(phrases.described(index) + remaining(index))
+        )
+    if ranks.first:
+        console.show_outcome(outcome, as_json, quiet)
+    elif outcome.failure is not None:
+        raise outcome.failure
+    elif not outcome.converged:
+        raise typer.Exit(NOT_CONVERGED)

@@ -1,0 +1,184 @@
+"""A rough contact beside Hertz's of its nominal bodies: how far it spreads, and what limits both.
+
+What `ContactResult.smooth` tells holds for smooth, elastic bodies whose contact is small and alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.contact.load_case import HertzPressure, LineLoad
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ArgumentRef
+from roughcontact.units import engineering, percent
+
+Array = NDArray[np.float64]
+
+SMALL = 0.1
+"""Contact over radius of curvature up to which a body is as good as its paraboloid."""
+
+FAR = 4.0
+"""Distance of copies over the size of a contact from which they hardly press on each other."""
+
+# Second moment of Hertz's pressure along a semi-axis, over its square.
+_MOMENTS = {CIRCLE: 1 / 5, ELLIPSE: 1 / 5, LINE: 1 / 4}
+_AXES = ("y", "x")
+
+
+def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
+    """Return the size of the smooth contact whose pressure is spread as far as that of a result."""
+    smooth = _smooth(result)
+    along, across = directions(smooth)
+    weight = result.pressure / result.pressure.sum()
+    middle = result.centre_of_pressure
+    y, x = places(result, middle)
+
+    def moment(direction: tuple[float, float]) -> float:
+        dy, dx = result.surface.pixel
+        cy, cx = direction
+        within = ((cy * dy) ** 2 + (cx * dx) ** 2) / 12
+        return float((weight * (cy * y + cx * x) ** 2).sum()) + within
+
+    factor = 1 / _MOMENTS[smooth.shape.kind]
+    if smooth.shape.kind == LINE:
+        return (math.sqrt(factor * moment(across)),)
+    if smooth.shape.kind == CIRCLE:
+        return (math.sqrt(factor * (moment(along) + moment(across)) / 2),)
+    return tuple(math.sqrt(factor * moment(direction)) for direction in (along, across))
+
+
+def directions(smooth: Smooth) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the unit vectors (y, x) along a smooth contact and across it; y points down."""
+    angle = math.radians(smooth.shape.angle)
+    c, s = math.cos(angle), math.sin(angle)
+    return (-s, c), (c, s)
+
+
+def places(result: ContactResult, middle: tuple[float, float]) -> tuple[Array, Array]:
+    """Return where rows, as a column, and columns lie from a point of the map [m]."""
+    y, x = (
+        (np.arange(points) - (points - 1) / 2) * edge - index
+        for points, edge, index in zip(
+            result.pressure.shape, result.surface.pixel, middle, strict=True
+        )
+    )
+    return y[:, None], x
+
+
+def limits(result: ContactResult) -> tuple[Caution, ...]:
+    """Return what sets a contact and Hertz's of its nominal bodies apart besides roughness."""
+    smooth = _smooth(result)
+    return ordered([*_within_map(result, smooth), *_ends(result), *_small(smooth),
+                    *_elastic(result, smooth)])  # fmt: skip
+
+
+def behind_load(result: ContactResult) -> bool:
+    """Return whether the load stands for one of Hertz's theory, on nominal bodies that touch."""
+    form = None if result.given is None else result.given.form
+    stands = isinstance(form, (HertzPressure, LineLoad))
+    return stands and result.smooth is not None and result.contact_area > 0
+
+
+def of_given_load(result: ContactResult) -> Caution | None:
+    """Return why the load that a peak pressure of Hertz stands for is not that of this map."""
+    answer = [item for item in limits(result) if item.severity != "note"]
+    return answer[0] if answer else None
+
+
+def _smooth(result: ContactResult) -> Smooth:
+    assert result.smooth is not None
+    return result.smooth
+
+
+def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
+    """Yield where the ellipse leaves the map, or meets its own copy."""
+    for axis, reach in enumerate(smooth.reach):
+        if not reach or axis == smooth.shape.axis:
+            continue
+        side, middle = result.surface.size[axis], result.centre_of_pressure[axis]
+        name = _AXES[axis]
+        if axis in result.boundary.free_axes:
+            edge = side / 2 - abs(middle)
+            if reach > edge:
+                yield as_warning(
+                    Kind.HERTZ,
+                    f"Hertz's contact of the smooth bodies reaches {engineering(reach, 'm')} from "
+                    f"its middle along {name}, the map only {engineering(edge, 'm')}: the load is "
+                    "more than belongs to this part of the contact; take a larger map or a "
+                    "smaller load",
+                    reach=reach,
+                    edge=edge,
+                )
+        elif side < FAR * 2 * reach:
+            yield as_caution(
+                Kind.HERTZ,
+                f"the map repeats along {name} every {engineering(side, 'm')}, "
+                f"{side / (2 * reach):.2g} times the width of Hertz's contact, which has no "
+                "neighbors: copies press the body down between them",
+                period=side,
+                width=2 * reach,
+            )
+
+
+def _ends(result: ContactResult) -> Iterator[Caution]:
+    """Yield that a line contact ends where the map does."""
+    axis = _smooth(result).shape.axis
+    if axis is not None and axis in result.boundary.free_axes:
+        kind = f"periodic-{_AXES[axis]}"
+        yield as_caution(
+            Kind.HERTZ,
+            "the cylinder ends at the edges of the map, and pressure rises there as it does not "
+            "along a roller: ",
+            ArgumentRef("boundary", kind),
+            " has no ends",
+        )
+
+
+def _small(smooth: Smooth) -> Iterator[Caution]:
+    """Yield where the contact is no longer small beside the bodies."""
+    # Each side bends with the radius in its own direction.
+    ratio = max(a / r for a, r in zip(smooth.semi_axes, smooth.shape.radii, strict=True))
+    if ratio > SMALL:
+        yield as_caution(
+            Kind.HERTZ,
+            f"Hertz's contact is {ratio:.2g} times as wide as the radius of curvature: half-spaces "
+            "and paraboloids no longer stand for the bodies",
+            ratio=ratio,
+        )
+
+
+def _elastic(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
+    """Yield where the smooth bodies, or the rough ones, are not elastic."""
+    body = result.pair.first_to_yield
+    first = None if body is None else _first_yield(result, smooth)
+    if first is not None and smooth.max_pressure >= first:
+        yield as_note(
+            Kind.HERTZ,
+            "the smooth bodies, too, yield below the surface: they begin to at a peak pressure of "
+            f"{engineering(first, 'Pa')}, and Hertz's is {engineering(smooth.max_pressure, 'Pa')}",
+            first_yield=first,
+            peak=smooth.max_pressure,
+        )
+    if result.saturated_fraction:
+        share = result.saturated_fraction / result.contact_fraction
+        yield as_note(
+            Kind.HERTZ,
+            f"{percent(share)} of the contact is at the ceiling, which Hertz's elastic pressure "
+            "does not know",
+            saturated=share,
+        )
+
+
+def _first_yield(result: ContactResult, smooth: Smooth) -> float | None:
+    """Return the peak pressure at which the nominal bodies first yield; ellipses lie between."""
+    body = result.pair.first_to_yield
+    assert body is not None
+    if smooth.shape.kind == LINE:
+        return body.line_yield_pressure
+    return body.first_yield_pressure

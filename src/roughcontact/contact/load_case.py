@@ -1,0 +1,350 @@
+"""A normal load as an engineer has it: a force, or what stands for one on two given bodies."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import units
+from roughcontact.arguments import checked
+from roughcontact.contact import nominal_hertz
+from roughcontact.contact.pair import Pair
+from roughcontact.errors import InputError
+from roughcontact.material.hardness import stress
+from roughcontact.units import Quantities, Quantity, quantity
+
+NEEDS = (
+    "a load such as '1 N', a nominal pressure such as '20 MPa', a line load such as '600 N/mm', "
+    "or Hertz's peak pressure such as 'hertz 1.5 GPa'"
+)
+"""What a text has to be."""
+
+_HERTZ = re.compile(r"\s*hertz\s+(.*)", re.IGNORECASE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class NominalPressure:
+    """A load given as a pressure on the area of the whole map.
+
+    Parameters
+    ----------
+    value : float, str or quantity of pint
+        The pressure [Pa].
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+
+    Examples
+    --------
+    >>> NominalPressure("20 MPa").value
+    20000000.0
+    """
+
+    value: float
+
+    @checked
+    def __init__(self, value: Quantity) -> None:
+        object.__setattr__(self, "value", _positive(value, "pressure"))
+
+
+@dataclass(frozen=True)
+class LineLoad:
+    """A load given per length of a nominal cylinder, for the length of the map along its axis.
+
+    Parameters
+    ----------
+    value : float, str or quantity of pint
+        The load per length [N/m].
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+
+    Examples
+    --------
+    >>> LineLoad("600 N/mm").value
+    600000.0
+    """
+
+    value: float
+
+    @checked
+    def __init__(self, value: Quantity) -> None:
+        object.__setattr__(self, "value", _positive(value, "line load"))
+
+
+@dataclass(frozen=True)
+class HertzPressure:
+    """A load given as the peak pressure that the nominal bodies have under it where smooth.
+
+    Parameters
+    ----------
+    value : float, str or quantity of pint
+        The peak pressure [Pa].
+
+    Raises
+    ------
+    InputError
+        If it is not positive and finite.
+
+    Examples
+    --------
+    >>> HertzPressure("1.5 GPa").value
+    1500000000.0
+    """
+
+    value: float
+
+    @checked
+    def __init__(self, value: Quantity) -> None:
+        object.__setattr__(self, "value", _positive(value, "pressure"))
+
+
+Load = NominalPressure | LineLoad | HertzPressure
+"""A load that is no force before the bodies are known."""
+
+UNITS = {NominalPressure: "Pa", LineLoad: "N/m", HertzPressure: "Pa"}
+NAMES = {
+    NominalPressure: "nominal pressure",
+    LineLoad: "line load",
+    HertzPressure: "Hertz's peak pressure",
+}
+"""What the forms are called."""
+
+
+@dataclass(frozen=True)
+class GivenLoad:
+    """A load in the form in which it was given, and the force that it came to."""
+
+    form: Load  # As it was given
+    force: float  # W [N]
+
+    def summary(self) -> dict[str, Any]:
+        """Return it ready for JSON: form, value with its unit, force [N]."""
+        kind = type(self.form)
+        return {
+            "form": NAMES[kind], "value": self.form.value, "unit": UNITS[kind], "load": self.force,
+        }  # fmt: skip
+
+
+def from_summary(text: dict[str, Any]) -> GivenLoad:
+    """Return the load that `GivenLoad.summary` told of."""
+    (kind,) = (kind for kind in (NominalPressure, LineLoad, HertzPressure)
+               if NAMES[kind] == text["form"])  # fmt: skip
+    return GivenLoad(kind(float(text["value"])), float(text["load"]))
+
+
+def _positive(value: Any, dimension: str) -> float:
+    result = quantity(value, dimension, "load")
+    if not (isinstance(result, Real) and 0 < float(result) < math.inf):
+        raise InputError(
+            f"must be a positive and finite {dimension}, got {value!r}",
+            argument="load",
+            value=value,
+        )
+    return float(result)
+
+
+def parse_load(value: Any, argument: str = "load") -> Any:
+    """Return a load in the form in which it is given."""
+    if isinstance(value, str):
+        return _from_text(value, argument, NEEDS, positive=False)
+    if hasattr(value, "m_as"):
+        for dimension, form in _FORMS.items():
+            try:
+                return form(quantity(value, dimension, argument))
+            except InputError:
+                continue
+        return quantity(value, "force", argument)
+    return value
+
+
+def required(text: str, argument: str, needs: str = NEEDS) -> Any:
+    """Return a load above zero from its text, as `given` does."""
+    return _from_text(text, argument, needs, positive=True)
+
+
+def _from_text(text: str, argument: str, needs: str, positive: bool) -> Any:
+    peak = _HERTZ.fullmatch(text)
+    dimensions = {"pressure": HertzPressure} if peak else {"force": float, **_FORMS}
+    number = peak[1] if peak else text
+    for dimension, form in dimensions.items():
+        try:
+            value = units.parse(number, dimension, argument, positive=False)
+        except InputError:
+            continue
+        if positive or form is not float:
+            # Once more, for the error in the words of what was given.
+            units.parse(number, dimension, argument)
+        return form(value)
+    return units.parse(number, "pressure" if peak else "force", argument, needs=needs)
+
+
+_FORMS: dict[str, Any] = {"pressure": NominalPressure, "line load": LineLoad}
+
+
+def force(load: Any, pair: Pair, argument: str = "load") -> Any:
+    """Return the force that a load is on two bodies."""
+    match load:
+        case NominalPressure():
+            return load.value * pair.size[0] * pair.size[1]
+        case LineLoad():
+            shape = nominal_hertz.shape_of(pair)
+            if shape is None or shape.axis is None:
+                raise _misfit(load, "cylinder that lies along x or y", shape, argument)
+            return load.value * pair.size[shape.axis]
+        case HertzPressure():
+            shape = nominal_hertz.shape_of(pair)
+            result = None if shape is None else nominal_hertz.load_of(pair, shape, load.value)
+            if result is None:
+                needed = "sphere, ellipsoid, or cylinder that lies along x or y"
+                raise _misfit(load, needed, shape, argument)
+            return result
+    return load
+
+
+def _misfit(
+    load: Load, needed: str, shape: nominal_hertz.Shape | None, argument: str
+) -> InputError:
+    if shape is None:
+        result = "none that curves"
+    elif shape.kind == nominal_hertz.LINE:
+        result = f"one at {shape.angle:g} degrees from x"
+    else:
+        result = f"bodies that touch in {'an' if shape.kind == nominal_hertz.ELLIPSE else 'a'} {shape.kind}"
+    return InputError(
+        f"({NAMES[type(load)]}) needs a nominal {needed}, as body or counter-body, such as "
+        f"'cylinder 10 mm'; found {result}",
+        argument=argument,
+        value=load,
+    )
+
+
+def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, GivenLoad | None]:
+    """Return the force that a load is on two bodies, and how it was given if that was no force."""
+    requested = parse_load(load, argument)
+    if pair.is_profile:
+        if isinstance(requested, LineLoad):
+            return requested.value, None
+        if not isinstance(requested, Load):
+            # A force with its unit is refused.
+            return quantity(load, pair.load_dimension, argument), None
+    result = force(requested, pair, argument)
+    return result, GivenLoad(requested, result) if isinstance(requested, Load) else None
+
+
+# --- What is asked of a solve besides the bodies ---
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCase:
+    """How two bodies are pressed together, and how exactly that is solved."""
+
+    load: float | None = None  # As for `roughcontact.solve`
+    approach: float | None = None  # As for `roughcontact.solve`
+    moments: tuple[float, float] | None = None  # As for `roughcontact.solve`
+    ceiling: str | float | ArrayLike | None = "auto"  # As for `roughcontact.solve`
+    tolerance: float | None = None  # As for `roughcontact.solve`
+    max_iterations: int = 2000  # As for `roughcontact.solve`
+    precision: str = "double"  # As for `roughcontact.solve`
+    given: GivenLoad | None = None
+
+    def __init__(
+        self,
+        load: Quantity | None = None,
+        approach: Quantity | None = None,
+        moments: Quantities | None = None,
+        ceiling: Quantity | ArrayLike | None = "auto",
+        tolerance: float | None = None,
+        max_iterations: int = 2000,
+        precision: str = "double",
+        given: GivenLoad | None = None,
+    ) -> None:
+        object.__setattr__(self, "load", quantity(load, "force", "load"))
+        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
+        object.__setattr__(self, "moments", quantity(moments, "moment", "moments"))
+        if not (isinstance(ceiling, str) and ceiling.isalpha()):
+            ceiling = stress(ceiling, "ceiling")
+        object.__setattr__(self, "ceiling", ceiling)
+        object.__setattr__(self, "tolerance", tolerance)
+        object.__setattr__(self, "max_iterations", max_iterations)
+        object.__setattr__(self, "precision", precision)
+        object.__setattr__(self, "given", given)
+
+    @property
+    def control(self) -> str:
+        """Which of load and approach is given."""
+        return "load" if self.approach is None else "approach"
+
+    @property
+    def target(self) -> float:
+        """The load [N] or approach [m] given."""
+        target = self.load if self.approach is None else self.approach
+        assert target is not None
+        return target
+
+    @property
+    def certificate(self) -> float:
+        """Tolerance given, or that of the precision."""
+        if self.tolerance is not None:
+            return self.tolerance
+        return 1e-6 if self.precision == "double" else 1e-4
+
+
+# --- Units in which a contact is solved: powers of two, which change no digit ---
+
+
+# The largest gap in these units, at most: single precision holds it with room for sums.
+_DEEPEST = 2.0**64
+# Beyond it, and below its inverse, sums of squares overflow or vanish even in double precision.
+_RANGE = 1e120
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What one stands for while a contact is solved."""
+
+    length: float  # Unit of gaps and displacements [m], a power of two
+    pressure: float  # Unit of pressures [Pa], a power of two
+
+
+def of(pair: Pair, terms: LoadCase, gap: NDArray[np.float64]) -> Scale:
+    """Return units in which pressures and displacements are near one, and no gap is out."""
+    here = np.max(gap, where=np.isfinite(gap), initial=0.0, keepdims=True)
+    deepest = pair.sums.largest(here)
+    softness = math.sqrt(pair.pixel_area) / pair.contact_modulus
+    if terms.load is not None:
+        mean = terms.load / pair.pixel_area / math.prod(pair.shape)
+        _require_range(
+            "load", f"{terms.load:.6g} {pair.load_unit} is a mean pressure of {mean:.3g} Pa", mean
+        )
+        sunk = softness * mean
+    else:
+        assert terms.approach is not None
+        sunk = terms.approach
+        _require_range("approach", f"{sunk:.6g} m", sunk)
+    length = _power_of_two(max(sunk, deepest / _DEEPEST))
+    return Scale(length, _power_of_two(length / softness))
+
+
+def _require_range(argument: str, words: str, value: float) -> None:
+    if not 1 / _RANGE < value < _RANGE:
+        raise InputError(
+            f"= {words}: too {'small' if value < 1 else 'large'} to be computed with; "
+            "check its unit and those of the map",
+            argument=argument,
+            value=value,
+        )
+
+
+def _power_of_two(value: float) -> float:
+    return math.ldexp(1.0, math.frexp(value)[1])

@@ -1,0 +1,213 @@
+"""The nominal bodies of a contact without their roughness: Hertz's contact in closed form."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.pair import Pair
+from roughcontact.halfspace.boundary import Boundary, longer_side
+from roughcontact.surface.alignment import cosine_sine
+from roughcontact.surface.nominal_bodies import BODIES
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.theory import hertz
+
+Array = NDArray[np.float64]
+
+# Methods that leave the body under the roughness as it is.
+_KEEP = frozenset(
+    ("note", "without_outliers", "filled", "masked", "cropped", "largest_rectangle", "resampled",
+     "indented")
+)  # fmt: skip
+
+
+def of(provenance: Provenance) -> Array | None:
+    """Return the curvature of the nominal body that a map was given."""
+    result = _made(provenance.origin)
+    for step in provenance.operations:
+        if result is None:
+            return None
+        if step.method == "with_form":
+            form = of(step.arguments["form"])
+            result = None if form is None else result + form
+        else:
+            result = _changed(result, step)
+    return result
+
+
+def _made(origin: Operation | None) -> Array | None:
+    """Return the curvature of what made a map."""
+    body = None if origin is None else BODIES.get(origin.method.removeprefix("nominal."))
+    if origin is None or body is None:
+        return np.zeros((2, 2))
+    if body.curvatures is None:
+        return None
+    result = np.diag(body.curvatures(origin.arguments[body.size]))
+    return _turned(result, origin.arguments["angle"]) if body.option == "angle" else result
+
+
+def _changed(curvature: Array, step: Operation) -> Array | None:
+    """Return what a step makes of a curvature."""
+    specified = step.arguments
+    if step.method in _KEEP or not curvature.any():
+        return curvature
+    match step.method:
+        case "leveled":
+            # A plane has no curvature; a quadric takes all of it.
+            return np.zeros((2, 2)) if specified["form"] == "quadric" else curvature
+        case "rotated":
+            return _turned(curvature, specified["angle"])
+        case "aligned":
+            if specified["mirrored"]:
+                curvature = curvature * [[1, -1], [-1, 1]]
+            return _turned(curvature, specified["angle"])
+        case "filtered":
+            # An S-filter of waves far shorter than the body leaves it as it is.
+            return curvature if specified["l"] is None else None
+    return None
+
+
+def _turned(curvature: Array, angle: float) -> Array:
+    """Return a curvature turned by an angle [degrees], counter-clockwise; y points down."""
+    c, s = cosine_sine(angle)
+    turn = np.array([[c, -s], [s, c]])
+    result: Array = turn @ curvature @ turn.T
+    return result
+
+
+def principal(curvature: Array) -> tuple[tuple[float, float], float]:
+    """Return the principal radii of a curvature, and the direction of the first."""
+    values, vectors = np.linalg.eigh(curvature)
+    small, large = (float(value) for value in values)
+    if small <= _STRAIGHT * large:
+        small = 0.0
+    y, x = (float(part) for part in vectors[:, 0])
+    angle = math.degrees(math.atan2(-y, x)) % 180
+    # Directions a rounding error off an axis are the axis.
+    angle = round(angle, 9) % 180
+    return (math.inf if small == 0 else 1 / small, 1 / large), angle
+
+
+# Part of the larger curvature that rounding leaves of none.
+_STRAIGHT = 1e-12
+
+
+# --- The nominal bodies of a contact without their roughness: Hertz's contact in closed form ---
+
+
+CIRCLE, ELLIPSE, LINE = "circle", "ellipse", "line"
+"""Shapes of a contact of smooth bodies."""
+
+# Radii that differ by less than this part are equal.
+_ROUND = 1e-9
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Where two smooth bodies touch, and how they curve there against each other."""
+
+    kind: str  # What the contact looks like
+    radii: tuple[float, ...]  # Radii of relative curvature [m], the larger first
+    angle: float  # Direction of the longer side, or of the line, counter-clockwise from x [degrees]
+
+    @property
+    def axis(self) -> int | None:
+        """Axis of the map that a line lies along: 0 y, 1 x; None if it lies along neither."""
+        return {0.0: 1, 90.0: 0}.get(self.angle) if self.kind == LINE else None
+
+
+@dataclass(frozen=True)
+class Smooth:
+    """Hertz's contact of the nominal bodies under the load of a rough contact."""
+
+    shape: Shape  # Of the contact
+    load: float  # W [N]
+    semi_axes: tuple[float, ...]  # [m]
+    length: float | None  # Of a line: that of the map along it [m]
+    max_pressure: float  # Peak pressure [Pa]
+    approach: float | None  # From first touch [m]
+
+    @property
+    def area(self) -> float:
+        """Area of contact [m²]."""
+        if self.length is not None:
+            return 2 * self.semi_axes[0] * self.length
+        return math.pi * self.semi_axes[0] * self.semi_axes[-1]
+
+    @property
+    def mean_pressure(self) -> float:
+        """Load over area [Pa]."""
+        return self.load / self.area
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """How far the contact reaches from its middle along y and along x [m]."""
+        c, s = (f(math.radians(self.shape.angle)) for f in (math.cos, math.sin))
+        if self.length is not None:
+            half = self.semi_axes[0]
+            return abs(half * c), abs(half * s)
+        a, b = self.semi_axes[0], self.semi_axes[-1]
+        return math.hypot(a * s, b * c), math.hypot(a * c, b * s)
+
+
+def shape_of(pair: Pair) -> Shape | None:
+    """Return how the nominal bodies of a pair curve against each other."""
+    result = [of(origin) for origin in pair.origins]
+    known = [item for item in result if item is not None]
+    total = sum(known[1:], known[0]) if len(known) == len(result) else None
+    if total is None or not total.any():
+        return None
+    if pair.is_profile:
+        return Shape(LINE, (1 / float(total[1, 1]),), 90.0) if total[1, 1] else None
+    (larger, smaller), angle = principal(total)
+    if math.isinf(larger):
+        return Shape(LINE, (smaller,), angle)
+    if larger <= (1 + _ROUND) * smaller:
+        return Shape(CIRCLE, (smaller,), 0.0)
+    return Shape(ELLIPSE, (larger, smaller), angle)
+
+
+def smooth(pair: Pair, load: float) -> Smooth | None:
+    """Return Hertz's contact of the nominal bodies of a pair."""
+    shape, modulus = shape_of(pair), pair.contact_modulus
+    if shape is None or not load > 0:
+        return None
+    if shape.kind == LINE:
+        return None if shape.axis is None else _line(pair, shape, load)
+    if shape.kind == CIRCLE:
+        radius = shape.radii[0]
+        sides: tuple[float, ...] = (hertz.contact_radius(load, radius, modulus),)
+        peak = hertz.max_pressure(load, radius, modulus)
+        approach = hertz.approach(load, radius, modulus)
+    else:
+        result = hertz.elliptic_contact(load, (shape.radii[0], shape.radii[1]), modulus)
+        sides, peak, approach = result.semi_axes, result.max_pressure, result.approach
+    alone = pair.boundary is Boundary.FREE
+    return Smooth(shape, load, sides, None, peak, approach if alone else None)
+
+
+def _line(pair: Pair, shape: Shape, load: float) -> Smooth:
+    axis, radius, modulus = shape.axis, shape.radii[0], pair.contact_modulus
+    assert axis is not None
+    length, datum = pair.size[axis], longer_side(pair.shape, pair.pixel)
+    result = hertz.line_contact(load / length, radius, modulus)
+    approach = None
+    # The datum of the strip, see `Boundary`.
+    if pair.boundary.periodic_axes == (axis,) and datum > result.half_width:
+        approach = hertz.line_approach(load / length, radius, modulus, datum)
+    return Smooth(shape, load, (result.half_width,), length, result.max_pressure, approach)
+
+
+def load_of(pair: Pair, shape: Shape, max_pressure: float) -> float | None:
+    """Return the load at which smooth bodies have a peak pressure."""
+    modulus, radius = pair.contact_modulus, shape.radii[0]
+    if shape.kind == CIRCLE:
+        return hertz.load_at_pressure(max_pressure, radius, modulus)
+    if shape.kind == ELLIPSE:
+        return hertz.elliptic_load(max_pressure, (radius, shape.radii[1]), modulus)
+    if shape.axis is None:
+        return None
+    return hertz.line_load(max_pressure, radius, modulus) * pair.size[shape.axis]

@@ -1,0 +1,642 @@
+"""What a contact is judged by before its numbers are believed: one check a question.
+
+A check looks at a solution and returns the caution that it gives cause for, or none. Every face
+of a result, from the console to the report, tells what `cautions` returns.
+
+`ratio_to_elastoplastic`: The recommended ceiling leaves 1.1 and 1.3 times as much on perfectly
+plastic spheres; from there to another ceiling both follow from the ceiling model itself. On
+rough maps, whose spots differ, both are nearer to one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from roughcontact.cautions import (
+    Caution,
+    Kind,
+    as_caution,
+    as_note,
+    as_warning,
+    edge,
+    no_checksums,
+    ordered,
+)
+from roughcontact.contact import hertz_comparison
+from roughcontact.contact.calibrated_ceiling import RECOMMENDED, CalibratedCeiling
+from roughcontact.contact.ceiling import area_change, recommended_ceiling
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.spots import FEW_PIXELS, Spots
+from roughcontact.errors import ArgumentRef, Part, message_parts
+from roughcontact.material.material import softer
+from roughcontact.surface.surface import Surface
+from roughcontact.theory import adhesion as adhesive, indenters
+from roughcontact.units import changed_by, counted, engineering, percent
+
+TRANSITION = 2.0
+"""Load over that of first yield from which on there is anything to compare."""
+
+NEAR = 0.05
+"""Distance of a ceiling from the recommended one within which the two leave the same behind."""
+
+# What the recommended ceiling leaves over what the volume does: 1.0 to 1.3 and 1.2 to 1.5, on
+# spheres and rough maps from 4 times the load of first yield on (benchmarks/ceiling_rule.py).
+_DEPTH, _ENERGY = 1.1, 1.3
+
+# Below this part the two have little in common.
+_FAR = 0.5
+
+
+def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
+    """Return what a ceiling leaves of a sphere over what plasticity of the volume leaves."""
+    depth, energy = _left(advice, ceiling)
+    usual_depth, usual_energy = _left(advice, advice.ceiling)
+    return _DEPTH * depth / usual_depth, _ENERGY * energy / usual_energy
+
+
+def _left(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
+    """Return depth and energy of a sphere under a ceiling, in units that do not depend on it."""
+    share = ceiling / advice.first_yield
+    depth, energy = indenters.left_under_ceiling(advice.load_ratio / share**3)
+    return depth * share**2, energy * share**5
+
+
+def indentation_caution(
+    advice: CalibratedCeiling, ceiling: float, hardens: bool = False
+) -> Caution | None:
+    """Return how far what a ceiling leaves behind is from plasticity of the volume."""
+    if advice.load_ratio < TRANSITION:
+        return None
+    depth, energy = ratio_to_elastoplastic(advice, ceiling)
+    excess = ceiling / advice.ceiling - 1
+    near = abs(excess) <= NEAR
+    where = "the recommended one"
+    if not near:
+        where = f"{100 * abs(excess):.0f} % {'above' if excess > 0 else 'below'} {where}"
+    times = float(f"{advice.load_ratio:.2g}")
+    parts: list[Part] = [
+        f"permanent indentation and dissipated energy are those of a ceiling, {where}: on a "
+        f"smooth sphere at {times:.7g} times the load of first yield about {depth:.1f} and "
+        f"{energy:.1f} times those of plasticity in the volume",
+        " (of metals that do not harden)" if hardens else "",
+        "; on rough maps both are nearer to 1",
+    ]
+    helps = abs(depth - 1) > abs(_DEPTH - 1) or abs(energy - 1) > abs(_ENERGY - 1)
+    if not near and helps:
+        parts += [
+            "; ",
+            ArgumentRef("ceiling", RECOMMENDED),
+            f" brings them to about {_DEPTH:.1f} and {_ENERGY:.1f}",
+        ]
+    parts.append(
+        "; loading and unloading with plasticity in the volume has neither error "
+        "(solve_elastoplastic, roughcontact solve --model volume --unload)"
+    )
+    said = as_warning if min(depth, energy) < _FAR else as_caution
+    return said(
+        Kind.IMPRINT,
+        *parts,
+        indentation_over_volume=depth,
+        energy_over_volume=energy,
+        load_ratio=advice.load_ratio,
+        recommended_ceiling=advice.ceiling,
+    )
+
+
+# Where the model itself ends: invented heights, large strains, few atoms, adhesion, materials.
+
+
+LARGE_STRAIN, SENSELESS_STRAIN = 0.1, 0.3
+"""Pressure over contact modulus, which the strain is of the order of; plastic strain.
+
+Above the first linear elasticity is inaccurate, above the second its pressures mean nothing.
+"""
+
+MANY_MISSING = 0.05
+"""Share of a map that is missing or filled from which its numbers are not those of the surface."""
+
+ATOM = 0.25e-9
+"""Distance of neighboring atoms of a solid [m]."""
+
+FEW_ATOMS = 1000
+"""Atoms in contact, some 9 nm across, below which a spot is no continuum.
+
+The area of smaller ones is off by a factor of two and more (Luan and Robbins, Nature 435 (2005)
+929, doi:10.1038/nature03700).
+"""
+
+WORK_OF_ADHESION = 0.05
+"""Work of adhesion of bodies in air [J/m²], as dirt and water leave it."""
+
+SMOOTHEST = 10e-9
+"""Roughness [m] that nearly every body has, of waves too short for its map.
+
+It keeps apart whatever adhesion draws out by less (Fuller and Tabor, Proc. R. Soc. A 345 (1975)
+327, doi:10.1098/rspa.1975.0138), hence all smooth metals and ceramics. Below a pixel it is at most
+a tenth of the pixel.
+"""
+
+ENLARGED, DECIDED = 1.1, 1.5
+"""Contact area with adhesion over that without that is worth a word, and that makes it decide."""
+
+
+def filled(result: ContactResult) -> Caution | None:
+    """Return what is said of points that were not measured but filled."""
+    bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
+    share = max(body.provenance.filled_share(body.heights.size) for body in bodies)
+    if share == 0:
+        return None
+    text = f"{percent(share)} of the {result.pair.whole} was not measured but filled smoothly"
+    if share <= MANY_MISSING:
+        return as_note(Kind.FILLED, text, filled=share)
+    return as_warning(
+        Kind.FILLED,
+        f"{text}: contact there is invented; crop the {result.pair.whole}, or let its missing "
+        "points never touch, ",
+        ArgumentRef("holes", "mask"),
+        filled=share,
+    )
+
+
+def strains(result: ContactResult) -> Caution | None:
+    """Return what is said of pressures that strain the bodies beyond linear elasticity."""
+    ratio = result.max_pressure / result.contact_modulus
+    if not ratio > LARGE_STRAIN:
+        return None
+    said = as_warning if ratio > SENSELESS_STRAIN else as_caution
+    effect = "pressures mean nothing, areas are" if ratio > SENSELESS_STRAIN else "numbers are"
+    return said(
+        Kind.STRAINS,
+        f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
+        f"{'of ' if ratio <= 1 else ''}the contact modulus, beyond linear elasticity: {effect} "
+        "estimates",
+        strain=ratio,
+    )
+
+
+def atoms(result: ContactResult) -> Caution | None:
+    """Return what is said of spots that have too few atoms to be a continuum."""
+    spots = result.spots()
+    if spots.count == 0:
+        return None
+    size = spots.halfway(spots.area)
+    count = size / ATOM**2
+    if not count < FEW_ATOMS:
+        return None
+    return as_warning(
+        Kind.ATOMS,
+        f"half of the load is on spots of about {max(count, 1):.2g} atoms "
+        f"({1e18 * size:.3g} nm²) or fewer: "
+        "below some nanometers no body is a continuum, and these numbers are estimates",
+        atoms=count,
+    )
+
+
+def adhesion(result: ContactResult) -> Caution | None:
+    """Return what adhesion, which is left out, does to the spots that carry half of the load."""
+    spots, modulus, work = result.spots(), result.contact_modulus, WORK_OF_ADHESION
+    carrying = spots.load > 0
+    if not carrying.any() or result.contact.all():
+        return None
+    load = np.where(carrying, spots.load, np.inf)
+    radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)
+    drawn = adhesive.RANGE * np.maximum(adhesive.tabor(radius, modulus, work), 1.0)
+    felt = carrying & (drawn > min(SMOOTHEST, 0.1 * min(result.surface.pixel)))
+    grown, pull = np.ones(load.shape), np.zeros(load.shape)
+    grown[felt] = adhesive.enlargement(load[felt], radius[felt], modulus, work)
+    pull[felt] = adhesive.pull_off(radius[felt], modulus, work) / load[felt]
+    times, share = spots.halfway(grown), spots.halfway(pull)
+    if not times > ENLARGED:
+        return None
+    return (as_warning if times > DECIDED else as_caution)(
+        Kind.ADHESION,
+        f"adhesion is left out: at {engineering(work, 'J/m²')} it would enlarge the contact area "
+        f"{times:.3g} times, and pull-off would take "
+        f"{percent(share) if share <= 1 else f'{share:.3g} times'} "
+        f"{'of ' if share <= 1 else ''}the load",
+        enlargement=times,
+        pull_off_over_load=share,
+    )
+
+
+def materials(result: ContactResult) -> Caution | None:
+    """Return what the materials do that no contact here includes."""
+    both = (result.material, result.counter_material)
+    text = dict.fromkeys((body.name or "the body", body.caveat) for body in both if body.caveat)
+    if not text:
+        return None
+    return as_warning(Kind.MATERIAL, "; ".join(f"{name}: {caveat}" for name, caveat in text))
+
+
+# --- What a contact is judged by before its numbers are believed: one check a question ---
+
+
+SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
+"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+
+
+CEILING_ERROR = 0.05
+"""Distance of a ceiling from the recommended one that is worth a word."""
+
+IMPLAUSIBLE_SLOPE = 3.0
+"""Root-mean-square slope that no measured map has: it is steeper than 70 degrees all over."""
+
+MODULI = (1e6, 2e12)
+"""Young's moduli of solids [Pa], from soft rubber to beyond diamond."""
+
+STRENGTHS = (1e-6, 0.3)
+"""Yield strengths over Young's modulus, from pure soft metal crystals to beyond ideal strength."""
+
+LONGEST_SIDE = 10.0
+"""Side of a map [m] that nothing measures."""
+
+SHOWN_CONTACT = 0.3
+"""Share of a rough map in contact up to which the recommended ceiling was tried."""
+
+SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING = 0.05, 0.09, 0.08
+"""Largest errors of the area with the recommended ceiling: spheres and lines, maps, hardening."""
+
+SPIKY_KURTOSIS = 20.0
+"""Kurtosis of heights that no process of manufacture gives.
+
+It is 3 of Gaussian heights, 2 to 10 of machined and worn surfaces, some 15 where deep grooves are
+honed into a plateau; nine real maps have 2 to 5 without their spikes, and 52 to 811 with them.
+"""
+
+SPIKY_PEAK = 10.0
+"""Robust standard deviations that the highest of spiky heights stands above their median.
+
+The highest of 10⁹ Gaussian heights stands 6 above it. Pits make a large kurtosis as well, but do
+not touch.
+"""
+
+SPIKE_LEAD, SPIKE_LOAD = 0.5, 0.1
+"""Part of the approach that a first spot leads by, and of the load it bears, if it is a spike.
+
+A summit that leads by half of the approach is pressed the most and bears much of the load.
+"""
+
+_LIMITS = {
+    Regime.BEYOND_CEILING: "three times the yield strength",
+    Regime.BEYOND_HARDNESS: "the hardness",
+}
+
+
+@dataclass(frozen=True)
+class Check:
+    """A question that a solution is asked."""
+
+    subject: str  # What is looked at, for a list of what was checked
+    find: Callable[[ContactResult], Caution | None]
+    when: Callable[[ContactResult], bool] = lambda _: True
+    shared: bool = False  # Whether it can be asked where several processes hold the map
+
+    def applies(self, result: ContactResult) -> bool:
+        """Return whether the question can be asked of a solution."""
+        return (self.shared or not result.pair.is_shared) and self.when(result)
+
+
+def cautions(result: ContactResult) -> tuple[Caution, ...]:
+    """Return what a reader of a contact has to know, the severest first."""
+    requested = (check.find(result) for check in CHECKS if check.applies(result))
+    return ordered([*(caution for caution in requested if caution is not None), *result.remarks])
+
+
+def checked(result: ContactResult) -> tuple[str, ...]:
+    """Return what a solution was looked at for, in a few words each."""
+    return tuple(check.subject for check in CHECKS if check.applies(result))
+
+
+def over_loads(
+    result: Sequence[tuple[float, tuple[Caution, ...]]], unit: str
+) -> tuple[Caution, ...]:
+    """Return the cautions of a row of contacts, one of each kind."""
+    once: dict[str, list[tuple[float, Caution]]] = {}
+    for value, cautions_there in result:
+        for caution in cautions_there:
+            once.setdefault(caution.kind, []).append((value, caution))
+    return ordered(_spread(text, len(result), unit) for text in once.values())
+
+
+def _spread(text: list[tuple[float, Caution]], count: int, unit: str) -> Caution:
+    (first, _), (last, caution) = text[0], text[-1]
+    if len(text) == count:
+        return caution
+    where = f"at {engineering(first, unit)}"
+    if len(text) > 1:
+        where = f"at {len(text)} of {count} steps, {engineering(first, unit)} to "
+        where += f"{engineering(last, unit)}; the last of them"
+    return replace(caution, parts=(f"{where}: ", *caution.parts))
+
+
+def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
+    """Return how large the spots are that matter."""
+    if spots.count == 0:
+        return 0
+    return round(spots.halfway(spots.area) / result.pixel_area)
+
+
+def advice(result: ContactResult) -> CalibratedCeiling | None:
+    """Return the ceiling that is recommended, where the spots are large enough to be judged."""
+    pair = result.pair
+    if (
+        pair.is_profile
+        or pair.is_shared
+        or load_bearing_spot_pixels(result, result.spots()) < FEW_PIXELS
+    ):
+        return None
+    return recommended_ceiling(result)
+
+
+# The checks
+
+
+def _convergence(result: ContactResult) -> Caution | None:
+    if result.converged:
+        return None
+    return as_warning(
+        Kind.NOT_CONVERGED,
+        f"not converged: certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e} (",
+        *message_parts(result.status),
+        ")",
+        certificate=result.certificate,
+        tolerance=result.tolerance,
+    )
+
+
+def at_edge(result: ContactResult, *more: str) -> Caution | None:
+    """Return what is said of a contact that reaches an edge at which the map ends."""
+    share = result.totals.edge_load
+    return None if share is None else edge(result.pair.whole, share, *more)
+
+
+def _below_ceiling(result: ContactResult) -> Caution | None:
+    if result.regime not in _LIMITS:
+        return None
+    advice = "solve with a ceiling" if result.ceiling is None else "the ceiling lies above it"
+    return as_warning(
+        Kind.BEYOND_CEILING,
+        f"the pressure exceeds {_LIMITS[result.regime]} of the softer body: {advice}",
+        max_pressure=result.max_pressure,
+    )
+
+
+def _resolution(result: ContactResult) -> Caution | None:
+    pixels = load_bearing_spot_pixels(result, result.spots())
+    if not 0 < pixels < FEW_PIXELS:
+        return None
+    return as_warning(
+        Kind.RESOLUTION,
+        f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
+        f"{result.pair.whole} does not resolve the contact, and "
+        f"{'lengths' if result.pair.is_profile else 'areas'} and pressures depend on its pixel",
+        carrying_pixels=pixels,
+    )
+
+
+def _slopes(result: ContactResult) -> Caution | None:
+    slope = result.pair.rms_slope
+    if (mistaken := implausible_slope(slope)) is not None:
+        return mistaken
+    if not slope >= LARGE_SLOPE:
+        return None
+    return as_caution(
+        Kind.SLOPES,
+        f"the slopes are not small (root mean square {slope:.2g}, limit about "
+        f"{LARGE_SLOPE:g}): read areas and pressures as estimates",
+        rms_slope=slope,
+    )
+
+
+def implausible_slope(slope: float) -> Caution | None:
+    """Return what is said of heights whose root-mean-square slope is that of no measured map."""
+    if not slope >= IMPLAUSIBLE_SLOPE:
+        return None
+    what = (
+        f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has; their "
+        "unit may be another, or some of them stand for missing points"
+    )
+    return _mistaken(what, _METRES, rms_slope=slope)
+
+
+_METRES = "metres, so 1 µm is 1e-6 or '1 um'"
+
+
+def _units(result: ContactResult) -> Caution | None:
+    """Return which number looks as if it were in another unit than the one it is taken in."""
+    for body, whose in (
+        (result.material, "the body"),
+        (result.counter_material, "the counter-body"),
+    ):
+        E, strength = body.young, body.yield_strength
+        if math.isinf(E):
+            continue
+        if not MODULI[0] <= E <= MODULI[1]:
+            what = f"Young's modulus of {whose} is {engineering(E, 'Pa')}, that of no solid"
+            return _mistaken(what, "pascals, so 210 GPa are 210e9 or '210 GPa'", young=E)
+        share = STRENGTHS[0] if strength is None else strength / E
+        if not STRENGTHS[0] <= share <= STRENGTHS[1]:
+            what = f"the yield strength of {whose} is {share:.2g} of its modulus, as in no solid"
+            return _mistaken(what, "pascals, so 1 GPa is 1e9 or '1 GPa'", yield_over_young=share)
+    side = max(result.pair.size[result.pair.is_profile :])
+    if side > LONGEST_SIDE:
+        what = f"the {result.pair.whole} is {engineering(side, 'm')} long"
+        return _mistaken(what, _METRES, side=side)
+    return None
+
+
+def _mistaken(what: str, unit: str, **numbers: float) -> Caution:
+    return as_warning(Kind.UNITS, f"{what}: numbers without a unit are taken in {unit}", **numbers)
+
+
+def _ceiling(result: ContactResult) -> Caution | None:
+    """Return which ceiling would be nearer to plasticity of the volume, if another one would."""
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return None
+    # One caution about the ceiling at most: `_hardness` tells of numbers of two conditions.
+    if result.calibrated is not None or result.recommended is not None or body.at_odds is not None:
+        return None
+    answer = advice(result)
+    if answer is None or answer.load_ratio < TRANSITION:
+        return None
+    too_high = min(ceiling, result.max_pressure) > (1 + CEILING_ERROR) * answer.ceiling
+    too_low = result.saturated_fraction > 0 and ceiling < (1 - CEILING_ERROR) * answer.ceiling
+    if not (too_high or too_low):
+        return None
+    change = area_change(answer, ceiling, result.contact_modulus)
+    return as_caution(
+        Kind.CEILING,
+        f"under the calibrated ceiling, {answer.factor:.2f} yield strengths, the contact area "
+        f"changes by about {changed_by(change)}: ",
+        ArgumentRef("ceiling", RECOMMENDED),
+        recommended_ceiling=answer.ceiling,
+        load_ratio=answer.load_ratio,
+        area_change=change,
+    )
+
+
+def shown_error(result: ContactResult) -> float:
+    """Return how well the recommended ceiling gives the contact area, as a part of it."""
+    bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
+    rough = result.spots().count > 1
+    if any(body.poisson < 0 for body in bodies):
+        return math.nan
+    if rough and result.contact_fraction > SHOWN_CONTACT:
+        return math.nan
+    if any(body.hardens for body in bodies):
+        return SHOWN_HARDENING
+    return SHOWN_ROUGH if rough else SHOWN_SPHERE
+
+
+def _hardness(result: ContactResult) -> Caution | None:
+    """Return that the yield strength of the softer body is too high for its hardness."""
+    ceiling, body = result.ceiling, softer(result.material, result.counter_material)
+    if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
+        return None
+    ratio, hardness = body.at_odds, body.hardness
+    if ratio is None or hardness is None or not result.max_pressure > (1 + 1e-9) * hardness:
+        return None
+    return as_caution(
+        Kind.HARDNESS,
+        f"three yield strengths of {body.name or 'the softer body'} are {ratio:.2g} times its "
+        "hardness, which no contact exceeds: ",
+        ArgumentRef("ceiling", engineering(hardness, "Pa", 4)),
+        three_yield_strengths=ratio * hardness,
+        hardness=hardness,
+    )
+
+
+def _spikes(result: ContactResult) -> Caution | None:
+    for surface, whose in (
+        (result.surface, f"the {result.pair.whole}"),
+        (result.counter_surface, f"the {result.pair.whole} of the counter-body"),
+    ):
+        answer = None if surface is None else spikes(surface)
+        if answer is not None:
+            kurtosis, peak = answer
+            return as_caution(
+                Kind.SPIKES,
+                f"the heights of {whose} have a kurtosis of {kurtosis:.3g} (3 if Gaussian, some 2 "
+                f"to 10 of machined surfaces), and the highest stands {peak:.3g} robust standard "
+                "deviations above the median: unless the body has such peaks, spikes of the "
+                "measurement touch in its place; take them out (without_outliers of the map, ",
+                ArgumentRef("outliers", 6.0),
+                ") and solve again",
+                kurtosis=kurtosis,
+                peak=peak,
+            )
+    return _first_touch(result)
+
+
+def _first_touch(result: ContactResult) -> Caution | None:
+    """Return what is said where the bodies touch first on a spike that bears next to nothing."""
+    answer, gap = result.spots(), result.initial_gap
+    first = int(np.nanargmin(gap))
+    number = int(answer.label.flat[first])
+    others = (answer.label > 0) & (answer.label != number)
+    if number == 0 or not others.any():
+        return None
+    lead = float(gap[others].min() - gap.flat[first])
+    pixels = round(float(answer.area[number - 1]) / result.pixel_area)
+    share = float(answer.load[number - 1] / answer.load.sum())
+    if pixels >= FEW_PIXELS or share > SPIKE_LOAD or lead < SPIKE_LEAD * result.approach:
+        return None
+    cached = float(result.residual_indentation.max())
+    own = cached > 0 and cached == result.residual_indentation.flat[first]
+    return as_caution(
+        Kind.SPIKES,
+        f"the bodies touch first on a spike of {counted(pixels, 'pixel')}, which stands "
+        f"{engineering(lead, 'm', 3)} above what touches next and bears {percent(share)} of the "
+        f"load: {percent(min(lead / result.approach, 1.0))} of the approach is its flattening"
+        f"{', and the deepest indentation is its own' if own else ''}; unless the body has such a "
+        "peak take it out (without_outliers of the map, ",
+        ArgumentRef("outliers", 6.0),
+        ") and solve again",
+        lead=lead,
+        spike_load=share,
+    )
+
+
+def spikes(surface: Surface) -> tuple[float, float] | None:
+    """Return kurtosis and highest peak of a map whose heights look like spikes on a surface."""
+    heights = surface.heights
+    kurtosis = surface.Sku
+    if not kurtosis > SPIKY_KURTOSIS:
+        return None
+    middle = float(np.nanmedian(heights))
+    deviation = 1.4826 * float(np.nanmedian(np.abs(heights - middle)))
+    if deviation == 0:
+        return None
+    peak = (float(np.nanmax(heights)) - middle) / deviation
+    return (kurtosis, peak) if peak > SPIKY_PEAK else None
+
+
+def _missing(result: ContactResult) -> Caution | None:
+    missing = math.prod(result.pair.shape) - result.totals.points
+    if not missing:
+        return None
+    share = missing / math.prod(result.pair.shape)
+    part = f"{percent(share)} of the {result.pair.whole}"
+    was = "was" if missing == 1 else "were"
+    said = as_note if share < MANY_MISSING else as_caution
+    return said(
+        Kind.MISSING,
+        f"{counted(missing, 'missing point')} ({part}) {was} treated as never touching",
+        missing=missing,
+    )
+
+
+def _ranks(result: ContactResult) -> Caution:
+    return as_note(
+        Kind.RANKS,
+        "the map lies on several ranks: what needs it in one process was not checked, such as "
+        "spots, slopes, spikes and its spectrum",
+    )
+
+
+CHECKS = (
+    Check("convergence", _convergence, shared=True),
+    Check("ranks", _ranks, lambda r: r.pair.is_shared, shared=True),
+    Check("contact at the edges", at_edge, lambda r: bool(r.boundary.free_axes), shared=True),
+    Check(
+        "pressure against the strength of the softer body",
+        _below_ceiling,
+        lambda r: r.regime is not Regime.UNKNOWN,
+        shared=True,
+    ),
+    Check("size of the spots in pixels", _resolution),
+    Check("units of moduli, strengths and lengths", _units, shared=True),
+    Check("slopes", _slopes),
+    Check("strains", strains, shared=True),
+    Check("number of atoms in contact", atoms, lambda r: not r.pair.is_profile),
+    Check("adhesion", adhesion, lambda r: not r.pair.is_profile),
+    Check("what the materials do that the model does not", materials, shared=True),
+    Check(
+        "the ceiling against plasticity of the volume",
+        _ceiling,
+        lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
+    ),
+    Check(
+        "the yield strength against the hardness",
+        _hardness,
+        lambda r: (
+            r.pair.softer is not None
+            and None not in (r.pair.softer.yield_strength, r.pair.softer.hardness)
+        ),
+        shared=True,
+    ),
+    Check("spikes of the measurement", _spikes),
+    Check("filled points", filled),
+    Check("missing points", _missing, shared=True),
+    Check(
+        "Hertz's theory behind the load",
+        hertz_comparison.of_given_load,
+        hertz_comparison.behind_load,
+    ),
+    Check("checksums of its file", lambda _: no_checksums(), lambda r: r.unsealed),
+)

@@ -1,0 +1,300 @@
+"""What has to hold before a contact is solved; each check says what, found, do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import memory as ground
+from roughcontact.contact import load_case, memory
+from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.load_case import LoadCase, Scale
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.share import Slab
+from roughcontact.errors import (
+    ArgumentRef,
+    CapacityError,
+    InputError,
+    require_choice,
+    require_count,
+    require_positive,
+    shown,
+)
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.memory import ITERATIONS
+from roughcontact.solvers import rigid_tilt
+from roughcontact.solvers.problem import Problem
+
+Array = NDArray[np.float64]
+
+# The smallest ceiling in units of the pressures: what is too small for a number is no zero.
+_LEAST = 1e-300
+
+
+@dataclass
+class ContactProblem:
+    """A problem that has passed all checks; the solver may take its arrays away."""
+
+    problem: Problem  # For the solver, in the units of `scale`
+    scale: Scale  # Its units
+    ceiling: float | Array | None  # (ny, nx) Largest pressure [Pa]
+    holes: bool  # Whether some points never touch
+    target: Array | None  # Where the load acts, as a part of the longer side
+
+
+def build_problem(
+    pair: Pair,
+    terms: LoadCase,
+    start: ContactResult | ArrayLike | None = None,
+    *,
+    held: int = 0,
+    series: bool = False,
+) -> ContactProblem:
+    """Return the problem that a solve is given, or raise what is wrong with it."""
+    check_terms(terms)
+    # First what any contact on this grid needs: nothing large has been made yet.
+    room, there = memory.Room.of(pair, terms, held), ground.free()
+    pair.sums.agreed(lambda: room.require(there=there))
+    if terms.moments is not None:
+        terms = replace(terms, moments=checked_moments(terms, pair.boundary))
+    check_holes(pair)
+    ceiling = resolved_ceiling(terms.ceiling, pair)
+    if start is not None:
+        check_start(start, pair.shape)
+    gap = touchable_gap(pair)
+    total, target = None, None
+    if terms.load is not None:
+        require_positive(load=terms.load)
+        total = min(terms.load, capacity(terms.load, ceiling, gap, pair)) / pair.pixel_area
+        if terms.moments is not None:
+            target = np.array(terms.moments) / (terms.load * max(pair.size))
+            check_balance(target, terms.load, ceiling, gap, pair)
+    holes = pair.has_holes
+    if terms.approach is not None:
+        require_positive(approach=terms.approach)
+        if not (pair.boundary.free_axes or holes) and ceiling is None:
+            full = pair.sums.total(gap) / math.prod(pair.shape)
+            require_below(terms.approach, full)
+    units = load_case.of(pair, terms, gap)
+    gap /= units.length
+    if terms.precision == "single":
+        gap = gap.astype(np.float32)
+    problem = Problem(
+        gap,
+        limit=np.inf if ceiling is None else np.maximum(ceiling / units.pressure, _LEAST),
+        total=None if total is None else total / units.pressure,
+        approach=None if terms.approach is None else terms.approach / units.length,
+        whole=pair.shape if pair.is_shared else None,
+    )
+    # Where a light contact fits and a full one does not, it depends on this one.
+    if not pair.is_shared and room.estimate(1.0) > there:
+        touching = memory.started(problem, start, series)
+        room.require(max(touching, memory.coarse_contact_guess(pair, problem, units)), there)
+    return ContactProblem(problem, units, ceiling, holes, target)
+
+
+def check(pair: Pair, terms: LoadCase, *, held: int = 0, series: bool = False) -> None:
+    """Raise what a solve would raise before it starts."""
+    build_problem(pair, terms, held=held, series=series)
+
+
+def check_terms(terms: LoadCase) -> None:
+    """Raise `InputError` for terms that no bodies could be pressed on."""
+    require_choice(("double", "single"), precision=terms.precision)
+    require_positive(tolerance=terms.certificate)
+    require_count(1, ITERATIONS, max_iterations=terms.max_iterations)
+    if (terms.load is None) == (terms.approach is None):
+        raise InputError(
+            "give either ",
+            ArgumentRef("load"),
+            " or ",
+            ArgumentRef("approach"),
+            ", and only one of them",
+        )
+
+
+def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
+    """Raise `InputError` for what needs the whole map, where several processes hold it."""
+    needs = {
+        "a tilt": terms.moments is not None,
+        "a recommended ceiling": isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED,
+        "a ceiling for every pixel": isinstance(terms.ceiling, (list, tuple, np.ndarray)),
+        "a start": start is not None,
+    }
+    for what, wanted in needs.items():
+        if wanted:
+            pair.require_whole(what)
+
+
+def check_profile(pair: Pair, terms: LoadCase) -> None:
+    """Raise `InputError` for what is known of maps alone."""
+    if terms.moments is not None:
+        pair.require_map("a tilt")
+    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+        pair.require_map("a recommended ceiling")
+
+
+def check_holes(pair: Pair) -> None:
+    """Raise `InputError` for points missing that nothing was decided about."""
+    share = pair.share
+    if isinstance(share, Slab) and share.missing and not share.holes_masked:
+        raise InputError(
+            f"has {share.missing} missing points: fill them beforehand, or let them never touch "
+            "with ",
+            ArgumentRef("holes_masked", True),
+            argument="surface",
+        )
+    for name, body in (("surface", share), ("counter_surface", pair.counter_surface)):
+        if body is not None and body.missing and not body.holes_masked:
+            raise InputError(
+                f"has {body.missing} missing points: fill them (.filled()), crop them away "
+                "(.cropped(...)) or let them never touch (.masked())",
+                argument=name,
+            )
+
+
+def touchable_gap(pair: Pair) -> Array:
+    """Return the gap at first touch [m], infinite where the bodies never touch, shape (rows."""
+    gap = pair.initial_gap
+    if pair.has_holes:
+        gap[np.isnan(gap)] = np.inf
+    if pair.has_holes and not pair.sums.count(np.isfinite(gap)):
+        raise CapacityError(
+            "no contact is possible: together the holes of both bodies leave no point to touch"
+        )
+    return gap
+
+
+def row(values: ArrayLike, argument: str) -> Array:
+    """Return numbers in a row as an array; raise `InputError` unless they are finite."""
+    try:
+        result = np.atleast_1d(np.array(values, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        result = np.empty(0)
+    if result.ndim != 1 or not result.size or not np.isfinite(result).all():
+        raise InputError(
+            f"must be a row of finite numbers [m], got {shown(values)}", argument=argument
+        )
+    return result
+
+
+def require_below(approach: float, full: float) -> None:
+    """Raise `CapacityError` for a periodic map that is pressed beyond an approach [m]."""
+    if approach >= full:
+        raise CapacityError(
+            f"= {approach:.6g} m is beyond full contact of this periodic "
+            f"surface at {full:.6g} m, where the load is undefined; give a ",
+            ArgumentRef("load"),
+            " instead",
+            argument="approach",
+        )
+
+
+def checked_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
+    """Return the moments as two numbers, or raise `InputError` if they cannot be balanced."""
+    moments: Any = terms.moments
+    try:
+        about_y, about_x = (float(moment) for moment in moments)
+    except (TypeError, ValueError):
+        about_y = about_x = math.nan
+    if not (math.isfinite(about_y) and math.isfinite(about_x)):
+        raise InputError(
+            f"must be a pair (y, x) of numbers [N m], got {moments!r}",
+            argument="moments",
+            value=moments,
+        )
+    if terms.load is None:
+        raise InputError(
+            "need a load to balance; give ",
+            ArgumentRef("load"),
+            " instead of ",
+            ArgumentRef("approach"),
+            argument="moments",
+        )
+    if boundary.periodic_axes:
+        raise InputError(
+            "need ", ArgumentRef("boundary", "free"), ": a tilt has no period", argument="moments"
+        )
+    if terms.precision == "single":
+        raise InputError(
+            "need ",
+            ArgumentRef("precision", "double"),
+            " to be balanced to 1e-8",
+            argument="moments",
+        )
+    return about_y, about_x
+
+
+def check_balance(
+    target: Array, load: float, ceiling: float | Array | None, gap: Array, pair: Pair
+) -> None:
+    """Raise if no admissible pressure has its centre where the load acts."""
+    touchable = np.isfinite(gap)
+    y, x = (
+        np.broadcast_to(v, gap.shape)[touchable]
+        for v in rigid_tilt.moment_arms(gap.shape, pair.pixel)
+    )
+    share: float | Array = math.inf
+    if ceiling is not None:
+        part = np.asarray(ceiling) * (pair.pixel_area / load)
+        share = part[touchable] if part.ndim else float(part)
+    side = max(pair.size)
+    outside = rigid_tilt.excess(target, y, x, share) * side
+    if outside > 0:
+        at_y, at_x = target * side
+        what = "points that can touch" if ceiling is None else "pressures up to the ceiling"
+        raise CapacityError(
+            f"= ({target[0] * load * side:.6g}, {target[1] * load * side:.6g}) N m put the "
+            f"load of {load:.6g} N at ({at_y:.6g}, {at_x:.6g}) m from the centre of the map, "
+            f"{outside:.3g} m beyond what {what} can balance; move it inwards",
+            argument="moments",
+        )
+
+
+def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> None:
+    """Raise `InputError` unless a solve can start from this."""
+    pressure = np.asarray(start.pressure if isinstance(start, ContactResult) else start)
+    if pressure.dtype.kind not in "fiu":
+        raise InputError(
+            f"must be a ContactResult or a map of pressures [Pa], got {type(start).__name__}",
+            argument="start",
+        )
+    if pressure.shape != shape:
+        raise InputError(
+            f"has {pressure.shape} pixels and the surface {shape}; "
+            "start from a solution on the same grid",
+            argument="start",
+        )
+    if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
+        raise InputError("must hold finite pressures that are not negative", argument="start")
+
+
+def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:
+    """Return the largest load that can be carried, or raise if this one is larger."""
+    if ceiling is None:
+        return math.inf
+    touchable = np.isfinite(gap)
+    if isinstance(ceiling, np.ndarray):
+        largest = float(ceiling[touchable].sum()) * pair.pixel_area
+    else:
+        largest = ceiling * pair.sums.count(touchable) * pair.pixel_area
+    require_capacity(load, largest, pair)
+    return largest
+
+
+def require_capacity(load: float, largest: float, pair: Pair) -> None:
+    """Raise `CapacityError` for a load above the largest that can be carried."""
+    # The full capacity is a load like any other; rounding must not refuse it.
+    if load > largest * (1 + 1e-12):
+        raise CapacityError(
+            f"= {load:.6g} {pair.load_unit} is more than the surface can carry: the ceiling times "
+            f"the {'length' if pair.is_profile else 'area'} of its valid pixels is {largest:.6g} "
+            f"{pair.load_unit}",
+            argument="load",
+        )

@@ -1,0 +1,201 @@
+"""Who is let in: requests for this server, from its own pages, with the token or its cookie.
+
+A page of another site in the same browser can send requests here, and make its own name lead to
+this machine (DNS rebinding): both name a host or an origin that is not ours.
+"""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+from urllib.parse import urlencode, urlsplit
+
+from tornado.httputil import HTTPHeaders, HTTPServerRequest
+from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
+from tornado.web import (
+    Application,
+    OutputTransform,
+    RequestHandler,
+    create_signed_value,
+    decode_signed_value,
+)
+
+LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+"""What this machine is called by itself."""
+
+TOKEN, WORK = "token", "work"
+"""What an address tells: the token, and the key of a piece of work."""
+
+# Parts of Bokeh and Panel, which anybody may have: a page in a frame shows no cookie for them.
+_PUBLIC = "/static/"
+_LET_IN = b"let in"
+_DAYS = 31
+# Nothing that a page shows comes from elsewhere, whatever it holds; Bokeh makes functions of text.
+# A notebook on this machine may show it.
+_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; font-src 'self' data:; "
+    "connect-src 'self' blob: ws: wss:; worker-src 'self' blob:; object-src 'none'; "
+    "base-uri 'self'; "
+    "form-action 'self'; frame-ancestors http://127.0.0.1:* http://localhost:*"
+)
+
+
+@dataclass(frozen=True)
+class AccessPolicy:
+    """Who may come in."""
+
+    origins: tuple[str, ...]
+    token: str  # What has to be shown once
+    secret: bytes  # Signs the cookie
+    port: int  # Where the server listens: a browser has the cookies of all ports of a machine
+
+    @property
+    def cookie(self) -> tuple[str, str]:
+        """Name and value of the cookie of a browser that has shown the token."""
+        name = f"roughcontact-desk-{self.port}"
+        return name, create_signed_value(self.secret, name, _LET_IN).decode("ascii")
+
+    def refusal(self, request: HTTPServerRequest) -> str:
+        """Return why a request is refused; empty if it is not."""
+        host = request.host.lower()
+        if _name(host) not in LOOPBACK and host not in map(_host_of, self.origins):
+            return f"{host!r} is no name of this server; it has to be told by --allow-origin"
+        headers = request.headers
+        origin = headers.get("Origin") or headers.get("Sec-Websocket-Origin")
+        own = (f"http://{host}", f"https://{host}") if _name(host) in LOOPBACK else ()
+        if origin is not None and origin.lower() not in (*own, *self.origins):
+            return f"a page of {origin!r} may not use this server"
+        # A page of another site that only wants to disturb.
+        site = headers.get("Sec-Fetch-Site", "none")
+        if site not in ("none", "same-origin") and headers.get("Sec-Fetch-Mode") != "navigate":
+            return "a page of another site may not use this server"
+        if not self._knows_token(request):
+            return "open the address that the command printed, with its token"
+        return ""
+
+    def _knows_token(self, request: HTTPServerRequest) -> bool:
+        if request.path.startswith(_PUBLIC):
+            return True
+        name, _ = self.cookie
+        cookie = request.cookies.get(name)
+        if (
+            cookie is not None
+            and decode_signed_value(self.secret, name, cookie.value, max_age_days=_DAYS) == _LET_IN
+        ):
+            return True
+        shown = request.arguments.get(TOKEN, [])
+        return any(hmac.compare_digest(word, self.token.encode()) for word in shown)
+
+
+def _host_of(origin: str) -> str:
+    return urlsplit(origin).netloc
+
+
+def _name(host: str) -> str:
+    """Return a host without its port."""
+    end = host.rpartition("]")
+    return f"{end[0]}]" if end[1] else host.partition(":")[0]
+
+
+def guarded(
+    door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str], app: Any
+) -> Any:
+    """Return what stands before an application of Tornado, and lets in who may come in."""
+    refusing = Application(
+        [(r".*", _Refused, {"door": door})], transforms=[Guarded], log_function=_quiet
+    )
+    entrance = Application(
+        [(r".*", _Entrance, {"door": door, "find": find, "create": create})],
+        transforms=[Guarded],
+        log_function=_quiet,
+    )
+    return RuleRouter(
+        [
+            Rule(_Matching(lambda request: bool(door.refusal(request))), refusing),
+            Rule(_Matching(lambda request: _is_lost(request, find)), entrance),
+            Rule(AnyMatches(), app),
+        ]
+    )
+
+
+class Guarded(OutputTransform):
+    """Has every answer say where its parts may come from, and that it is nobody's frame."""
+
+    def transform_first_chunk(
+        self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
+    ) -> tuple[int, HTTPHeaders, bytes]:
+        """Add the headers."""
+        headers["Content-Security-Policy"] = _POLICY
+        headers["X-Content-Type-Options"] = "nosniff"
+        headers["Referrer-Policy"] = "no-referrer"
+        headers["Cross-Origin-Resource-Policy"] = "same-origin"
+        return status_code, headers, chunk
+
+
+class _Matching(Matcher):
+    def __init__(self, fits: Callable[[HTTPServerRequest], bool]) -> None:
+        self._fits = fits
+
+    def match(self, request: HTTPServerRequest) -> dict[str, Any] | None:
+        return {} if self._fits(request) else None
+
+
+def _is_lost(request: HTTPServerRequest, find: Callable[[str], bool]) -> bool:
+    """Return whether a page is asked for without a work, or with a token to be put away."""
+    is_framed = request.headers.get("Sec-Fetch-Dest") in ("iframe", "frame")
+    put_away = TOKEN in request.arguments and not is_framed
+    return request.path == "/" and (put_away or not find(key_of(request)))
+
+
+def key_of(request: Any) -> str:
+    """Return the key of the work that a request is about; empty if it tells none."""
+    return told_of(request, WORK)
+
+
+def told_of(request: Any, name: str) -> str:
+    """Return what the address of a request tells by a name; empty if it tells nothing."""
+    return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
+
+
+class _Refused(RequestHandler):
+    def initialize(self, door: AccessPolicy) -> None:
+        self._door = door
+
+    def prepare(self) -> None:
+        self.set_status(403)
+        self.set_header("Content-Type", "text/plain; charset=UTF-8")
+        self.finish(f"roughcontact desk: {self._door.refusal(self.request)}\n")
+
+
+class _Entrance(RequestHandler):
+    """Leads to a work: the one that is asked for, or a new one."""
+
+    def initialize(
+        self, door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str]
+    ) -> None:
+        self._door, self._find, self._create = door, find, create
+
+    def get(self) -> None:
+        name, value = self._door.cookie
+        self.set_cookie(
+            name, value, expires_days=_DAYS, httponly=True, samesite="Lax", path="/"
+        )  # fmt: skip
+        key = key_of(self.request)
+        if key and not self._find(key):
+            self.set_status(404)
+            self.set_header("Content-Type", "text/html; charset=UTF-8")
+            self.finish(
+                "<!doctype html><html lang='en'><title>roughcontact desk</title>"
+                "<body style='font: 14px system-ui; margin: 4em'><p>This piece of work is not "
+                "there any more. <a href='/'>Begin a new one.</a></body></html>"
+            )
+            return
+        self.set_header("Cache-Control", "no-store")
+        self.redirect(f"/?{urlencode({WORK: key or self._create()})}")
+
+
+def _quiet(handler: RequestHandler) -> None:
+    """Log nothing."""

@@ -1,0 +1,142 @@
+"""What is asked of a contact beside its solution, worked out apart from the page."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact import files
+from roughcontact.cautions import Caution
+from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.errors import ConvergenceError
+from roughcontact.plots import maps
+from roughcontact.plots.export import png
+from roughcontact.report import contact_fields, kinds
+from roughcontact.report.fields import ANSWER, PROBLEM, TRUST, side_by_side
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.request import Request
+from roughcontact.request.resolution_study import STUDY
+from roughcontact.request.run import run, shared_runner
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.task import Question, Task
+from roughcontact.request.tasks import SHARED_TASKS, TASKS
+from roughcontact.solvers.progress import Progress
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.load_history import LoadHistory
+from roughcontact.studies.resolution_study import ResolutionStudy
+
+Cells = tuple[str, ...]
+Tell = Callable[[Progress | str], None]
+
+
+def _questions(tasks: Iterable[Task]) -> tuple[tuple[Task, Question], ...]:
+    return tuple((task, question) for task in tasks for question in task.questions)
+
+
+JOINTS = _questions(SHARED_TASKS.values())
+"""What is asked of a joint; all that is asked at once shares its contacts."""
+# What is a solve of its own comes last.
+QUESTIONS = (
+    *(item for item in _questions(TASKS) if item not in JOINTS and item[0] is not SOLVE),
+    *_questions([SOLVE]),
+)
+"""What is asked of a contact beside its solution, and the task that answers it."""
+
+LIVELY = (LoadCurve, LoadHistory, ResolutionStudy, StressResult)
+"""Results that the page draws itself."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came out."""
+
+    outcome: Outcome  # The result itself
+    facts: tuple[Cells, ...]  # Names, values and meanings
+    heads: Cells  # A table of many steps, if it has one
+    steps: tuple[Cells, ...]  # A table of many steps, if it has one
+    cautions: tuple[Caution, ...]  # What has to be known
+    pictures: tuple[tuple[str, bytes], ...]  # Figures with their names, as PNG
+    sentences: tuple[str, ...] = ()  # What the numbers mean
+
+    @property
+    def found(self) -> Any:
+        """What was asked for."""
+        return self.outcome.extras.get(STUDY.name, self.outcome.found)
+
+
+def answer(tell: Tell, request: Request) -> Answer:
+    """Carry out a request, and draw what came out; a job for `apart.Bench.begin`."""
+    return _answer(tell, run(request, tell, tell))
+
+
+def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
+    """Carry out requests on one contact, which is solved once; a job for `apart.Bench.begin`."""
+    with shared_runner() as carry_out:
+        return tuple(_answer(tell, carry_out(request, tell, tell)) for request in requests)
+
+
+def _answer(tell: Tell, outcome: Outcome) -> Answer:
+    if outcome.failure is not None:
+        raise outcome.failure
+    result = outcome.extras.get(STUDY.name, outcome.found)
+    rows = [*kinds.rows(result), *kinds.rows(result, TRUST)]
+    heads, steps = kinds.listing(result)
+    tell("drawing")
+    return Answer(
+        outcome,
+        tuple((row.title, row.text, row.meaning) for row in rows),
+        heads,
+        tuple(steps),
+        tuple(result.cautions),
+        _pictures(result) if outcome.converged and not isinstance(result, LIVELY) else (),
+        kinds.sentences(result),
+    )
+
+
+def _pictures(result: Any) -> tuple[tuple[str, bytes], ...]:
+    return tuple((name, png(draw())) for name, draw in kinds.drawings(result).items())
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two contacts side by side."""
+
+    rows: tuple[Cells, ...]  # Names of numbers, and those of both
+    cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # What has to be known of each
+    picture: bytes  # Pressure and contact of both, in the same colours, as PNG
+
+
+def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str]) -> Pair:
+    """Solve two contacts and set them side by side; a job for `apart.Bench.begin`."""
+    result = []
+    for name, request in zip(names, (first, second), strict=True):
+        tell(f"solving {name}")
+        outcome = run(request, tell, tell)
+        if outcome.contact is None or not outcome.converged:
+            raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.contact)
+        result.append(outcome.contact)
+    tell("drawing")
+    item, other = result
+    text = [
+        (row.title, *texts)
+        for part in (PROBLEM, ANSWER, TRUST)
+        for row, texts in side_by_side(contact_fields.CONTACT, result, part)
+    ]
+    return Pair(tuple(text), (item.cautions, other.cautions), png(maps.comparison(result, names)))
+
+
+def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
+    """Carry out a request and pack its figures; a job for `apart.Bench.begin`."""
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        specified = {**request.given, "figures": place}
+        outcome = run(Request.from_text(request.task, request.file, specified), tell, tell)
+        if not outcome.written:
+            return outcome
+        with files.atomic_write(packed) as stream, zipfile.ZipFile(stream, "w") as archive:
+            for path in outcome.written:
+                archive.write(path, path.name)
+    return replace(outcome, written=(packed,))

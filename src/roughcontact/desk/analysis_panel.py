@@ -1,0 +1,288 @@
+"""What the joint does in the next model, asked of one contact: solved once, answered one by one."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import panel as pn
+
+from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.desk import controls, controls as headline, style, workers
+from roughcontact.desk.analysis_jobs import JOINTS, QUESTIONS, Answer, answer, answers
+from roughcontact.desk.controls import Control, Run, Working, escaped, spelled
+from roughcontact.desk.download_panel import Offer
+from roughcontact.desk.result_plots import Curve, History, Stress, Study
+from roughcontact.desk.session import Session, Value
+from roughcontact.desk.widgets import Check
+from roughcontact.errors import RoughcontactError
+from roughcontact.report import estimate
+from roughcontact.report.fields import rows_of
+from roughcontact.request.contacts import RANGE
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.load_history import LoadHistory
+from roughcontact.studies.resolution_study import ResolutionStudy
+
+
+class Ask:
+    """The questions, the form of the one that is chosen, and its answer."""
+
+    def __init__(self, session: Session, bench: workers.WorkerPool, run: Run) -> None:
+        self._session = session
+        names = [question.name for _, question in QUESTIONS]
+        self._forms: dict[str, Form] = {}
+        self._choice = pn.widgets.RadioBoxGroup(
+            label="Question", options=names, value=names[0], **style.CONTROL
+        )
+        self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
+        self._working = Working(bench, run, "Start", self._started, session)
+        self._answer = pn.Column(sizing_mode="stretch_both")
+        self._curve: Curve | None = None
+        self._choice.param.watch(self._chosen, "value")
+        self.root = pn.Row(
+            pn.Column(
+                self._choice, self._form, self._working.root, width=250, margin=(8, 16, 0, 0)
+            ),
+            self._answer,
+            sizing_mode="stretch_both",
+        )
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _chosen(self, event: Any) -> None:
+        self._form[:] = [self._form_of(event.new).root]
+
+    def _form_of(self, name: str) -> Form:
+        if name not in self._forms:
+            result = next(item for item in QUESTIONS if item[1].name == name)
+            self._forms[name] = Form(*result)
+        return self._forms[name]
+
+    def _started(self) -> None:
+        form = self._form_of(self._choice.value)
+        task = form.task
+        try:
+            request = self._session.state.request(task, **form.words)
+        except RoughcontactError as error:
+            self._working.refuse_error(error, task)
+            return
+        self._answer[:] = []
+        self._working.begin(answer, self._show, request)
+
+    def _show(self, result: Answer) -> None:
+        if not result.outcome.converged:
+            self._working.refuse(spelled(result.outcome.shortfall))
+        self._curve = None
+        self._answer[:] = self._shown(result)
+
+    def show(self) -> None:
+        """Mark the load that is worked with in a load curve, if one is there."""
+        outcome = self._session.outcome
+        if self._curve is not None and outcome is not None and outcome.contact is not None:
+            self._curve.mark(outcome.contact.load)
+
+    def _shown(self, result: Answer) -> list[Any]:
+        """Return what shows an answer."""
+        cautions = pn.pane.HTML(headline.cautions(result.cautions), **style.WIDE)
+        facts = pn.pane.HTML(headline.table(result.facts), **style.WIDE)
+        view = _view(result.found)
+        if view is not None:
+            if isinstance(view, Curve):
+                self._curve = view
+                self.show()
+            seen = [cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
+            # The others tell these numbers themselves.
+            return [*seen, facts] if isinstance(view, (Curve, History)) else seen
+        parts: list[Any] = [cautions, *map(picture, result.pictures), facts]
+        if result.steps:
+            parts.append(pn.pane.HTML(headline.table(result.steps, result.heads), **style.WIDE))
+        return parts
+
+
+class Form:
+    """What can be told of a question."""
+
+    def __init__(self, task: Task, question: Question) -> None:
+        self.task, self._question = task, question
+        self._given: dict[str, Value] = {option.name: value for option, value in question.first}
+        controls = [Control(option.name, self._give, task=task) for option in question.options]
+        for control in controls:
+            control.show(self._given)
+        about = pn.pane.HTML(f'<p class="quiet">{escaped(question.about)}</p>', **style.SHEET)
+        self.root = pn.Column(about, *(control.root for control in controls), **style.BLOCK)
+
+    @property
+    def words(self) -> dict[str, Value]:
+        """What is told, as `State.request` takes it."""
+        fixed = {option.name: value for option, value in self._question.fixed}
+        text = {**self._given, **fixed}
+        return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
+
+    def _give(self, name: str, value: Value) -> None:
+        if isinstance(value, str) and not self.task.by_name[name].is_flag:
+            value = value.strip()
+        if value in ("", False):
+            self._given.pop(name, None)
+            return
+        self.task.parsed({name: value})
+        self._given[name] = value
+
+
+def _view(result: Any) -> Curve | History | Study | Stress | None:
+    """Return the page's own view of a result, if it has one."""
+    views: dict[type, Callable[[], Any]] = {
+        LoadCurve: Curve, LoadHistory: History, ResolutionStudy: Study, StressResult: Stress,
+    }  # fmt: skip
+    for kind, view in views.items():
+        if isinstance(result, kind):
+            created = view()
+            created.show(result)
+            return cast("Curve | History | Study | Stress", created)
+    return None
+
+
+def picture(figure: tuple[str, bytes]) -> Any:
+    """Return what shows a figure, given with its name as PNG."""
+    name, data = figure
+    text = base64.b64encode(data).decode("ascii")
+    alt = escaped(name.replace("-", " "))
+    return pn.pane.HTML(
+        f'<img alt="{alt}" style="max-width: 100%; height: auto" '
+        f'src="data:image/png;base64,{text}">',
+        **style.WIDE,
+    )
+
+
+# What the joint does in the next model, asked of one contact: solved once, answered one by one.
+
+
+_UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
+
+_TASK, _ = JOINTS[0]
+_RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
+"""Nominal pressures that are proposed; all questions are asked under the same."""
+
+
+class Joint:
+    """The questions with a box each, the pressures for all of them, and the answers."""
+
+    def __init__(
+        self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
+    ) -> None:
+        self._session, self._folder, self._offer = session, folder, offer
+        self._asked = 0
+        self._range: dict[str, Value] = dict(_RANGE)
+        pressures = [Control(name, self._give, task=_TASK) for name in _RANGE]
+        for control in pressures:
+            control.show(self._range)
+        self._boxes = {
+            question.name: Check(words=question.name, value=True, **style.BLOCK)
+            for _, question in JOINTS
+        }
+        self._forms = {question.name: Form(task, question) for task, question in JOINTS}
+        self._working = Working(bench, run, "Start", self._started, session)
+        self._formulas = pn.pane.HTML("", **style.WIDE)
+        self._answers = pn.Column(sizing_mode="stretch_both")
+        about = pn.pane.HTML(
+            '<p class="quiet">Under nominal pressures from one to another, each solved once for '
+            "all that is asked.</p>", **style.SHEET,
+        )  # fmt: skip
+        parts = [
+            part for name in self._boxes for part in (self._boxes[name], self._forms[name].root)
+        ]
+        self.root = pn.Row(
+            pn.Column(
+                about,
+                *(control.root for control in pressures),
+                *parts,
+                self._working.root,
+                width=250,
+                margin=(8, 16, 0, 0),
+            ),
+            pn.Column(self._formulas, self._answers, sizing_mode="stretch_both"),
+            sizing_mode="stretch_both",
+        )
+
+    def show(self) -> None:
+        """Show what formulas say of the contact as it is; what was asked stays as it was."""
+        outcome = self._session.outcome
+        result = None if outcome is None else outcome.contact
+        text = [] if result is None else rows_of(estimate.BESIDE, result)
+        rows = [(row.title, row.text) for row in text]
+        self._formulas.object = controls.table(rows) if rows else _UNKNOWN
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _give(self, name: str, value: Value) -> None:
+        text = value.strip() if isinstance(value, str) else value
+        if text:
+            _TASK.parsed({name: text})
+        self._range[name] = text
+
+    def _started(self) -> None:
+        wanted = [item for item in JOINTS if self._boxes[item[1].name].value]
+        if not wanted:
+            self._working.refuse("Nothing is asked: tick what the joint is asked.")
+            return
+        self._asked += 1
+        requests = []
+        for task, question in wanted:
+            try:
+                text = {f"{name}_": value for name, value in self._range.items()}
+                text |= self._forms[question.name].words
+                request = self._session.state.request(task, **text)
+                requests.append(self._with_files(request))
+            except RoughcontactError as error:
+                self._working.refuse_error(error, task)
+                return
+        self._answers[:] = []
+        self._working.begin(answers, self._show, *requests)
+
+    def _with_files(self, request: Request) -> Request:
+        """Return a request with the files that one may take away."""
+        output = next(item for item in request.task.options if item.suffixes)
+        paths = [
+            str(self._folder / f"{request.task.name}-{self._asked}{suffix}")
+            for suffix in (output.suffixes if output.many else output.suffixes[:1])
+        ]
+        specified = {**request.given, output.name: paths if output.many else paths[0]}
+        return replace(
+            Request.from_text(request.task, request.file, specified), names=request.names
+        )
+
+    def _show(self, result: tuple[Answer, ...]) -> None:
+        self._answers[:] = [part for item in result for part in self._shown(item)]
+
+    def _shown(self, result: Answer) -> list[Any]:
+        """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
+        request = result.outcome.request
+        name = next(question.name for task, question in JOINTS if task is request.task)
+        text = "".join(f"<p>{controls.escaped(sentence)}</p>" for sentence in result.sentences)
+        links = ", ".join(
+            f'<a href="{controls.escaped(self._offer(path))}" download>{controls.escaped(path.name)}</a>'
+            for path in result.outcome.written
+        )
+        own = {
+            key: value
+            for key, value in request.given.items()
+            if not request.task.by_name[key].suffixes
+        }
+        command = replace(request, given=own).command
+        return [
+            pn.pane.HTML(f"<h2>{controls.escaped(name)}</h2>", **style.WIDE),
+            pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE),
+            *map(picture, result.pictures),
+            pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE),
+            pn.pane.HTML(controls.table(result.facts) + text, **style.WIDE),
+            pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
+            pn.pane.HTML(f"<pre>{controls.escaped(command)}</pre>", **style.WIDE),
+        ]

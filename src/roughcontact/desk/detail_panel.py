@@ -1,0 +1,711 @@
+"""A section through a contact along a line: both bodies pressed together, gap and pressure."""
+
+from __future__ import annotations
+
+import html
+import math
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import panel as pn
+from bokeh.layouts import gridplot
+from bokeh.models import (
+    Column,
+    ColumnDataSource,
+    DataTable,
+    NumberFormatter,
+    Range1d,
+    Span,
+    TableColumn,
+)
+from bokeh.plotting import figure
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import controls, style
+from roughcontact.desk.controls import Run, escaped
+from roughcontact.desk.rasters import Box
+from roughcontact.desk.session import Line, Session
+from roughcontact.desk.widgets import Tabs
+from roughcontact.errors import InputError
+from roughcontact.plots.sections import bearing_parts, histogram_label, linear_bins
+from roughcontact.plots.style import (
+    ELASTIC,
+    NEUTRAL,
+    SATURATED,
+    SERIES,
+    doubt,
+    in_unit,
+    prefixed,
+    prefixed_area,
+    prefixed_window,
+)
+from roughcontact.report import inputs
+from roughcontact.surface.spectrum import radial_spectrum
+from roughcontact.surface.surface import Surface
+from roughcontact.units import counted, engineering, lengths, parse
+
+# Points of a curve, at most.
+_MOST = 1500
+
+
+class Histogram:
+    """How the contact area is spread over the pressure, in the bins of the report's figure."""
+
+    def __init__(self) -> None:
+        self.source: Any = ColumnDataSource({name: [] for name in ("left", "right", "density")})
+        self.plot: Any = style.chart("Distribution of the contact pressure", x_range=Range1d(0, 1))
+        self.plot.y_range.start = 0
+        drawn = self.plot.quad(
+            left="left", right="right", top="density", bottom=0, source=self.source,
+            fill_color=SERIES[0], line_color="white", line_width=0.5,
+        )  # fmt: skip
+        self._ceiling: Any = Span(
+            dimension="height", line_color=NEUTRAL, line_dash="dashed", line_width=1.5,
+            visible=False,
+        )  # fmt: skip
+        self.plot.add_layout(self._ceiling)
+        self.root, self.note = style.noted(self.plot)
+        self._hover = style.hover(
+            self.plot, drawn, [("from", "left"), ("to", "right"), ("density", "density")]
+        )
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {name: [] for name in self.source.data}
+        style.put(self.note, "")
+        self._ceiling.visible = False
+
+    def show(self, result: ContactResult) -> None:
+        """Show the pressures of a result."""
+        below = result.pressure[result.contact & ~result.saturated]
+        bins = linear_bins([result], [below])
+        factor, unit = prefixed(bins.limits[1], "Pa")
+        counts, _ = np.histogram(np.clip(below, bins.edges[0], bins.edges[-1]), bins.edges)
+        points = max(int(np.count_nonzero(result.contact)), 1)
+        widths = np.diff(bins.edges) * factor
+        with style.together(self.plot.document):
+            self.source.data = {
+                "left": bins.edges[:-1] * factor,
+                "right": bins.edges[1:] * factor,
+                "density": 100 * counts / points / widths,
+            }
+            first, last = (limit * factor for limit in bins.limits)
+            last += 0.03 * (last - first)
+            self.plot.x_range.update(start=first, end=last, reset_start=first, reset_end=last)
+            self.plot.xaxis.axis_label = f"pressure [{unit}]"
+            self.plot.yaxis.axis_label = f"density of contact area [% per {unit}]"
+            label = histogram_label(result, "", below, bins.limits, (factor, unit))
+            style.put(self.note, html.escape(label))
+            self._ceiling.visible = bool(bins.ceilings)
+            if bins.ceilings:
+                self._ceiling.location = bins.ceilings[0] * factor
+            style.hover_units(self._hover, [unit, unit, f"% per {unit}"])
+            self.plot.title.text = f"Distribution of the contact pressure{doubt(result)}"
+
+
+class Bearing:
+    """The material ratio curve of a surface, with its core."""
+
+    def __init__(self) -> None:
+        self.source: Any = ColumnDataSource({"ratio": [], "height": []})
+        self.core: Any = ColumnDataSource({"ratio": [], "height": []})
+        self.plot: Any = style.chart("Material ratio curve", x_range=Range1d(0, 100))
+        self.plot.xaxis.axis_label = "material ratio [%]"
+        drawn = self.plot.line(
+            "ratio", "height", source=self.source, line_color=SERIES[0], line_width=2
+        )
+        self.plot.line(
+            "ratio", "height", source=self.core, line_color=NEUTRAL, line_dash="dashed",
+            line_width=1.4,
+        )  # fmt: skip
+        self.root, self.note = style.noted(self.plot)
+        self._hover = style.hover(
+            self.plot, drawn, [("material ratio", "ratio"), ("height", "height")]
+        )
+
+    def clear(self) -> None:
+        """Show nothing."""
+        for source in (self.source, self.core):
+            source.data = {"ratio": [], "height": []}
+        style.put(self.note, "")
+
+    def show(self, surface: Surface) -> None:
+        """Show the heights of a surface above their mean; missing points are left out."""
+        ratio, height, core, upper = bearing_parts(surface)
+        scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
+        if ratio.size > _MOST:
+            cached = np.linspace(0, 1, _MOST)
+            ratio, height = cached, np.interp(cached, ratio, height)
+        with style.together(self.plot.document):
+            self.source.data = {"ratio": 100 * ratio, "height": height * factor}
+            ends = np.array([upper, upper - core["Sk"]]) * factor
+            self.core.data = {"ratio": np.array([0.0, 100.0]), "height": ends}
+            self.plot.yaxis.axis_label = f"height above mean [{unit}]"
+            heights = ", ".join(f"{n} {in_unit(core[n], scale, 'm')}" for n in ("Spk", "Sk", "Svk"))
+            ratios = ", ".join(f"{name} {100 * core[name]:.1f} %" for name in ("Smr1", "Smr2"))
+            style.put(self.note, f"{heights}, {ratios}")
+            style.hover_units(self._hover, ["%", unit])
+
+
+class Spectrum:
+    """The radially averaged power spectral density of a surface."""
+
+    def __init__(self) -> None:
+        names = ("q", "C", "wavelength")
+        self.source: Any = ColumnDataSource({name: [] for name in names})
+        self.plot: Any = style.chart("Power spectrum", x_axis_type="log", y_axis_type="log")
+        self.plot.xaxis.axis_label = "wave number q [rad/m]"
+        self.plot.yaxis.axis_label = "C(q), mean of all directions [m⁴]"
+        drawn = self.plot.line("q", "C", source=self.source, line_color=SERIES[0], line_width=1.6)
+        self.root, self.note = style.noted(self.plot)
+        self._hover = style.hover(
+            self.plot, drawn, [("wavelength", "wavelength"), ("q", "q"), ("C", "C")]
+        )
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {name: [] for name in self.source.data}
+        style.put(self.note, "")
+
+    def show(self, surface: Surface) -> None:
+        """Show the spectrum of a surface; of one with missing points say that it has none."""
+        if surface.missing or surface.is_profile:
+            self.clear()
+            what = "a map" if surface.is_profile else "a map without missing points: fill them"
+            style.put(self.note, f"The spectrum needs {what}.")
+            return
+        q, power, _ = radial_spectrum(surface.heights, surface.pixel)
+        there = power > 0
+        factor, unit = prefixed(float(2 * np.pi / q.min()), "m")
+        with style.together(self.plot.document):
+            self.source.data = {
+                "q": q[there], "C": power[there], "wavelength": 2 * np.pi / q[there] * factor,
+            }  # fmt: skip
+            finest = np.pi / max(surface.pixel)
+            style.put(self.note, f"Beyond {finest:.3g} rad/m only the corners of the grid count.")
+            style.hover_units(self._hover, [unit, "rad/m", "m⁴"])
+
+
+# --- A section through a contact along a line: both bodies pressed together, gap and pressure ---
+
+
+Array = NDArray[np.float64]
+
+# Places along a line, at most: several to a dot of any screen.
+_SECTION_MOST = 4000
+
+
+class Cut(NamedTuple):
+    """The points of a map that lie nearest to evenly spaced places on a line."""
+
+    place: Array
+    step: float
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+
+
+class Bodies(NamedTuple):
+    """What a section shows [SI], at its places; NaN where points are missing."""
+
+    lower: Array
+    upper: Array
+    gap: Array
+    pressure: Array
+    saturated: NDArray[np.bool_]
+
+
+def cut(surface: Surface, line: Line) -> Cut:
+    """Return the points of a map along a line (y0, x0, y1, x1) [m]."""
+    y0, x0, y1, x1 = line
+    length = math.hypot(y1 - y0, x1 - x0)
+    edge = min(surface.pixel[1:] if surface.is_profile else surface.pixel)
+    count = min(max(math.ceil(length / edge - 1e-9), 1), _SECTION_MOST)
+    along = (np.arange(count) + 0.5) / count
+    rows, columns = (
+        np.clip(np.floor((begin + (end - begin) * along) / side), 0, points - 1).astype(np.intp)
+        for begin, end, side, points in zip(
+            (y0, x0), (y1, x1), surface.pixel, surface.shape, strict=True
+        )
+    )
+    return Cut(along * length, length / count, rows, columns)
+
+
+def bodies(result: ContactResult, where: Cut) -> Bodies:
+    """Return both bodies along a section, as they lie pressed together."""
+    index = where.rows, where.columns
+    surface, pair = result.surface, result.pair
+    gap = result.gap[index]
+    y, x = ((n + 0.5) * edge - side / 2
+            for n, edge, side in zip(index, surface.pixel, surface.size, strict=True))  # fmt: skip
+    tilted = result.tilt[0] * y + result.tilt[1] * x
+    moved = gap - result.initial_gap[index] - tilted + result.approach
+    share = pair.material.compliance * pair.contact_modulus
+    lower = surface.heights[index] - np.nanmean(surface.heights) - share * moved
+    pressure = result.pressure[index]
+    ceiling = math.inf if result.ceiling is None else result.ceiling
+    saturated = pressure >= np.broadcast_to(ceiling, result.pressure.shape)[index]
+    return Bodies(lower, lower + gap, gap, pressure, saturated)
+
+
+def whole_line(surface: Surface) -> Line:
+    """Return a line along x through the highest point of a map."""
+    heights = surface.heights
+    row = 0 if np.isnan(heights).all() else int(np.nanargmax(heights)) // heights.shape[1]
+    y = (row + 0.5) * surface.pixel[0]
+    return (y, 0.0, y, surface.size[1])
+
+
+class Section:
+    """Heights of both bodies above, pressure below, along a line from A to B."""
+
+    def __init__(self) -> None:
+        self.source: Any = ColumnDataSource(_EMPTY)
+        self.bars: Any = ColumnDataSource(_NO_BARS)
+        self.along: Any = Range1d(start=0, end=1)
+        self.heights, self.pressure = _plots(self.along, self.source, self.bars)
+        self.root = gridplot(
+            [[self.heights], [self.pressure]], merge_tools=True, toolbar_location="above",
+            sizing_mode="stretch_width", toolbar_options={"logo": None},
+        )  # fmt: skip
+        self.clear()
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data, self.bars.data = dict(_EMPTY), dict(_NO_BARS)
+        self.heights.title.text, self.pressure.title.text = "Section", ""
+
+    def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
+        """Show the bodies along a line; without a result, the surface alone."""
+        with style.together(self.heights.document):
+            where = cut(surface, line)
+            if result is None:
+                self._show_surface(surface, where)
+            else:
+                self._show_contact(bodies(result, where), where, doubt(result))
+            self._name(surface, line, where)
+
+    def _show_surface(self, surface: Surface, where: Cut) -> None:
+        heights = surface.heights[where.rows, where.columns] - np.nanmean(surface.heights)
+        none = np.full(heights.shape, np.nan)
+        result = Bodies(heights, none, none, np.zeros(heights.shape), np.zeros(heights.shape, bool))
+        self._show_contact(result, where, "")
+
+    def _show_contact(self, result: Bodies, where: Cut, doubtful: str) -> None:
+        length = float(where.place[-1] + where.step / 2)
+        factor, unit = prefixed(length, "m")
+        tall = np.concatenate([result.lower, result.upper])
+        scale, height_unit = prefixed(float(np.nanmax(np.abs(tall), initial=0.0)), "m")
+        largest = float(result.pressure.max(initial=0.0))
+        press, pressure_unit = prefixed(largest, "Pa")
+        flows = result.saturated & (result.gap < 0)
+        self.source.data = {
+            "place": where.place * factor,
+            "lower": result.lower * scale,
+            "upper": result.upper * scale,
+            "gap": result.gap * scale,
+            "pressure": result.pressure * press,
+            "open": np.where(result.gap > 0, result.upper, result.lower) * scale,
+            "flows": np.where(flows, result.upper, result.lower) * scale,
+        }
+        touching = result.pressure > 0
+        place = where.place[touching] * factor
+        half = where.step / 2 * factor
+        self.bars.data = {
+            "left": place - half,
+            "right": place + half,
+            "top": result.pressure[touching] * press,
+            "colour": np.where(result.saturated[touching], SATURATED, ELASTIC),
+        }
+        whole = length * factor
+        self.along.update(start=0, end=whole, reset_start=0, reset_end=whole)
+        high, low = np.nanmax(tall, initial=-np.inf), np.nanmin(tall, initial=np.inf)
+        room = 0.06 * (high - low)
+        if np.isfinite(room):
+            ends = {"start": (low - room) * scale, "end": (high + room) * scale}
+            self.heights.y_range.update(**ends)
+        self.pressure.y_range.end = 1.08 * (largest or 1.0) * press
+        self.heights.yaxis.axis_label = f"height [{height_unit}]"
+        self.pressure.yaxis.axis_label = f"pressure [{pressure_unit}]"
+        self.pressure.xaxis.axis_label = f"along the line from A to B [{unit}]"
+        style.hover_units(
+            self.heights.hover[0], [unit, height_unit, height_unit, height_unit, pressure_unit]
+        )
+        share = float(np.count_nonzero(touching)) / touching.size
+        self.pressure.title.text = (
+            f"Pressure, largest {engineering(largest, 'Pa')}, {100 * share:.3g} % of the line "
+            f"touches{doubtful}"
+        )
+
+    def _name(self, surface: Surface, line: Line, where: Cut) -> None:
+        y0, x0, y1, x1 = line
+        if surface.is_profile:
+            ends = f"from x {engineering(x0, 'm')} to {engineering(x1, 'm')}"
+        else:
+            ends = f"from y, x = {lengths((y0, x0), ', ')} to {lengths((y1, x1), ', ')}"
+        oblique = not surface.is_profile and y0 != y1 and x0 != x1
+        nearest = ", at the points nearest to it" if oblique else ""
+        self.heights.title.text = f"Section {ends}{nearest}"
+
+
+def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
+    """Return the figures of heights and of pressure."""
+    tools = "xpan,xwheel_zoom,xbox_zoom,reset"
+    heights: Any = figure(
+        x_range=along, y_range=Range1d(0, 1), height=210, sizing_mode="stretch_width", tools=tools,
+        title="Section", min_border_left=64, min_border_right=8,
+    )  # fmt: skip
+    heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
+    heights.varea(
+        "place", "flows", "lower", source=source, color=SATURATED,
+        legend_label="has to flow away (saturated)",
+    )  # fmt: skip
+    heights.line(
+        "place", "upper", source=source, color=NEUTRAL, line_width=1.4, legend_label="counter-body"
+    )
+    lower = heights.line(
+        "place", "lower", source=source, color=SERIES[0], line_width=1.6, legend_label="body"
+    )
+    text = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
+    style.hover(heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
+    pressure: Any = figure(
+        x_range=along, y_range=Range1d(0, 1), height=150, sizing_mode="stretch_width",
+        tools=tools, title="",
+        min_border_left=64, min_border_right=8,
+    )  # fmt: skip
+    pressure.quad(
+        left="left", right="right", top="top", bottom=0, color="colour", line_color=None,
+        source=bars,
+    )  # fmt: skip
+    for plot in (heights, pressure):
+        style.quiet(plot)
+    style.quiet_legend(heights)
+    return heights, pressure
+
+
+_EMPTY: dict[str, list[float]] = {
+    name: [] for name in ("place", "lower", "upper", "gap", "pressure", "open", "flows")
+}
+_NO_BARS: dict[str, list[float]] = {name: [] for name in ("left", "right", "top", "colour")}
+
+
+# --- The contact spots as a table that can be sorted; who chooses a row sees its spot ---
+
+
+# Rows of the table, at most: the largest spots.
+_SPOTS_MOST = 1000
+# A spot is shown with so many times its own size around it, and no fewer points than that.
+_AROUND, _FEWEST = 1.5, 24
+
+
+class Listed(NamedTuple):
+    """The largest spots of a contact [SI]; a place is that of the largest pressure on a spot."""
+
+    area: NDArray[np.float64]
+    load: NDArray[np.float64]
+    peak: NDArray[np.float64]
+    saturated: NDArray[np.float64]
+    y: NDArray[np.float64]
+    x: NDArray[np.float64]
+
+
+def listed(result: ContactResult, maximum: int = _SPOTS_MOST) -> Listed:
+    """Return the largest spots: area, load, largest pressure, saturated share, place."""
+    spots = result.spots()
+    count = min(spots.count, maximum)
+    inside = np.flatnonzero(spots.label)
+    label = spots.label.ravel()[inside] - 1
+    pressure = result.pressure.ravel()[inside]
+    # The last of equal keys stays: that of the largest pressure.
+    order = np.argsort(pressure, kind="stable")
+    place = np.zeros(spots.count, np.intp)
+    place[label[order]] = inside[order]
+    rows, columns = np.divmod(place[:count], result.pressure.shape[1])
+    pixels = np.bincount(label, minlength=spots.count)
+    full = np.bincount(label, result.saturated.ravel()[inside], spots.count)
+    dy, dx = result.surface.pixel
+    return Listed(
+        spots.area[:count],
+        spots.load[:count],
+        spots.peak[:count],
+        (full / np.maximum(pixels, 1))[:count],
+        (rows + 0.5) * dy,
+        (columns + 0.5) * dx,
+    )
+
+
+def box_around(result: ContactResult, number: int) -> Box:
+    """Return the box in which a spot is seen with what lies around it [m], by its row."""
+    mask = result.spots().label == number + 1
+    place = np.unravel_index(np.argmax(np.where(mask, result.pressure, -1.0)), mask.shape)
+    edges = []
+    for axis in (0, 1):
+        along = np.flatnonzero(mask.any(axis=1 - axis))
+        # Parts apart from each other lie on both edges: that with the place counts.
+        parts = np.split(along, np.flatnonzero(np.diff(along) > 1) + 1)
+        part = next(item for item in parts if place[axis] in item)
+        middle = (part[0] + part[-1] + 1) / 2
+        half = max((_AROUND + 0.5) * (part[-1] + 1 - part[0]), _FEWEST) / 2
+        edges.append(((middle - half) * result.surface.pixel[axis],
+                      (middle + half) * result.surface.pixel[axis]))  # fmt: skip
+    (top, bottom), (remaining, right) = edges
+    return Box(top, remaining, bottom, right)
+
+
+class SpotTable:
+    """A table of the largest spots."""
+
+    def __init__(self) -> None:
+        self._result: ContactResult | None = None
+        self._call: Callable[[Box], None] | None = None
+        self.source: Any = ColumnDataSource({name: [] for name in ("number", *_NAMES)})
+        self.columns = {
+            name: TableColumn(
+                field=name, title=title, formatter=NumberFormatter(format="0.[000000]")
+            )
+            for name, title in (("number", "spot"), *_NAMES.items())
+        }
+        self.columns["number"].formatter = NumberFormatter(format="0")
+        self.columns["number"].width = 60
+        self.table: Any = DataTable(
+            source=self.source, columns=list(self.columns.values()), index_position=None,
+            sortable=True, reorderable=False, selectable=True, height=300,
+            sizing_mode="stretch_width", autosize_mode="fit_viewport",
+        )  # fmt: skip
+        self.note: Any = style.markup(sizing_mode="stretch_width")
+        self.root = Column(self.note, self.table, sizing_mode="stretch_width")
+        self.source.selected.on_change("indices", self._chosen)
+
+    def on_spot(self, call: Callable[[Box], None]) -> None:
+        """Have ``call(box)`` called with the box [m] around a spot that is chosen."""
+        self._call = call
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self._result = None
+        self.source.data = {name: [] for name in self.source.data}
+        style.put(self.note, "")
+
+    def show(self, result: ContactResult) -> None:
+        """Show the spots of a result."""
+        self._result = result
+        answer = listed(result)
+        count = answer.area.size
+        units = _units(result, answer)
+        with style.together(self.table.document):
+            self.source.selected.indices = []
+            self.source.data = {
+                "number": np.arange(1, count + 1),
+                **{name: _rounded(getattr(answer, name) * units[name][0]) for name in _NAMES},
+            }
+            for name, title in _NAMES.items():
+                self.columns[name].title = f"{title} [{units[name][1]}]"
+            whole = counted(result.spots().count, "contact spot")
+            shown = f", the {count} largest of them here" if count < result.spots().count else ""
+            style.put(
+                self.note,
+                f"{whole}{shown}. Choose a row to see its spot; its place is that of its largest "
+                "pressure.",
+            )
+
+    def _chosen(self, attr: str, old: Any, new: Any) -> None:
+        if new and self._result is not None and self._call is not None:
+            self._call(box_around(self._result, int(new[0])))
+
+
+def _rounded(values: NDArray[np.float64]) -> list[float]:
+    # To four digits, as all numbers are told; they are sorted by what one reads.
+    return [float(f"{value:.4g}") for value in values]
+
+
+_NAMES = {
+    "area": "area", "load": "load", "peak": "largest pressure", "saturated": "saturated",
+    "y": "y", "x": "x",
+}  # fmt: skip
+
+
+def _units(result: ContactResult, answer: Listed) -> dict[str, tuple[float, str]]:
+    def largest(values: NDArray[np.float64]) -> float:
+        return float(values.max(initial=0.0))
+
+    place = prefixed_window(0.0, max(result.surface.size))
+    return {
+        "area": prefixed_area(largest(answer.area)),
+        "load": prefixed(largest(answer.load), result.pair.load_unit),
+        "peak": prefixed(largest(answer.peak), "Pa"),
+        "saturated": (100.0, "%"),
+        "y": place,
+        "x": place,
+    }
+
+
+# What one sees of a contact beside its maps, and of its surface: drawn where it is looked at.
+
+
+_SECTION, _SPOTS, _PRESSURES = range(3)
+_ENDS = 4
+
+
+class Detail:
+    """Section, spots and distribution of the pressure, of which one is in sight."""
+
+    def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None]) -> None:
+        self.section = Section()
+        self._zoom = zoom
+        self._call = draw
+        self._ends = pn.widgets.TextInput(
+            label="Section from y, x to y, x (or drag its ends on a map)",
+            placeholder="50 um, 0 um, 50 um, 100 um",
+            **{**style.CONTROL, "sizing_mode": None}, width=360,
+        )  # fmt: skip
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        self._ends.param.watch(self._typed, "value")
+        self._surface: Surface | None = None
+        self._result: ContactResult | None = None
+        self._line: Line | None = None
+        self._proposed: Line | None = None
+        section = pn.Column(
+            pn.pane.Bokeh(self.section.root, **style.BLOCK), self._ends, self._wrong, **style.BLOCK
+        )
+        parts = {
+            "Section": section,
+            "Contact spots": pn.Column(**style.BLOCK),
+            "Pressures": pn.Column(**style.BLOCK),
+        }
+        self._parts = list(parts.values())
+        self._tabs = Tabs(parts, self._draw)
+        self.root = self._tabs.root
+
+    @cached_property
+    def spots(self) -> SpotTable:
+        """The table of spots, made when it is looked at."""
+        created = SpotTable()
+        created.on_spot(self._zoom)
+        self._parts[_SPOTS].append(pn.pane.Bokeh(created.root, **style.BLOCK))
+        return created
+
+    @cached_property
+    def pressures(self) -> Histogram:
+        """The distribution of the pressure, made when it is looked at."""
+        created = Histogram()
+        self._parts[_PRESSURES].append(pn.pane.Bokeh(created.root, **style.BLOCK))
+        return created
+
+    @property
+    def line(self) -> Line | None:
+        """The line of the section."""
+        return self._proposed if self._line is None else self._line
+
+    def show(
+        self, surface: Surface | None, result: ContactResult | None, line: Line | None
+    ) -> None:
+        """Show a contact, or the surface alone; a line of None is the one that is proposed."""
+        if surface is not self._surface:
+            self._proposed = None if surface is None else whole_line(surface)
+        self._surface, self._result, self._line = surface, result, line
+        self._draw()
+
+    def _typed(self, event: Any) -> None:
+        words = event.new.split(",")
+        self._wrong.visible = False
+        if not event.new.strip():
+            return
+        try:
+            if len(words) != _ENDS:
+                raise InputError("needs four lengths: y, x of one end and y, x of the other")
+            y0, x0, y1, x1 = (parse(word, "length", "section", positive=False) for word in words)
+        except InputError as error:
+            text = f'<span role="alert" class="wrong">{escaped(error.worded())}</span>'
+            self._wrong.object, self._wrong.visible = text, True
+        else:
+            self._call((y0, x0, y1, x1))
+
+    def _draw(self) -> None:
+        active, result, surface, line = self._tabs.active, self._result, self._surface, self.line
+        if active == _SECTION:
+            if surface is None or line is None:
+                self.section.clear()
+            else:
+                self.section.show(surface, result, line)
+        else:
+            seen = self.spots if active == _SPOTS else self.pressures
+            if result is None:
+                seen.clear()
+            else:
+                seen.show(result)
+
+
+class Texture:
+    """Roughness, material ratio curve and spectrum of the surface as it is pressed."""
+
+    def __init__(self, run: Run, session: Session) -> None:
+        self._run, self._session = run, session
+        self._bearing, self._spectrum = Bearing(), Spectrum()
+        self._numbers = pn.pane.HTML("", width=460, margin=(8, 16, 0, 0), **style.SHEETS)
+        self._shown: Surface | None = None
+        self.root = pn.Row(
+            self._numbers,
+            pn.Column(
+                pn.pane.Bokeh(self._bearing.root, **style.BLOCK),
+                pn.pane.Bokeh(self._spectrum.root, **style.BLOCK),
+                sizing_mode="stretch_width",
+            ),
+            sizing_mode="stretch_width",
+        )
+
+    def show(self) -> None:
+        """Show the surface, once it is worked out what there is to show."""
+        prepared = self._session.prepared
+        surface = None if prepared is None else prepared.surfaces[0]
+        if surface is self._shown:
+            return
+        self._shown = surface
+        self._numbers.object = ""
+        self._bearing.clear()
+        self._spectrum.clear()
+        if surface is not None and not surface.is_profile:
+            # Of a large map it takes seconds, which other pages have not.
+            threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
+
+    def cancel(self) -> None:
+        """Nothing that takes long is under way."""
+
+    def _work_out(self, surface: Surface) -> None:
+        try:
+            values = surface.roughness()
+        except InputError:
+            # Holes that leave no point both of its neighbours.
+            values = {}
+        rows = [
+            (name, inputs.parameter(name, values), meaning)
+            for name, (_, meaning) in inputs.ROUGHNESS.items()
+        ]
+        note = '<p class="quiet">ISO 25178-2, of the heights as they are pressed.</p>'
+        text = note + controls.table(rows)
+        self._run(lambda: self._put(surface, text))
+
+    def _put(self, surface: Surface, text: str) -> None:
+        if surface is self._shown:
+            self._numbers.object = text
+            self._bearing.show(surface)
+            self._spectrum.show(surface)
+
+
+class Numbers:
+    """Everything that is told of the contact."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.root = pn.pane.HTML("", **style.WIDE)
+
+    def show(self) -> None:
+        """Show the numbers of the contact as it is."""
+        outcome = self._session.outcome
+        result = None if outcome is None else outcome.contact
+        self.root.object = "" if result is None else controls.all_numbers(result)
+
+    def cancel(self) -> None:
+        """Nothing is under way."""

@@ -1,0 +1,120 @@
+"""What one takes away: files of the contact, and the words that make it again elsewhere."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import panel as pn
+
+from roughcontact.desk import controls, style, workers
+from roughcontact.desk.analysis_jobs import draw
+from roughcontact.desk.controls import Run, Working
+from roughcontact.desk.projects import suffix_of
+from roughcontact.desk.session import Session
+from roughcontact.errors import RoughcontactError
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.report import python_script
+from roughcontact.request.outcome import Outcome
+
+_REPORT, _FIGURES, _MAP = "report (.html)", "figures (.zip)", "the map itself"
+_STEM = "contact"
+
+Offer = Callable[[Path], str]
+"""``offer(path)`` returns the address under which the browser gets a file."""
+
+
+class DownloadPanel:
+    """Files to make, and the same contact as command, script and project file."""
+
+    def __init__(
+        self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
+    ) -> None:
+        self._session, self._folder, self._offer = session, folder, offer
+        self._made: dict[str, str] = {}
+        names = [
+            _REPORT,
+            _FIGURES,
+            *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
+        ]
+        self._kind = pn.widgets.Select(label="File", options=names, **style.CONTROL)
+        self._working = Working(bench, run, "Make the file", self._started, session)
+        self._links = pn.pane.HTML("", **style.WIDE)
+        self._words = pn.pane.HTML("", **style.WIDE)
+        self.root = pn.Row(
+            pn.Column(self._kind, self._working.root, self._links, width=300, margin=(8, 16, 0, 0)),
+            pn.Column(self._words, sizing_mode="stretch_both", margin=(8, 0)),
+            sizing_mode="stretch_both",
+        )
+
+    def show(self) -> None:
+        """Show the words that make the contact again."""
+        session = self._session
+        parts = [_block("Project file, for roughcontact run", session.state.told)]
+        if not session.state.missing:
+            try:
+                command = session.request.command
+            except RoughcontactError:
+                command = ""
+            if command:
+                parts.insert(0, _block("Command", command))
+        outcome = session.outcome
+        if outcome is not None and outcome.contact is not None:
+            parts.insert(1, _block("Python", python_script.repeating(outcome.contact)))
+        self._words.object = "".join(parts)
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _started(self) -> None:
+        kind = self._kind.value
+        if kind == _MAP:
+            self._give_map()
+            return
+        suffix = kind[kind.index("(") + 1 : -1]
+        # A file that is offered stays as it is, whatever is made after it.
+        path = self._folder / f"{_STEM}-{len(self._made) + 1}{suffix}"
+        wanted = {_REPORT: {"report": str(path)}, _FIGURES: {}}.get(kind, {"output": str(path)})
+        try:
+            request = self._session.state.request(**wanted)
+        except RoughcontactError as error:
+            self._working.refuse_error(error)
+            return
+        if kind == _FIGURES:
+            self._working.begin(draw, self._show, request, self._folder, path)
+        else:
+            self._working.begin(workers.carry_out, self._show, request)
+
+    def _show(self, outcome: Outcome) -> None:
+        if outcome.failure is not None:
+            self._working.refuse_error(outcome.failure)
+        elif not outcome.converged:
+            self._working.refuse(controls.spelled(outcome.shortfall))
+        for path in outcome.written:
+            self._made[path.name] = self._offer(path)
+        self._list()
+
+    def _give_map(self) -> None:
+        """Offer the file of the map as it was brought, or made."""
+        state = self._session.state
+        if state.file is None:
+            self._working.refuse("There is no map, but a smooth body.")
+            return
+        path = self._folder / f"map-{len(self._made) + 1}{suffix_of(state.file.name) or '.map'}"
+        shutil.copyfile(state.file, path)
+        self._made[state.name_of(state.file)] = self._offer(path)
+        self._list()
+
+    def _list(self) -> None:
+        items = "".join(
+            f'<p><a href="{controls.escaped(address)}" download>{controls.escaped(name)}</a></p>'
+            for name, address in self._made.items()
+        )
+        self._links.object = f"<h2>Ready</h2>{items}" if items else ""
+
+
+def _block(title: str, text: str) -> str:
+    return f"<h2>{controls.escaped(title)}</h2><pre>{controls.escaped(text)}</pre>"

@@ -1,0 +1,514 @@
+"""The column of controls: map, preparation, bodies, load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import panel as pn
+
+from roughcontact.desk import controls, style
+from roughcontact.desk.controls import Control, button
+from roughcontact.desk.live_solver import Prepared
+from roughcontact.desk.projects import KEPT, SavedProject
+from roughcontact.desk.server import Visit
+from roughcontact.desk.session import UNDOING, Session, Value, from_script
+from roughcontact.desk.widgets import Drop
+from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
+from roughcontact.material import catalog
+from roughcontact.material.material import Material
+from roughcontact.report import inputs
+from roughcontact.report.fields import rows_of
+from roughcontact.request import options, parsing
+from roughcontact.request.generation import COMMAND as GENERATE
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering
+
+_QUESTION = {
+    "": "–",
+    "free": "the whole contact: it ends where the map ends",
+    "periodic": "a sample of a larger surface that goes on alike",
+    "periodic-x": "a sample along x, the whole contact along y",
+    "periodic-y": "a sample along y, the whole contact along x",
+}
+_HOLES = {
+    "error": "–",
+    "fill": "fill them smoothly",
+    "fill-all": "fill them smoothly, even above 30 %",
+    "mask": "let them never touch",
+    "crop": "keep the largest rectangle without them",
+}
+_LEVELS = {
+    "plane": "plane, by least squares",
+    "robust": "plane, not led by peaks",
+    "quadric": "paraboloid",
+    "mean": "mean height only",
+    "none": "not at all",
+}
+# Of a ceiling that is worked out.
+_DIGITS = 6
+_TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
+
+_FIRST = tuple(
+    option.name for option in (options.LEVEL, options.FORM, options.HOLES, options.OUTLIERS)
+)
+"""Of the preparation; all others are folded away."""
+_VALUES = (
+    "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
+    "counter-yield-strength",
+)  # fmt: skip
+_FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
+_NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
+
+
+def card(title: str, *parts: Any) -> Any:
+    """Return a part of the column under its heading."""
+    heading = pn.pane.HTML(f"<h2>{controls.escaped(title)}</h2>", **style.BLOCK, **style.SHEETS)
+    return pn.Column(
+        heading, *parts, sizing_mode="stretch_width", margin=(0, 0, 10, 0), styles=style.SECTION
+    )
+
+
+def fold(title: str, make: Callable[[], list[Any]]) -> Any:
+    """Return controls that few need, folded away under a line, and made when that is opened."""
+    heading = pn.pane.HTML(
+        f'<span class="fold">{controls.escaped(title)}</span>', margin=0, **style.SHEETS
+    )
+    folded = pn.Card(
+        header=heading,
+        collapsed=True,
+        sizing_mode="stretch_width",
+        margin=(0, 0, 2, 0),
+        stylesheets=[style.TEXT, style.FOLD],
+        header_background="transparent",
+        active_header_background="transparent",
+    )
+
+    def opened(event: Any) -> None:
+        if not event.new and not folded.objects:
+            folded.objects = make()
+
+    folded.param.watch(opened, "collapsed")
+    return folded
+
+
+class Group:
+    """Some controls of the state, which show what it holds."""
+
+    def __init__(
+        self, session: Session, choices: Mapping[str, Mapping[str, str]] | None = None
+    ) -> None:
+        self._session, self._choices = session, choices or {}
+        self.controls: dict[str, Control] = {}
+
+    def show(self) -> None:
+        """Show what the state holds."""
+        for control in self.controls.values():
+            control.show(self._session.state.given)
+
+    def roots(self, *names: str) -> list[Any]:
+        """Return the controls of some options, made the first time that they are wanted."""
+        for name in names:
+            if name not in self.controls:
+                choices = _turned(self._choices.get(name))
+                self.controls[name] = created = Control(name, self._session.give, choices)
+                created.show(self._session.state.given)
+        return [self.controls[name].root for name in names]
+
+
+def _turned(choices: Mapping[str, str] | None) -> dict[str, str] | None:
+    """Return texts by what they are called."""
+    return None if choices is None else {shown_text: text for text, shown_text in choices.items()}
+
+
+class Preparation:
+    """What is done to a map before it is pressed, and the steps that were done."""
+
+    def __init__(self, session: Session, changed: Callable[[], None]) -> None:
+        self._session, self._changed = session, changed
+        choices = {"level": _LEVELS, "holes": _HOLES, "rotate": _TURNS}
+        self._group = Group(session, choices)
+        self._steps = pn.Column(**style.BLOCK)
+        self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] = (), False, {}
+        first = self._group.roots(*_FIRST)
+        rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
+                if option.name not in _FIRST]  # fmt: skip
+        folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
+        self.root = card("Prepare", self._steps, *first, folded)
+
+    def show(self, prepared: Prepared | None) -> None:
+        """Show the controls as the state holds them, and the steps that were done."""
+        self._group.show()
+        result = (
+            () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
+        )
+        # A map is seen before it is said what its holes are.
+        text = "holes" in self._session.state.given
+        failed = {} if self._session.failure is None else self._asked()
+        if (result, text, failed) == self._shown:
+            return
+        self._shown = result, text, failed
+        steps = [
+            (sentence, step.method)
+            for provenance in result
+            for step in provenance.operations
+            if text or step.method != "masked"
+            for sentence in step.sentences
+        ]
+        self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
+
+    def _asked(self) -> dict[str, str]:
+        """Return the steps that are asked for, in the words of the controls, with their methods."""
+        specified = self._session.state.given
+        methods = {name: method for method, names in UNDOING.items() for name in names}
+        return {f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name] for name in methods
+                if name in specified}  # fmt: skip
+
+    def _line(self, sentence: str, method: str) -> Any:
+        text = pn.pane.HTML(
+            f"<span>{controls.escaped(sentence)}</span>", sizing_mode="stretch_width", **style.SHEET
+        )
+        if method not in UNDOING:
+            return text
+
+        def undo() -> None:
+            self._session.undo_step(method)
+            self._changed()
+
+        undoing = button("Take out", undo, description=f"Take out: {sentence}")
+        return pn.Row(text, undoing, **style.BLOCK)
+
+
+class Bodies:
+    """The materials, and the forms of the bodies."""
+
+    def __init__(self, session: Session) -> None:
+        choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
+        self._group = Group(session, choices)
+        self._session = session
+        self._sources = pn.pane.HTML("", **style.SHEET)
+        roots = self._group.roots
+        self._search = pn.widgets.TextInput(
+            label="Search the catalogue", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
+        )
+        self._search.param.watch(self._searched, "value_input")
+        self.root = card(
+            "Bodies",
+            self._search,
+            *roots("material"),
+            self._sources,
+            *roots("counter-material"),
+            fold("Own values", partial(roots, *_VALUES)),
+            fold("Nominal forms, two maps", partial(roots, *_FORMS)),
+        )
+
+    def _searched(self, event: Any) -> None:
+        """Offer the materials whose names or conditions have what is typed."""
+        for name, nothing in _NOTHING.items():
+            self._group.controls[name].offer(_turned(_materials(nothing, event.new)) or {})
+
+    def show(self) -> None:
+        """Show what the state holds, and where the values of its material are from."""
+        self._group.show()
+        name = self._session.state.given.get("material")
+        self._sources.object = "" if name is None else _sources(str(name))
+
+
+class Model:
+    """What lies beyond the map, and what holds the pressure."""
+
+    def __init__(self, session: Session, changed: Callable[[], None]) -> None:
+        self._session, self._changed = session, changed
+        self._group = Group(session, {"boundary": _QUESTION})
+        roots = self._group.roots
+        self._ceiling = ""
+        self._factor = pn.widgets.TextInput(
+            label="Ceiling as a multiple of the yield strength", placeholder="3", **style.CONTROL
+        )
+        self._factor.param.watch(self._multiplied, "value")
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
+        self.root = card(
+            "Model", *roots("boundary", "ceiling"), self._factor, self._wrong,
+            fold("Tilt, solver", rest),
+        )  # fmt: skip
+
+    def show(self) -> None:
+        """Show what the state holds."""
+        self._group.show()
+        if self._session.state.given.get("ceiling") != self._ceiling:
+            self._ceiling = self._factor.value = ""
+
+    def _multiplied(self, event: Any) -> None:
+        """Give the ceiling as the pressure that a multiple of the yield strength is."""
+        self._wrong.visible = False
+        if not event.new.strip():
+            return
+        try:
+            self._ceiling = _multiple(event.new, self._session)
+            self._session.give("ceiling", self._ceiling)
+        except RoughcontactError as error:
+            text = controls.escaped(controls.told(error))
+            self._wrong.object = f'<span role="alert" class="wrong">{text}</span>'
+            self._wrong.visible = True
+        else:
+            self._changed()
+
+
+def _multiple(text: str, session: Session) -> str:
+    """Return a multiple of the smaller yield strength of the bodies, as one would type it."""
+    factor = parsing.number(text, "ceiling")
+    prepared = session.prepared
+    known: tuple[Material, ...] = ()
+    if prepared is not None and "material" not in session.state.missing:
+        known = prepared.request.bodies()
+    strengths = [body.yield_strength for body in known if body.yield_strength is not None]
+    if not strengths:
+        raise InputError(
+            "as a multiple needs a body with a yield strength, and a map: choose them first, or "
+            "give the ceiling as a pressure", argument="ceiling",
+        )  # fmt: skip
+    return engineering(factor * min(strengths), "Pa", _DIGITS)
+
+
+def _materials(nothing: str, search: str = "") -> dict[str, str]:
+    """Return the materials that a search finds, as they are told, by their keys."""
+    wanted = search.lower().split()
+    shown_text = {"": nothing}
+    for entry in catalog.entries():
+        text = f"{entry.key} – {entry.condition}"
+        words_of = " ".join((text, *entry.names, entry.note)).lower()
+        if all(word in words_of for word in wanted):
+            shown_text[entry.key] = text
+    return shown_text
+
+
+def _sources(name: str) -> str:
+    try:
+        entry = catalog.entry(name)
+    except RoughcontactError:
+        return ""
+    values = (entry.young, entry.poisson, entry.yield_strength, entry.exponent)
+    sources = dict.fromkeys(value.source for value in values if value is not None)
+    text = "; ".join(sources)
+    return f'<p class="quiet">Values: {controls.escaped(text)}</p>'
+
+
+# --- Bringing a map: dropped, chosen from the demonstration maps, generated, or a smooth body ---
+
+
+DEMONSTRATIONS: dict[str, dict[str, Value]] = {
+    "Ground steel": {
+        "size": "0.5 mm", "points": "512", "sq": "0.4 um", "sal": "6 um", "str": "0.1",
+        "lay": "90", "ssk": "-0.5", "seed": "1",
+    },
+    "Polished, isotropic": {
+        "size": "0.1 mm", "points": "512", "sq": "20 nm", "sal": "4 um", "seed": "2",
+    },
+    "Honed bore": {
+        "size": "1 mm", "points": "512", "sq": "0.6 um", "sal": "15 um", "str": "0.2",
+        "honing": "50", "ssk": "-1.2", "seed": "3",
+    },
+}  # fmt: skip
+"""Demonstration maps, by name, as ``roughcontact generate`` is asked for them."""
+
+UPLOADS = "upload"
+"""Where the server takes files, as seen from the page."""
+
+_LISTED = 12
+_FILE = ("channel", "unit", "size", "override-size", "format")
+_GENERATED = ("size", "points", "sq", "sal", "sdq", "hurst", "str", "lay", "ssk", "sku", "seed")
+_BRING_FIRST: dict[str, Value] = {"size": "0.2 mm", "points": "512", "sq": "0.2 um", "sal": "5 um"}
+
+
+class MapPanel:
+    """The map: what it is, and where another one comes from."""
+
+    def __init__(
+        self,
+        session: Session,
+        visit: Visit,
+        generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
+        changed: Callable[[], None],
+        removed: Callable[[], None],
+    ) -> None:
+        self._session, self._visit, self._changed = session, visit, changed
+        self._removed = removed
+        self._folder = visit.work.folder
+        self._generate = generate
+        self._about = pn.pane.HTML("", **style.WIDE)
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        self._drop = _dropper("Drop a height map here, or choose a file", self._dropped)
+        self._nominal = Group(session)
+        self._demonstration = pn.widgets.Select(
+            label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
+        )
+        self._demonstration.param.watch(self._demonstrated, "value")
+        self._group = Group(session)
+        self._channels: Sequence[str] = ()
+        self._told_of: Surface | None = None
+        self._table = ""
+        self._wanted: dict[str, Value] = dict(_BRING_FIRST)
+        self._of_file = fold("Channel, unit, sides", self._about_file)
+        self.root = card(
+            "Map",
+            self._about,
+            self._drop,
+            self._wrong,
+            self._demonstration,
+            self._of_file,
+            fold("Earlier work, or remove this", self._about_works),
+            fold("Counter-body with a map of its own", self._about_other),
+            fold("Generate a surface", self._about_generated),
+            fold("A smooth body without a map", self._about_smooth),
+        )
+
+    def _about_file(self) -> list[Any]:
+        created = self._group.roots(*_FILE)
+        self.tell_channels(self._channels)
+        return created
+
+    def _about_works(self) -> list[Any]:
+        links = "".join(
+            f'<p><a href="?work={work.key}">{controls.escaped(_title(work))}</a></p>'
+            for work in self._visit.earlier()[:_LISTED]
+        )
+        text = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
+        requested = pn.widgets.TextInput(
+            label='To remove this work with all its files, type "remove"', **style.CONTROL
+        )
+        requested.param.watch(self._remove, "value")
+        return [text, requested]
+
+    def _remove(self, event: Any) -> None:
+        if event.new.strip().lower() == "remove":
+            self._removed()
+
+    def _about_other(self) -> list[Any]:
+        drop = _dropper("Drop the map of the counter-body", self._faced)
+        return [drop, button("Take it away", self._unfaced)]
+
+    def _about_generated(self) -> list[Any]:
+        wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
+        for control in wanted:
+            control.show(self._wanted)
+        created = button("Generate", self._make, primary=True)
+        return [*(control.root for control in wanted), created]
+
+    def _about_smooth(self) -> list[Any]:
+        words = '<p class="quiet">Its form stands under Bodies.</p>'
+        nominal = self._nominal.roots("points", "size")
+        return [pn.pane.HTML(words, **style.SHEET), *nominal, button("Use no map", self._bare)]
+
+    def show(self, prepared: Prepared | None) -> None:
+        """Show what the state holds, and what is known of the map."""
+        state = self._session.state
+        self._group.show()
+        self._nominal.show()
+        name = "No map yet." if state.file is None else state.name_of(state.file)
+        text = f"<p><b>{controls.escaped(name)}</b></p>"
+        surface = None if prepared is None else prepared.surfaces[0]
+        if surface is not self._told_of:
+            self._told_of = surface
+            self._table = "" if surface is None else _described(surface)
+        self._about.object = text + self._table
+
+    def tell_channels(self, names: Sequence[str]) -> None:
+        """Propose the channels of the file."""
+        self._channels = names
+        if "channel" in self._group.controls:
+            self._group.controls["channel"].suggest(names)
+
+    def tell_lacking(self, error: RoughcontactError) -> bool:
+        """Ask for what the file does not tell; return whether an error is about that."""
+        about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
+        lacking = [name for name in _FILE if name in about]
+        if lacking:
+            self._of_file.collapsed = False
+            text = self._session.state.named(controls.told(error))
+            self._group.controls[lacking[0]].complain(text)
+        return bool(lacking)
+
+    def _want(self, name: str, value: Value) -> None:
+        if value in ("", False):
+            self._wanted.pop(name, None)
+            return
+        GENERATE.parsed({name: value})
+        self._wanted[name] = value
+
+    def _dropped(self, text: dict[str, Any]) -> None:
+        self._do(lambda: self._session.bring(*self._arrived(text)))
+
+    def _faced(self, text: dict[str, Any]) -> None:
+        self._do(lambda: self._session.face(*self._arrived(text)))
+
+    def _arrived(self, text: dict[str, Any]) -> tuple[Path, str]:
+        """Return where a file is that came, and what the user calls it."""
+        if "error" in text:
+            raise InputError(str(text["error"]))
+        path = self._folder / Path(str(text.get("file", ""))).name
+        # A browser tells what it likes: only what the server keeps for this work is taken.
+        if not path.is_file() or not path.name.startswith(KEPT):
+            raise InputError("the file did not arrive; bring it again")
+        return path, str(text.get("name", ""))
+
+    def _unfaced(self) -> None:
+        self._do(lambda: self._session.face(None))
+
+    def _bare(self) -> None:
+        self._do(lambda: self._session.bring(None))
+
+    def _demonstrated(self, event: Any) -> None:
+        if event.new:
+            self._do(
+                lambda: self._generate(DEMONSTRATIONS[event.new], self._taken(f"{event.new}.npz"))
+            )
+
+    def _make(self) -> None:
+        self._generate(dict(self._wanted), self._taken("generated.npz"))
+
+    def _taken(self, name: str) -> Callable[[Path], None]:
+        return lambda path: self._do(lambda: self._session.bring(path, name))
+
+    def _do(self, action: Callable[[], object]) -> None:
+        try:
+            action()
+        except RoughcontactError as error:
+            self.refuse(error)
+        else:
+            self._wrong.visible = False
+        self._changed()
+
+    def refuse(self, error: RoughcontactError) -> None:
+        """Say why no map came."""
+        text = controls.escaped(controls.told(error))
+        self._wrong.object = f'<span role="alert" class="wrong">{text}</span>'
+        self._wrong.visible = True
+
+
+def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:
+    """Return where a file is dropped."""
+    created = Drop(words=text, address=UPLOADS, **style.BLOCK)
+    created.param.watch(lambda event: arrived(event.new), "arrived")
+    return created
+
+
+def _described(surface: Surface) -> str:
+    """Return the table of what is told of a map."""
+    rows = [row for row in rows_of(inputs.SURFACE, surface) if row.key != "source"]
+    return controls.table((row.name, row.text) for row in rows[:4])
+
+
+def _title(work: SavedProject) -> str:
+    """Return what a work is called: its map, and when it was last used."""
+    used = datetime.fromtimestamp(work.folder.stat().st_mtime).strftime("%Y-%m-%d %H:%M")
+    try:
+        state = from_script(work.project.read_text(encoding="utf-8"), work.folder)
+    except (InputError, OSError):
+        return f"cannot be read, {used}"
+    return f"{'no map' if state.file is None else state.name_of(state.file)}, {used}"

@@ -1,0 +1,193 @@
+"""The contact that follows what is asked for: read once, prepared once, only the last one solved.
+
+A thread of its own does the work, so that whoever asks goes on at once. A solve that began ends,
+unless other maps are requested; of the requests that come meanwhile only the newest waits.
+
+`Live`: Kept are the maps as they were read, as they are prepared, and no result: at most twice
+the heights of both bodies.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.formats import read
+from roughcontact.request import maps
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.request import Request
+from roughcontact.request.run import solved
+from roughcontact.solvers.progress import Progress
+from roughcontact.surface.surface import Surface
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """The maps of a request, ready to be pressed together."""
+
+    request: Request  # What was asked for
+    surfaces: tuple[Surface, ...]  # That of the body, and of the counter-body if it has one
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why a request cannot be done."""
+
+    request: Request | None  # What was asked for, if it could be asked at all
+    error: RoughcontactError  # The reason
+
+
+Told = Prepared | Outcome | Progress | Failed | str
+"""What is told: a stage in a few words, the maps, the solver's progress, the result, a failure."""
+
+
+class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
+    """Other maps were asked for in the meantime, or nothing any more."""
+
+
+class Live:
+    """Solves what was asked for last."""
+
+    def __init__(
+        self, told: Callable[[Told], None], reader: maps.Reader = read.read_announced
+    ) -> None:
+        self._told = told
+        self._reader = reader
+        self._changed = threading.Condition()
+        self._asked: tuple[Request, bool] | None = None
+        self._under_way: Request | None = None
+        self._at_work = False
+        self._closed = False
+        self._drop = False
+        self._read: dict[Any, Surface] = {}
+        self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
+        self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
+        self._thread.start()
+
+    def ask(self, request: Request, prepare_only: bool = False) -> None:
+        """Solve this next, in place of what waits."""
+        with self._changed:
+            self._asked = request, prepare_only
+            self._changed.notify_all()
+
+    def cancel(self) -> None:
+        """Drop what waits, and end what is under way."""
+        with self._changed:
+            self._asked = None
+            self._drop = True
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """End the thread; nothing more is told."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait until nothing is asked for or under way; return whether that came to be."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self._asked is None and not self._at_work, seconds
+            )
+
+    # In the thread.
+
+    def _follow(self) -> None:
+        while True:
+            with self._changed:
+                self._at_work = False
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._asked is not None or self._closed)
+                if self._closed:
+                    self._read, self._prepared = {}, None
+                    return
+                assert self._asked is not None
+                (request, prepare_only), self._asked = self._asked, None
+                self._under_way = request
+                self._at_work, self._drop = True, False
+            with contextlib.suppress(_Stale):
+                self._tell(self._found(request, prepare_only))
+
+    def _found(self, request: Request, prepare_only: bool) -> Told:
+        """Return the result, or the maps where only these are wanted, or why there is none."""
+        try:
+            surfaces = self._maps(request)
+            prepared = Prepared(request, surfaces)
+            if prepare_only:
+                return prepared
+            self._tell(prepared)
+            return solved(request, surfaces, self._tell, self._tell)
+        except RoughcontactError as error:
+            return Failed(request, error)
+        except MemoryError:
+            words = "the memory is used up; crop the map, or choose a coarser pixel"
+            return Failed(request, InputError(words))
+        except OSError as error:
+            place = error.filename or "a file"
+            return Failed(request, FormatError(f"{place}: {error.strerror or error}"))
+        except _Stale:
+            raise
+        except Exception as error:
+            # A mistake of the program must not leave a page that waits for ever.
+            _log.exception("a contact could not be solved")
+            words = (
+                f"a mistake of the program ended this ({type(error).__name__}); please report it"
+            )
+            return Failed(request, InputError(words))
+
+    def _tell(self, what: Told) -> None:
+        with self._changed:
+            if self._closed or self._drop or self._needs_others():
+                raise _Stale
+        self._told(what)
+
+    def _needs_others(self) -> bool:
+        """Whether what waits needs other maps, or only maps."""
+        if self._asked is None or self._under_way is None:
+            return False
+        request, prepare_only = self._asked
+        return prepare_only or _maps_of(request) != _maps_of(self._under_way)
+
+    def _maps(self, request: Request) -> tuple[Surface, ...]:
+        key = _maps_of(request)
+        if self._prepared is None or self._prepared[0] != key:
+            self._prepared = None
+            result = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
+            self._prepared = key, tuple(result)
+        return self._prepared[1]
+
+    def _reading(
+        self, inputs: Sequence[Path], path: Path, announced: Callable[..., None], *reading: Any
+    ) -> Surface:
+        key = path, _moment(path), reading
+        if key not in self._read:
+            # Maps that are not asked for any more go first.
+            self._read = {old: item for old, item in self._read.items() if old[0] in inputs}
+            self._read = {old: item for old, item in self._read.items() if old[0] != path}
+            self._read[key] = self._reader(path, announced, *reading)
+        announced(self._read[key].shape)
+        return self._read[key]
+
+
+def _maps_of(request: Request) -> tuple[Any, ...]:
+    """Return what the prepared maps of a request depend on."""
+    prepares = (option.name for option in request.task.options if option.prepares)
+    return request.file, tuple(map(request.given.get, prepares))
+
+
+def _moment(path: Path) -> tuple[int, int] | None:
+    """Return what changes with a file's content, None where there is no file."""
+    try:
+        result = path.stat()
+    except OSError:
+        return None
+    return result.st_mtime_ns, result.st_size

@@ -1,0 +1,218 @@
+"""The load: its form, its text, and the slider that the contact follows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import panel as pn
+
+from roughcontact import units
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import controls, style
+from roughcontact.desk.controls import Give
+from roughcontact.desk.live_solver import Prepared
+from roughcontact.desk.session import Given, Session
+from roughcontact.desk.widgets import Slider
+from roughcontact.errors import RoughcontactError
+from roughcontact.material.material import contact_modulus, softer
+from roughcontact.request.options import APPROACH, CEILING
+from roughcontact.surface.surface import Surface
+
+STEPS = 300
+"""Positions of the slider, from 0 on."""
+
+_DIGITS = 3
+_DECADES = 5.0
+# Part of the contact modulus beyond which nothing stays elastic, and part of the largest load that
+# a ceiling carries.
+_HIGHEST, _NEAR_CAPACITY = 0.05, 0.95
+# Pressures of smooth bodies beside those that a whole map carries.
+_PEAKS = 5.0
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form in which a load is given."""
+
+    name: str  # What it is called
+    option: str  # The option that takes it
+    unit: str  # SI unit
+    example: str  # A text of it
+
+
+FORCE = Form("Force", "load", "N", "1 N")
+NOMINAL = Form("Nominal pressure", "load", "Pa", "20 MPa")
+LINE = Form("Line load", "load", "N/m", "600 N/mm")
+HERTZ = Form("Hertz pressure", "hertz", "Pa", "1.5 GPa")
+APPROACH_AXIS = Form("Approach", "approach", "m", "1 um")
+FORMS = (FORCE, NOMINAL, LINE, HERTZ, APPROACH_AXIS)
+
+
+def form_of(specified: Given) -> Form:
+    """Return the form in which the load is given; a nominal pressure where there is none."""
+    for form in (HERTZ, APPROACH_AXIS):
+        if form.option in specified:
+            return form
+    text = str(specified.get("load", NOMINAL.example))
+    if text.lower().startswith("hertz"):
+        return HERTZ
+    unit = text.lstrip("0123456789.+-eE ").replace(" ", "")
+    if unit.endswith("Pa") or unit in ("bar", "psi"):
+        return NOMINAL
+    return LINE if "/" in unit else FORCE
+
+
+def span(form: Form, prepared: Prepared) -> tuple[float, float]:
+    """Return the smallest and the largest value that the slider gives [SI]."""
+    request, surface = prepared.request, prepared.surfaces[0]
+    bodies = request.bodies()
+    pressure = _HIGHEST * contact_modulus(*bodies)
+    softest, ceiling = softer(*bodies), request.get(CEILING)
+    if isinstance(ceiling, str):
+        ceiling = None if softest is None else softest.ceiling
+    if ceiling is not None:
+        pressure = min(pressure, _NEAR_CAPACITY * ceiling)
+    if form is APPROACH_AXIS:
+        largest = sum(map(_height, prepared.surfaces))
+    else:
+        per_pressure = {
+            FORCE: math.prod(surface.size), NOMINAL: 1.0, LINE: max(surface.size), HERTZ: _PEAKS,
+        }  # fmt: skip
+        largest = per_pressure[form] * pressure
+    return _rounded(largest * 10.0**-_DECADES), _rounded(largest)
+
+
+def text_at(position: int, ends: tuple[float, float], form: Form) -> str:
+    """Return the text that a position of the slider stands for, as one would type it."""
+    value = ends[0] * (ends[1] / ends[0]) ** (position / STEPS)
+    return units.engineering(_rounded(value), form.unit, _DIGITS)
+
+
+def position_of(value: float, ends: tuple[float, float]) -> int:
+    """Return the position of the slider that is nearest to a value."""
+    share = math.log(value / ends[0]) / math.log(ends[1] / ends[0]) if value > 0 else 0.0
+    return round(STEPS * min(1.0, max(0.0, share)))
+
+
+def text_of(result: ContactResult, form: Form) -> str | None:
+    """Return the load of a result in another form; None where that is not known."""
+    if form is FORCE:
+        return units.engineering(result.load, "N", _DIGITS)
+    if form is NOMINAL:
+        area = result.pressure.size * result.pixel_area
+        return units.engineering(result.load / area, "Pa", _DIGITS)
+    if form is APPROACH_AXIS and result.approach > 0:
+        return units.engineering(result.approach, "m", _DIGITS)
+    return None
+
+
+def _height(surface: Surface) -> float:
+    """Return how far the heights reach [m]."""
+    return float(np.nanmax(surface.heights) - np.nanmin(surface.heights))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS - 1}e}")
+
+
+# --- The load: its form, its text, and the slider that the contact follows ---
+
+
+class Load:
+    """The load in its forms, and its slider."""
+
+    def __init__(self, session: Session, give: Give) -> None:
+        self._session, self._give = session, give
+        self._prepared: Prepared | None = None
+        self._form = NOMINAL
+        self._silent = False
+        self.form = pn.widgets.Select(
+            label="Load given as", options={form.name: form for form in FORMS},
+            value=self._form,
+            **{**style.CONTROL, "sizing_mode": None, "margin": (0, 8, 4, 0)}, width=150,
+        )  # fmt: skip
+        self.text = pn.widgets.TextInput(
+            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120
+        )
+        self.slider = Slider(
+            words="Drag the load (logarithmic); arrow keys move it, too", end=STEPS,
+            value=STEPS // 2, sizing_mode="stretch_width", margin=(0, 20, 4, 14),
+        )  # fmt: skip
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        self.form.param.watch(self._reform, "value")
+        self.text.param.watch(self._typed, "value")
+        self.slider.param.watch(self._slid, "value")
+        self.root = pn.Column(
+            pn.Row(self.form, self.text, self.slider, **style.BLOCK), self._wrong, **style.BLOCK
+        )
+
+    def show(self, prepared: Prepared | None) -> None:
+        """Show what the state holds."""
+        self._prepared = prepared
+        specified = self._session.state.given
+        self._form = form_of(specified)
+        text = str(specified.get(self._form.option, ""))
+        self._silent = True
+        try:
+            if self.form.value is not self._form:
+                self.form.value = self._form
+            if self.text.value != text:
+                self.text.value = text
+            self.text.placeholder = self._form.example
+            self.slider.said = text
+            ends = self._ends()
+            value = self._value()
+            if ends is not None and value is not None:
+                position = position_of(value, ends)
+                if text_at(self.slider.value, ends, self._form) != text:
+                    self.slider.value = position
+        finally:
+            self._silent = False
+
+    def _ends(self) -> tuple[float, float] | None:
+        return None if self._prepared is None else span(self._form, self._prepared)
+
+    def _value(self) -> float | None:
+        """Return the load as it is given [SI]."""
+        try:
+            value, _ = self._session.state.request().load
+            result = self._session.state.request().needed(APPROACH) if value is None else value
+        except RoughcontactError:
+            return None
+        return result if isinstance(result, float) else result.value
+
+    def _reform(self, event: Any) -> None:
+        if self._silent:
+            return
+        outcome, form = self._session.outcome, event.new
+        text = None
+        if outcome is not None and outcome.contact is not None:
+            text = text_of(outcome.contact, form)
+        self._form = form
+        if text is None:
+            ends = self._ends()
+            text = form.example if ends is None else text_at(STEPS // 2, ends, form)
+        self._set(text)
+
+    def _typed(self, event: Any) -> None:
+        if not self._silent:
+            self._set(event.new)
+
+    def _slid(self, event: Any) -> None:
+        ends = self._ends()
+        if not self._silent and ends is not None:
+            self._set(text_at(event.new, ends, self._form))
+
+    def _set(self, text: str) -> None:
+        try:
+            self._give(self._form.option, text)
+        except RoughcontactError as error:
+            self._wrong.object = (
+                f'<span role="alert" class="wrong">{controls.escaped(controls.told(error))}</span>'
+            )
+            self._wrong.visible = True
+        else:
+            self._wrong.visible = False

@@ -1,0 +1,234 @@
+"""The folder of pieces of work: each with its project file and the files that were brought."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import secrets
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from roughcontact import files, memory
+from roughcontact.errors import ArgumentRef, InputError
+
+DAYS = 30
+"""How long a piece of work lasts that nobody looks at."""
+
+_KEY_BYTES = 24
+PROJECT = "project.toml"
+"""The project file of a work."""
+
+KEPT = "map-"
+"""How the names begin that files get which are brought."""
+
+_KEY = re.compile(r"[A-Za-z0-9_-]{32}")
+_SUFFIX = re.compile(r"(?:\.[A-Za-z0-9]{1,12}){1,2}$")
+_LONGEST_NAME = 200
+# What a server that was killed left lies longer than another needs to take its lock.
+_SETTLED = 60.0
+_SECRET = "secret"
+_PAGE, _LOCK = "page-", "lock"
+
+
+@dataclass(frozen=True)
+class SavedProject:
+    """A piece of work."""
+
+    key: str  # Who knows it may see the work
+    folder: Path  # Where its files are
+
+    @property
+    def project(self) -> Path:
+        """Its project file, which is not there before something was done."""
+        return self.folder / PROJECT
+
+    @contextmanager
+    def page(self) -> Iterator[Path]:
+        """Give a folder for what a page makes; it goes when the page goes."""
+        folder = self.folder / f"{_PAGE}{secrets.token_hex(8)}"
+        folder.mkdir(mode=0o700)
+        try:
+            with files.file_lock(folder / _LOCK):
+                yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    @contextmanager
+    def receiving(self, name: str, limit: int) -> Iterator[Upload]:
+        """Give what takes a file that comes in pieces, under a name of our own."""
+        path = self.folder / f"{KEPT}{secrets.token_hex(4)}{suffix_of(name)}"
+        with files.atomic_write(path) as stream:
+            yield Upload(path, shown(name), limit, stream.write)
+
+
+class Upload:
+    """A file while it comes."""
+
+    def __init__(self, path: Path, name: str, limit: int, write: Callable[[bytes], object]) -> None:
+        self.path, self.name = path, name
+        self._limit, self._write, self._size = limit, write, 0
+
+    def take(self, piece: bytes) -> None:
+        """Take the next bytes."""
+        self._size += len(piece)
+        require_size(self.name, self._size, self._limit)
+        self._write(piece)
+
+
+class ProjectStore:
+    """The folder of all pieces of work of a user."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = state_folder() if folder is None else folder
+        self._coming = 0
+        try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"the folder '{self.folder}' cannot be made ({error.strerror}); give another",
+                argument="folder",
+            ) from None
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise InputError(
+                f"no permission to write into the folder '{self.folder}'; give another",
+                argument="folder",
+            )
+
+    def create(self) -> SavedProject:
+        """Begin a piece of work."""
+        key = secrets.token_urlsafe(_KEY_BYTES)
+        folder = self.folder / key
+        folder.mkdir(mode=0o700)
+        return SavedProject(key, folder)
+
+    def find(self, key: str) -> SavedProject | None:
+        """Return the work with a key and mark it as used; None if there is none."""
+        if _KEY.fullmatch(key) is None:
+            return None
+        folder = self.folder / key
+        try:
+            os.utime(folder)
+        except OSError:
+            return None
+        return SavedProject(key, folder)
+
+    @property
+    def secret(self) -> bytes:
+        """What signs the cookies of this user's browsers: made once, for nobody else to read."""
+        path = self.folder / _SECRET
+        if not path.exists():
+            files.write(path, secrets.token_hex(_KEY_BYTES))
+            path.chmod(0o600)
+        return path.read_bytes()
+
+    @contextmanager
+    def room(self, name: str, size: int, limit: int) -> Iterator[None]:
+        """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
+        cached = self._coming
+        # What is being written has a hidden name; its announced size is held already.
+        for path in self.folder.glob("*/[!.]*"):
+            with contextlib.suppress(OSError):
+                cached += path.stat().st_size if path.is_file() else 0
+        if cached + size > limit:
+            raise InputError(
+                f"{name} has {_words(size)}, and the works kept here have {_words(cached)}: more "
+                f"than {_words(limit)} together. Remove works that are not needed, or start the "
+                "desk with a larger ", ArgumentRef("upload_limit"),
+            )  # fmt: skip
+        self._coming += size
+        try:
+            yield
+        finally:
+            self._coming -= size
+
+    def kept(self) -> list[SavedProject]:
+        """Return the works in which something was done, the last used first."""
+        result = [
+            SavedProject(folder.name, folder)
+            for folder in self.folder.iterdir()
+            if _KEY.fullmatch(folder.name) and (folder / PROJECT).is_file()
+        ]
+        return sorted(result, key=lambda work: work.folder.stat().st_mtime, reverse=True)
+
+    def remove(self, key: str) -> None:
+        """Remove a piece of work with all its files."""
+        if _KEY.fullmatch(key) is not None:
+            shutil.rmtree(self.folder / key, ignore_errors=True)
+
+    def expire(self, age: float = DAYS * 86400.0) -> None:
+        """Remove what was not used for so many seconds, and what killed servers left of pages."""
+        now = time.time()
+        for folder in self.folder.iterdir():
+            if _KEY.fullmatch(folder.name) is None or not folder.is_dir():
+                continue
+            with contextlib.suppress(OSError):
+                before = folder.stat().st_mtime
+                if now - before > age:
+                    shutil.rmtree(folder)
+                    continue
+                _sweep(folder, now)
+                os.utime(folder, (before, before))
+
+
+def _sweep(folder: Path, now: float) -> None:
+    """Remove the folders of pages that are gone."""
+    files.clear(folder)
+    for page in folder.glob(f"{_PAGE}*"):
+        if now - page.stat().st_mtime > _SETTLED and not _is_held(page / _LOCK):
+            shutil.rmtree(page)
+
+
+def _is_held(lock: Path) -> bool:
+    try:
+        with files.file_lock(lock):
+            return False
+    except BlockingIOError:
+        return True
+
+
+def state_folder() -> Path:
+    """Return where this user's programs keep what is to last, by the rules of the system."""
+    if os.name == "nt":
+        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+    else:
+        # https://specifications.freedesktop.org/basedir-spec: what is no absolute path is ignored.
+        base = os.environ.get("XDG_STATE_HOME") or ""
+        base = base if os.path.isabs(base) else str(Path.home() / ".local" / "state")
+    return Path(base) / "roughcontact" / "desk"
+
+
+def suffix_of(name: str) -> str:
+    """Return the end of a file's name that tells its format, such as ``.csv.gz``; else nothing."""
+    suffix = "".join(Path(shown(name)).suffixes[-2:])
+    if not suffix.lower().endswith(".gz"):
+        suffix = Path(shown(name)).suffix
+    return suffix.lower() if _SUFFIX.fullmatch(suffix) else ""
+
+
+def shown(name: str) -> str:
+    """Return the name of a file as one line without folders, whatever it was."""
+    last = re.split(r"[/\\]", name)[-1]
+    text = " ".join("".join(c if c.isprintable() else " " for c in last).split())
+    return text[-_LONGEST_NAME:] or "map"
+
+
+def require_size(name: str, size: int, limit: int) -> None:
+    """Raise `InputError` if a file is larger than what may be brought."""
+    if size > limit:
+        raise InputError(
+            f"{name} has more than {_words(limit)}, the most that may be brought; "
+            "crop it, or start the desk with a larger ", ArgumentRef("upload_limit"),
+        )  # fmt: skip
+
+
+def _words(size: int) -> str:
+    """Return a number of bytes in the largest unit of which there is one."""
+    for unit, name in ((memory.GIB, "GiB"), (2**20, "MiB")):
+        if size >= unit:
+            return f"{size / unit:.3g} {name}"
+    return f"{size} bytes"

@@ -1,0 +1,172 @@
+"""What a screen shows of the maps of a contact: cells of a window, as compact arrays.
+
+A screen has fewer dots than a map has points. A cell of several points shows the mean of their
+heights, the largest of their pressures and of their residual indentations, and the classes of
+contact in their shares, as in the figures of a report (`roughcontact.plots.maps`): area in the
+picture is area of contact. A window with no more points than there are dots shows the points.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.plots import cells
+from roughcontact.plots.style import CLOSED, cell_max, cell_mean
+from roughcontact.surface.surface import Surface
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Values = NDArray[np.float32]
+Colours = NDArray[np.uint32]
+
+
+class Box(NamedTuple):
+    """A rectangle on a map [m]: its edges, counted from the corner of row 0 and column 0."""
+
+    top: float
+    left: float
+    bottom: float
+    right: float
+
+
+class Window(NamedTuple):
+    """Part of a map, and the points (y, x) to a cell of its picture."""
+
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+    blocks: tuple[int, int]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along y and x."""
+        rows, columns = (
+            math.ceil((last - first) / block)
+            for (first, last), block in zip(self[:2], self.blocks, strict=True)
+        )
+        return rows, columns
+
+    @property
+    def exact(self) -> bool:
+        """Whether a cell is a point."""
+        return self.blocks == (1, 1)
+
+    @property
+    def part(self) -> tuple[slice, slice]:
+        """The points of a map that it shows."""
+        return slice(*self.rows), slice(*self.columns)
+
+
+def box_of(surface: Surface) -> Box:
+    """Return the box of all of a map."""
+    return Box(0.0, 0.0, *surface.size)
+
+
+def window(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    seen: Box,
+    dots: tuple[float, float],
+    margin: float = 0.0,
+) -> Window:
+    """Return the window on a map that a screen shows."""
+    sides = zip(shape, pixel, dots, (seen.top, seen.left), (seen.bottom, seen.right), strict=True)
+    spans, blocks = [], []
+    for points, edge, dot, begin, end in sides:
+        begin, end = sorted((begin / edge, end / edge))
+        block = max(math.ceil((end - begin) / max(dot, 1.0) - 1e-9), 1)
+        beyond = margin * (end - begin)
+        first = min(max(math.floor(begin - beyond + 1e-9), 0), points - 1) // block * block
+        last = min(max(math.ceil(end + beyond - 1e-9), first + 1), points)
+        last = min(first + math.ceil((last - first) / block) * block, points)
+        spans.append((first, last))
+        blocks.append(block)
+    return Window(spans[0], spans[1], (blocks[0], blocks[1]))
+
+
+def extent(view: Window, pixel: tuple[float, float]) -> Box:
+    """Return where the cells of a window lie [m]; the last ones may reach beyond the map."""
+    (top, bottom), (remaining, right) = (
+        (first * edge, (first + cells * block) * edge)
+        for (first, _), cells, block, edge in zip(
+            view[:2], view.shape, view.blocks, pixel, strict=True
+        )
+    )
+    return Box(top, remaining, bottom, right)
+
+
+def heights(surface: Surface, view: Window, mean: float) -> Values:
+    """Return the mean height of each cell above a mean [m]; NaN where half or more are missing."""
+    return (cell_mean(surface.heights[view.part], view.blocks) - mean).astype(np.float32)
+
+
+class Pressed(NamedTuple):
+    """The part of a result that a window shows, point by point."""
+
+    pressure: Array
+    gap: Array
+    touching: Mask
+    saturated: Mask
+    blocks: tuple[int, int]
+    shares: cells.Shares
+
+
+def pressed(result: ContactResult, view: Window) -> Pressed:
+    """Return the part of a result that a window shows."""
+    pressure = result.pressure[view.part]
+    if result.ceiling is None:
+        saturated = np.zeros(pressure.shape, bool)
+    else:
+        saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
+    touching, gap = pressure > 0, result.gap[view.part]
+    shares = cells.shares(touching, saturated, gap, view.blocks)
+    return Pressed(pressure, gap, touching, saturated, view.blocks, shares)
+
+
+def pressure(part: Pressed) -> Values:
+    """Return the largest pressure of each cell [Pa]; NaN where nothing touches."""
+    largest = cell_max(part.pressure, part.blocks)
+    return np.where(largest > 0, largest, np.nan).astype(np.float32)
+
+
+def contact(part: Pressed) -> Colours:
+    """Return the colours of open, elastic, saturated and missing points in their shares."""
+    return _packed(cells.classes(part.shares))
+
+
+def shares(part: Pressed) -> tuple[Values, Values, Values]:
+    """Return the shares of each cell that touch, that are saturated, and that are missing."""
+    result = part.shares
+    touching, saturated, missing = (
+        share.astype(np.float32) for share in (result.touching, result.saturated, result.missing)
+    )
+    return touching, saturated, missing
+
+
+def gap(part: Pressed) -> Values:
+    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    return cells.open_gap(part.touching, part.gap, part.blocks).astype(np.float32)
+
+
+def cover(part: Pressed) -> Colours:
+    """Return the colours of closed and missing points; their opacity is their share of a cell."""
+    return _packed(cells.closed_cover(part.shares, CLOSED))
+
+
+def residual(part: Pressed) -> Values:
+    """Return the deepest residual indentation of each cell [m]; NaN where there is none."""
+    cached = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
+    deepest = cell_max(cached, part.blocks)
+    return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
+
+
+def _packed(colours: Array) -> Colours:
+    """Return colours of parts of one as one number each: red in the lowest byte."""
+    result = np.full((*colours.shape[:2], 4), 255, np.uint8)
+    result[..., : colours.shape[2]] = np.rint(colours * 255)
+    packed: Colours = result.view(np.dtype("<u4"))[..., 0]
+    return packed

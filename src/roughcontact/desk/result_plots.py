@@ -1,0 +1,417 @@
+"""Many loads and many grids: a load curve, a load history, a study of the resolution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from bokeh.layouts import gridplot
+from bokeh.models import (
+    Column,
+    ColumnDataSource,
+    DataRange1d,
+    FactorRange,
+    LinearColorMapper,
+    Range1d,
+    Slider,
+    Span,
+)
+from bokeh.plotting import figure
+from bokeh.transform import dodge
+from numpy.typing import NDArray
+
+from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.desk import rasters, style
+from roughcontact.desk.controls import escaped, table
+from roughcontact.plots.load_curve import branches, states
+from roughcontact.plots.style import (
+    ELASTIC,
+    NEUTRAL,
+    OVER,
+    SATURATED,
+    SERIES,
+    cell_max,
+    prefixed,
+    prefixed_window,
+)
+from roughcontact.plots.subsurface_stress import (
+    SECTION_ROWS,
+    section_rows,
+    shown_columns,
+    shown_depth,
+    stress_colours,
+    stress_scale,
+)
+from roughcontact.report.contact_fields import CURVE_COLUMNS, HISTORY_COLUMNS, STRESS
+from roughcontact.report.fields import listing_of, rows_of
+from roughcontact.report.uncertainty import STUDY_COLUMNS
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.load_history import LoadHistory
+from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.units import engineering
+
+
+class Curve:
+    """A load curve: areas, gap and stiffness over the load, and where the load is now."""
+
+    def __init__(self) -> None:
+        names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
+        self.source: Any = ColumnDataSource({name: [] for name in names})
+        self.now: Any = Span(
+            dimension="height", line_color=NEUTRAL, line_width=1.5, line_dash="dashed",
+            visible=False,
+        )  # fmt: skip
+        self._load, self._factor = math.nan, 1.0
+        log: dict[str, Any] = {"x_axis_type": "log"}
+        self.area = style.chart("Contact and saturated area", y_axis_type="log", **log)
+        self.lengths = style.chart("Approach and mean gap", x_range=self.area.x_range, **log)
+        self.stiffness = style.chart(
+            "Contact stiffness", y_axis_type="log", x_range=self.area.x_range, **log
+        )
+        for plot, name, colour, label in (
+            (self.area, "contact", SERIES[0], "contact"),
+            (self.area, "saturated", SATURATED, "saturated"),
+            (self.lengths, "approach", SERIES[0], "approach"),
+            (self.lengths, "gap", SERIES[1], "mean gap"),
+            (self.stiffness, "stiffness", SERIES[0], "stiffness"),
+        ):
+            where = {"source": self.source, "legend_label": label, "color": colour}
+            plot.line("load", name, line_width=1.6, **where)
+            plot.scatter("load", name, size=6, **where)
+        self.plots = (self.area, self.lengths, self.stiffness)
+        for plot in self.plots:
+            style.quiet_legend(plot)
+            plot.add_layout(self.now)
+        self.area.yaxis.axis_label = "share of the map [%]"
+        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
+        grid = gridplot(
+            [[self.area, self.lengths], [self.stiffness, None]], merge_tools=True,
+            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
+        )  # fmt: skip
+        grid.cols = "minmax(0, 1fr)"
+        self.root = Column(grid, self.table, sizing_mode="stretch_width")
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {name: [] for name in self.source.data}
+        style.put(self.table, "")
+
+    def show(self, curve: LoadCurve) -> None:
+        """Show a load curve."""
+        load = curve.column("load")
+        unit = "N/m" if curve.is_profile else "N"
+        self._factor, shown = prefixed(float(load.max()), unit)
+        lengths = np.concatenate([curve.column("approach"), curve.column("mean_gap")])
+        scale, length_unit = prefixed(float(lengths.max()), "m")
+        stiffness = curve.column("stiffness")
+        # Nothing but saturated pixels has none, full periodic contact has no bound.
+        stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+        stiff, stiffness_unit = prefixed(float(np.nanmax(stiffness, initial=0.0)), f"{unit}/m")
+        shares = (100 * curve.column(f"{name}_area") / curve.nominal_area
+                  for name in ("contact", "saturated"))  # fmt: skip
+        contact, saturated = (np.where(share > 0, share, np.nan) for share in shares)
+        with style.together(self.area.document):
+            self.source.data = {
+                "load": load * self._factor, "contact": contact, "saturated": saturated,
+                "gap": curve.column("mean_gap") * scale,
+                "approach": curve.column("approach") * scale, "stiffness": stiffness * stiff,
+            }  # fmt: skip
+            for plot in self.plots:
+                plot.xaxis.axis_label = f"load [{shown}]"
+            self.lengths.yaxis.axis_label = f"length [{length_unit}]"
+            self.stiffness.yaxis.axis_label = f"stiffness dW/dω [{stiffness_unit}]"
+            heads, rows = listing_of(CURVE_COLUMNS, curve, brief=True)
+            style.put(self.table, table(rows, heads))
+            self.mark(self._load)
+
+    def mark(self, load: float) -> None:
+        """Mark the load that is worked with [N]."""
+        self._load = load
+        self.now.visible = load > 0
+        if load > 0:
+            self.now.location = load * self._factor
+
+
+class History:
+    """A load history: load over approach, and what each step dissipates."""
+
+    def __init__(self) -> None:
+        self.points: Any = ColumnDataSource({"approach": [], "load": []})
+        self.lines: Any = ColumnDataSource({"approach": [], "load": [], "kind": [], "colour": []})
+        self.bars: Any = ColumnDataSource({"step": [], "energy": []})
+        self.loop = style.chart("Load history", height=300)
+        self.loop.multi_line(
+            "approach", "load", source=self.lines, line_color="colour", line_width=2,
+            legend_field="kind",
+        )  # fmt: skip
+        self.loop.scatter("approach", "load", source=self.points, size=5, color=NEUTRAL)
+        style.quiet_legend(self.loop)
+        self.energy = style.chart("Dissipated energy", height=300)
+        self.energy.vbar(
+            "step", top="energy", width=0.7, source=self.bars, color=SATURATED, line_color=None
+        )
+        self.energy.xaxis.axis_label = "step"
+        # There is no step one and a half.
+        self.energy.xaxis.ticker.min_interval = 1
+        self.energy.xaxis.ticker.num_minor_ticks = 0
+        self.energy.y_range.start = 0
+        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
+        grid = gridplot(
+            [[self.loop, self.energy]], merge_tools=True, toolbar_location="above",
+            sizing_mode="stretch_width", toolbar_options={"logo": None},
+        )  # fmt: skip
+        grid.cols = "minmax(0, 1fr)"
+        self.root = Column(grid, self.table, sizing_mode="stretch_width")
+
+    def clear(self) -> None:
+        """Show nothing."""
+        for source in (self.points, self.lines, self.bars):
+            source.data = {name: [] for name in source.data}
+        style.put(self.table, "")
+
+    def show(self, history: LoadHistory) -> None:
+        """Show a load history."""
+        result = states(history)
+        approach, load = (np.array([getattr(item, name) for item in result])
+                          for name in ("approach", "load"))  # fmt: skip
+        across, unit_across = prefixed(float(np.abs(approach).max()), "m")
+        up, unit_up = prefixed(float(load.max()), "N")
+        energy = history.column("dissipated_energy")
+        scale, unit = prefixed(float(energy.max()), "J")
+        colours = {"elastic": ELASTIC, "new indentation": SATURATED}
+        lines = [(kind, branch) for kind, all_of in branches(result).items() for branch in all_of]
+        with style.together(self.loop.document):
+            self.points.data = {"approach": approach * across, "load": load * up}
+            self.lines.data = {
+                "approach": [[item.approach * across for item in branch] for _, branch in lines],
+                "load": [[item.load * up for item in branch] for _, branch in lines],
+                "kind": [kind for kind, _ in lines],
+                "colour": [colours[kind] for kind, _ in lines],
+            }
+            self.bars.data = {"step": np.arange(1, energy.size + 1), "energy": energy * scale}
+            self.loop.xaxis.axis_label = f"approach from first touch [{unit_across}]"
+            self.loop.yaxis.axis_label = f"load [{unit_up}]"
+            self.energy.yaxis.axis_label = f"dissipated energy [{unit}]"
+            heads, rows = listing_of(HISTORY_COLUMNS, history)
+            style.put(self.table, table(rows, heads))
+
+
+class Study:
+    """A study of the resolution: contact on each grid, and what that means."""
+
+    def __init__(self) -> None:
+        self.source: Any = ColumnDataSource({"case": [], "contact": [], "saturated": []})
+        self.plot = style.chart("Contact on other grids", x_range=FactorRange(), height=240)
+        for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
+            self.plot.vbar(
+                dodge("case", place, range=self.plot.x_range), top=name, width=0.32,
+                source=self.source, color=colour, line_color=None, legend_label=name,
+            )  # fmt: skip
+        style.quiet_legend(self.plot)
+        self.plot.yaxis.axis_label = "share of the map [%]"
+        self.plot.y_range.start = 0
+        self.plot.xaxis.major_label_orientation = 0.6
+        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
+        self.root = Column(self.plot, self.table, sizing_mode="stretch_width")
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.source.data = {name: [] for name in self.source.data}
+        self.plot.x_range.factors = []
+        style.put(self.table, "")
+
+    def show(self, study: ResolutionStudy) -> None:
+        """Show a study."""
+        cases = study.named()
+        names = [name for name, _ in cases]
+        with style.together(self.plot.document):
+            self.plot.x_range.factors = names
+            self.source.data = {
+                "case": names,
+                "contact": [100 * case.contact_fraction for _, case in cases],
+                "saturated": [100 * case.saturated_fraction for _, case in cases],
+            }
+            heads, rows = listing_of(STUDY_COLUMNS, study)
+            said = "".join(f"<p>{escaped(text)}</p>" for text in study.sentences)
+            style.put(self.table, said + table(rows, heads))
+
+
+# Stress below a contact: against the depth, on a plane, and on a map at a depth one chooses.
+
+
+_DOTS = 400
+# The profile begins with so many times the depth of the largest stress.
+_NEAR = 12
+
+
+class Stress:
+    """Von Mises stress: profile over the depth, section through its maximum, map at a depth."""
+
+    def __init__(self) -> None:
+        self._result: StressResult | None = None
+        self._call: Callable[[float], None] | None = None
+        self._length = 1.0
+        self.slider: Any = Slider(
+            start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
+            sizing_mode="stretch_width", margin=(4, 12),
+        )  # fmt: skip
+        self.slider.on_change("value", self._slid)
+        names = ("depth", "mises", "tresca", "shear")
+        self.source: Any = ColumnDataSource({name: [] for name in names})
+        self.mapper: Any = LinearColorMapper(
+            palette=style.palette(stress_colours()(np.linspace(0, 1, 256))), high_color=OVER,
+        )  # fmt: skip
+        self.depth: Any = Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
+        self.level: Any = Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")
+        self.strength: Any = Span(
+            dimension="width", line_color=SERIES[1], line_dash="dotted", visible=False
+        )
+        self.profile = style.chart(
+            "Largest stress at each depth", height=280, x_range=Range1d(0, 1)
+        )
+        for name, colour, dash, label in (
+            ("mises", SERIES[0], "solid", "von Mises"),
+            ("tresca", SERIES[1], "dashed", "Tresca"),
+            ("shear", SERIES[2], "dotted", "orthogonal shear"),
+        ):
+            self.profile.line(
+                "depth", name, source=self.source, line_color=colour, line_dash=dash,
+                line_width=1.8, legend_label=label,
+            )  # fmt: skip
+        self.profile.add_layout(self.depth)
+        self.profile.add_layout(self.strength)
+        self.profile.y_range.start = 0
+        style.quiet_legend(self.profile)
+        self.cut, self.cut_source = self._picture("Section along x, at the largest stress")
+        self.cut.add_layout(self.level)
+        self.map, self.map_source = self._picture("Largest over all depths")
+        self.map.add_layout(style.bar_of(self.mapper), "right")
+        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
+        grid = gridplot(
+            [[self.profile, self.cut], [self.map, None]], merge_tools=True,
+            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
+        )  # fmt: skip
+        grid.cols = "minmax(0, 1fr)"
+        self.root = Column(self.slider, grid, self.table, sizing_mode="stretch_width")
+
+    def on_depth(self, call: Callable[[float], None]) -> None:
+        """Have ``call(depth)`` called with a depth [m] that one chooses."""
+        self._call = call
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self._result = None
+        for source in (self.source, self.cut_source, self.map_source):
+            source.data = {name: [] for name in source.data}
+        style.put(self.table, "")
+
+    def show(self, result: StressResult) -> None:
+        """Show the stress below a contact."""
+        self._result = result
+        profile = result.profile
+        top, (factor, unit) = stress_scale(result)
+        length, length_unit = prefixed(float(profile.depths[-1]), "m")
+        with style.together(self.profile.document):
+            self.source.data = {
+                "depth": profile.depths * length, "mises": profile.von_mises * factor,
+                "tresca": profile.tresca * factor,
+                "shear": profile.orthogonal_shear.max(axis=1) * factor,
+            }  # fmt: skip
+            # Most of the depth there is next to nothing; who wants to see it zooms out.
+            near = min(_NEAR * profile.depth_of_max or 1.0, float(profile.depths[-1])) * length
+            self.profile.x_range.update(start=0, end=near, reset_start=0, reset_end=near)
+            self.profile.xaxis.axis_label = f"depth [{length_unit}]"
+            self.profile.yaxis.axis_label = f"stress [{unit}]"
+            self.strength.visible = profile.yield_strength is not None
+            if profile.yield_strength is not None:
+                self.strength.location = profile.yield_strength * factor
+            style.set_bar(self.map.right[0], 0.0, top * factor, unit)
+            self._show_cut(result, factor)
+            self._put_map(profile.peak, factor)
+            self.map.title.text = "Largest over all depths"
+            index = int(profile.von_mises.argmax())
+            self.slider.update(end=max(profile.depths.size - 1, 1), value=index)
+            self._mark(index)
+            rows = [(row.title, row.text, row.meaning) for row in rows_of(STRESS, result)]
+            style.put(self.table, table(rows))
+
+    def show_map(self, values: NDArray[Any], depth: float) -> None:
+        """Show the von Mises stress [Pa] at a depth [m], shape (ny, nx)."""
+        assert self._result is not None
+        with style.together(self.map.document):
+            self._put_map(values, stress_scale(self._result)[1][0])
+            self.map.title.text = f"At depth {engineering(depth, 'm')}"
+
+    def _picture(self, title: str) -> tuple[Any, Any]:
+        source = ColumnDataSource({name: [] for name in ("x", "y", "dw", "dh", "stress")})
+        # The browser itself keeps it true to scale.
+        plot: Any = figure(
+            title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
+            x_range=DataRange1d(range_padding=0),
+            y_range=DataRange1d(range_padding=0, flipped=True),
+            tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
+            min_border_right=64,
+        )  # fmt: skip
+        style.quiet(plot)
+        plot.grid.visible = False
+        plot.image("stress", "x", "y", "dw", "dh", source=source, color_mapper=self.mapper)
+        return plot, source
+
+    def _show_cut(self, result: StressResult, factor: float) -> None:
+        values = result.von_mises_section("x")
+        edge = result.solution.surface.pixel[1]
+        columns = shown_columns(result, values, edge, None)
+        first, last = columns.start * edge, columns.stop * edge
+        depth = shown_depth(result, values, None, last - first)
+        rows = section_rows(values[:, columns], result.profile.depths, depth)
+        length, unit = prefixed_window(first, last)
+        remaining, right, down = first * length, last * length, depth * length
+        self._put(self.cut_source, rows * factor, (remaining, 0.0, right - remaining, down))
+        self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
+        self._length = length
+        assert rows.shape[0] == SECTION_ROWS
+
+    def _put_map(self, values: NDArray[Any], factor: float) -> None:
+        assert self._result is not None
+        surface = self._result.solution.surface
+        view = rasters.window(
+            surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS / 2, _DOTS / 2)
+        )
+        length, unit = prefixed_window(0.0, max(surface.size))
+        top, remaining, bottom, right = (
+            edge * length for edge in rasters.extent(view, surface.pixel)
+        )
+        cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
+        self._put(
+            self.map_source, cells * factor, (remaining, top, right - remaining, bottom - top)
+        )
+        self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
+
+    def _put(
+        self, source: Any, values: NDArray[Any], place: tuple[float, float, float, float]
+    ) -> None:
+        x, y, dw, dh = place
+        source.data = {
+            "x": [x], "y": [y], "dw": [dw], "dh": [dh], "stress": [values.astype(np.float32)]
+        }  # fmt: skip
+
+    def _mark(self, index: int) -> None:
+        assert self._result is not None
+        profile = self._result.profile
+        depth = float(profile.depths[index])
+        self.depth.location = depth * prefixed(float(profile.depths[-1]), "m")[0]
+        self.level.location = depth * self._length
+        self.slider.title = (
+            f"Depth {engineering(depth, 'm')}: largest von Mises stress "
+            f"{engineering(float(profile.von_mises[index]), 'Pa')}"
+        )
+
+    def _slid(self, attr: str, old: Any, new: Any) -> None:
+        if self._result is None or not 0 <= int(new) < self._result.profile.depths.size:
+            return
+        with style.together(self.profile.document):
+            self._mark(int(new))
+        if self._call is not None:
+            self._call(float(self._result.profile.depths[int(new)]))

@@ -1,0 +1,378 @@
+"""Controls that keyboards and screen readers reach, where those of Bokeh are only for a pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, Protocol
+
+import panel as pn
+import param
+from bokeh.events import ConnectionLost, DocumentReady
+from bokeh.models import CustomJS
+from panel.custom import JSComponent
+
+from roughcontact.desk import style
+
+_SCRIPT = """
+export function render({ model, el }) {
+  const area = document.createElement("label");
+  const words = document.createElement("span");
+  const input = document.createElement("input");
+  const bar = document.createElement("progress");
+  area.className = "brought";
+  words.textContent = model.words;
+  input.type = "file";
+  input.setAttribute("aria-label", model.words);
+  bar.max = 1;
+  bar.hidden = true;
+  bar.setAttribute("aria-label", "sent so far");
+  area.append(words, input, bar);
+
+  function send(file) {
+    const query = new URLSearchParams({ name: file.name });
+    const asked = new URLSearchParams(window.location.search);
+    for (const name of ["work", "token"]) if (asked.has(name)) query.set(name, asked.get(name));
+    const request = new XMLHttpRequest();
+    const base = window.location.pathname.replace(/[/]?$/, "/");
+    request.open("POST", base + model.address + "?" + query);
+    request.upload.onprogress = (at) => { bar.hidden = false; bar.value = at.loaded / at.total; };
+    request.onloadend = () => {
+      bar.hidden = true;
+      input.value = "";
+      let told = { error: "the file did not reach the program; is it still running?" };
+      try { told = JSON.parse(request.responseText); } catch (error) { }
+      model.arrived = { ...told, number: model.count = model.count + 1 };
+    };
+    request.send(file);
+  }
+  input.addEventListener("change", () => { if (input.files.length) send(input.files[0]); });
+  for (const name of ["dragenter", "dragover"])
+    area.addEventListener(name, (event) => { event.preventDefault(); area.classList.add("over"); });
+  for (const name of ["dragleave", "drop"])
+    area.addEventListener(name, () => area.classList.remove("over"));
+  area.addEventListener("drop", (event) => {
+    event.preventDefault();
+    if (event.dataTransfer.files.length) send(event.dataTransfer.files[0]);
+  });
+  return area;
+}
+"""
+
+_SHEET = f"""
+:host {{ border: 0; }}
+.brought {{ display: block; border: 1px dashed {style.QUIET}; border-radius: 6px; padding: 10px;
+  cursor: pointer; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+.brought:hover, .brought.over, .brought:focus-within {{ border-color: {style.ACCENT};
+  background: {style.ACCENT}0d; }}
+.brought input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
+.brought progress {{ width: 100%; }}
+"""
+
+
+class Drop(JSComponent):  # type: ignore[misc]
+    """An area that takes one file; ``arrived`` is what the server answered, see `receive`."""
+
+    words = param.String("")
+    address = param.String("")
+    arrived = param.Dict({})
+    count = param.Integer(0)
+
+    _esm = _SCRIPT
+    _stylesheets: ClassVar = [_SHEET]
+
+
+# Controls that keyboards and screen readers reach, where those of Bokeh are only for a pointer.
+
+
+LOST = (
+    "The program has ended, or cannot be reached. What was done is kept: start it again, and "
+    "reload this page."
+)
+
+BROKEN = "This page shows an old state. Reload it."
+
+_STRIP = """
+export function render({ model }) {
+  const list = document.createElement("div");
+  list.setAttribute("role", "tablist");
+  const tabs = model.names.map((name, place) => {
+    const tab = document.createElement("button");
+    tab.type = "button";
+    tab.setAttribute("role", "tab");
+    tab.textContent = name;
+    tab.addEventListener("click", () => { model.active = place; });
+    list.append(tab);
+    return tab;
+  });
+  const steps = { ArrowLeft: -1, ArrowRight: 1 };
+  list.addEventListener("keydown", (event) => {
+    if (!(event.key in steps)) return;
+    event.preventDefault();
+    model.active = (model.active + steps[event.key] + tabs.length) % tabs.length;
+    tabs[model.active].focus();
+  });
+  const show = () => tabs.forEach((tab, place) => {
+    tab.setAttribute("aria-selected", place == model.active);
+    tab.tabIndex = place == model.active ? 0 : -1;
+  });
+  model.on("active", show);
+  show();
+  return list;
+}
+"""
+
+_STRIP_SHEET = f"""
+div {{ display: flex; gap: 2px; width: 100%; border-bottom: 1px solid {style.LINE}; }}
+button {{ font-family: {style.FONT}; font-size: 13px; color: {style.INK}; background: none;
+  border: 0; border-bottom: 2px solid transparent; padding: 7px 10px; cursor: pointer; }}
+button:hover {{ background: {style.GROUND}; }}
+button[aria-selected=true] {{ border-color: {style.ACCENT}; font-weight: 600; }}
+button:focus-visible {{ outline: 2px solid {style.ACCENT}; outline-offset: -2px; }}
+"""
+
+_SLIDER = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const words = document.createElement("span");
+  const input = document.createElement("input");
+  words.textContent = model.words;
+  input.type = "range";
+  input.min = 0;
+  input.max = model.end;
+  const show = () => {
+    if (input.valueAsNumber != model.value) input.value = model.value;
+    input.setAttribute("aria-valuetext", model.said);
+  };
+  input.addEventListener("input", () => { model.value = input.valueAsNumber; });
+  model.on(["value", "said"], show);
+  show();
+  area.append(words, input);
+  return area;
+}
+"""
+
+_SLIDER_SHEET = f"""
+label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+input {{ display: block; width: 100%; margin: 10px 0 0; accent-color: {style.ACCENT}; }}
+"""
+
+
+_CHECK = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const input = document.createElement("input");
+  input.type = "checkbox";
+  const show = () => { input.checked = model.value; };
+  input.addEventListener("change", () => { model.value = input.checked; });
+  model.on("value", show);
+  show();
+  area.append(input, model.words);
+  return area;
+}
+"""
+
+_CHECK_SHEET = f"""
+label {{ display: flex; gap: 6px; align-items: center; font-family: {style.FONT}; font-size: 13px;
+  color: {style.INK}; cursor: pointer; }}
+input {{ accent-color: {style.ACCENT}; margin: 0; }}
+"""
+
+
+_FIELD = """
+export function render({ model }) {
+  const area = document.createElement("label");
+  const input = document.createElement("input");
+  const list = document.createElement("datalist");
+  list.id = "proposed";
+  input.setAttribute("list", list.id);
+  input.placeholder = model.placeholder;
+  input.setAttribute("aria-label", model.words);
+  area.title = model.help;
+  const show = () => {
+    input.value = model.value;
+    list.replaceChildren(...model.options.map((text) => new Option(text, text)));
+  };
+  input.addEventListener("change", () => { model.value = input.value; });
+  model.on(["value", "options"], show);
+  show();
+  area.append(model.words, input, list);
+  return area;
+}
+"""
+
+_FIELD_SHEET = f"""
+label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+input {{ display: block; box-sizing: border-box; width: 100%; height: 32px; padding: 0 12px;
+  font: inherit; border: 1px solid {style.LINE}; border-radius: 5px; }}
+input:focus {{ border-color: {style.ACCENT}; outline: 2px solid {style.ACCENT}33; }}
+"""
+
+
+class TabStrip(JSComponent):  # type: ignore[misc]
+    """Names of pages of which one is shown; `active` is its place."""
+
+    names = param.List([])
+    active = param.Integer(0)
+
+    _esm = _STRIP
+    _stylesheets: ClassVar = [_STRIP_SHEET]
+
+
+class Tabs:
+    """Pages of which one is shown, and only that one is there: Bokeh lays out no hidden figure."""
+
+    def __init__(
+        self, parts: Mapping[str, Any], turned: Callable[[], None], sizing: str = "stretch_width"
+    ) -> None:
+        about = {**style.TABS, "sizing_mode": sizing}
+        self._parts, self._turned = list(parts.values()), turned
+        self._strip = TabStrip(names=list(parts), **style.STRIP)
+        self._body = pn.Column(**about)
+        self._strip.param.watch(lambda _: self._turn(), "active")
+        self.root = pn.Column(self._strip, self._body, **about)
+        self._put()
+
+    @property
+    def active(self) -> int:
+        """The place of the one that is shown."""
+        return int(self._strip.active)
+
+    def _put(self) -> None:
+        self._body[:] = [self._parts[self.active]]
+
+    def _turn(self) -> None:
+        self._put()
+        self._turned()
+
+
+class Slider(JSComponent):  # type: ignore[misc]
+    """A slider with its label; ``said`` is what its value means, for those who do not see it."""
+
+    words = param.String("")
+    end = param.Integer(1)
+    value = param.Integer(0)
+    said = param.String("")
+
+    # Milliseconds that a value waits for one that follows it: the 50 of others are half a step.
+    _debounce: ClassVar[int] = 5
+    _esm = _SLIDER
+    _stylesheets: ClassVar = [_SLIDER_SHEET]
+
+
+class Check(JSComponent):  # type: ignore[misc]
+    """A box to tick, with its label."""
+
+    words = param.String("")
+    value = param.Boolean(False)
+
+    _esm = _CHECK
+    _stylesheets: ClassVar = [_CHECK_SHEET]
+
+
+class Field(JSComponent):  # type: ignore[misc]
+    """A field for any text, with its label and texts that are proposed."""
+
+    words = param.String("")
+    help = param.String("")
+    placeholder = param.String("")
+    options = param.List([])
+    value = param.String("")
+
+    _esm = _FIELD
+    _stylesheets: ClassVar = [_FIELD_SHEET]
+
+
+def send_all_after_pull(document: Any) -> None:
+    """Have no change dropped between the browser's copy of a document and its first drawing."""
+    copied = document.to_json
+
+    def copy(*more: Any, **named: Any) -> Any:
+        created = copied(*more, **named)
+        pn.state._connected[document] = True
+        return created
+
+    document.to_json = copy
+
+
+def reload_when_broken(document: Any) -> None:
+    """Have a page loaded again when it cannot take up a change; a second time, have it say so."""
+    document.js_on_event(DocumentReady, CustomJS(args={"words": BROKEN}, code=_BROKEN))
+
+
+def tell_when_lost(document: Any) -> None:
+    """Have a page say so when the program that serves it has ended."""
+    document.js_on_event(ConnectionLost, CustomJS(args={"words": LOST}, code=_LOST))
+
+
+_LOST = f"""
+if (document.getElementById("lost") == null) {{
+  const said = document.createElement("div")
+  said.id = "lost"
+  said.setAttribute("role", "alert")
+  said.textContent = words
+  said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
+    background: {style.WARNING}; color: white; font: 14px {style.FONT}`
+  document.body.append(said)
+}}
+"""
+
+_BROKEN = f"""
+const again = 60000
+for (const page of Bokeh.documents) {{
+  const apply = page.apply_json_patch.bind(page)
+  page.apply_json_patch = (...patch) => {{
+    try {{
+      apply(...patch)
+    }} catch (error) {{
+      const last = Number(sessionStorage.getItem("broken"))
+      sessionStorage.setItem("broken", Date.now())
+      if (Date.now() - last > again) location.reload()
+      else {{ {_LOST} }}
+      throw error
+    }}
+  }}
+}}
+"""
+
+
+# --- Parts of the page of which one is in sight: each is made when it is first looked at ---
+
+
+class View(Protocol):
+    """A part of the page."""
+
+    root: Any
+    """What stands there."""
+
+    def show(self) -> None:
+        """Show what there is now; called whenever that changed while it is in sight."""
+
+    def cancel(self) -> None:
+        """End what is under way."""
+
+
+class Views:
+    """Tabs, the first of which is always there."""
+
+    def __init__(self, first: Any, others: Mapping[str, Callable[[], View]]) -> None:
+        self._makers = list(others.values())
+        self._made: dict[int, View] = {}
+        self._places = [pn.Column(sizing_mode="stretch_both", margin=0) for _ in others]
+        parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
+        self._tabs = Tabs(parts, self.show, "stretch_both")
+        self.root = self._tabs.root
+
+    def show(self) -> None:
+        """Have the part that is in sight show what there is."""
+        active = self._tabs.active
+        if active == 0:
+            return
+        if active not in self._made:
+            self._made[active] = created = self._makers[active - 1]()
+            self._places[active - 1].append(created.root)
+        self._made[active].show()
+
+    def close(self) -> None:
+        """End what is under way in any of them."""
+        for view in self._made.values():
+            view.cancel()

@@ -1,0 +1,363 @@
+"""Work in another process: with progress, an end when it is not wanted any more, and limits.
+
+`WorkerPool`: A process takes a second to start, of which a spare one saves the user most, for
+some 100 MiB.
+"""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from typing import Any
+
+from roughcontact import files, memory, processes
+from roughcontact.errors import InsufficientMemoryError, RoughcontactError
+from roughcontact.request.options import FOLDER
+from roughcontact.request.request import Request
+from roughcontact.solvers.progress import Progress
+from roughcontact.surface.surface import Surface
+
+READING_MEMORY = 4 * memory.GIB
+"""Bytes that the reading of a file that was brought may take."""
+
+READING_SECONDS = 60.0
+"""How long it may take."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a job may take."""
+
+    memory: int | None = None  # Bytes beyond those of a process that does nothing yet
+    seconds: float | None = None  # Time
+
+
+@dataclass(frozen=True)
+class Stage:
+    """How far a job is."""
+
+    at: Progress | str  # What the solver tells, or what is done in a few words
+    share: float | None  # What part of the whole is done, where that is known
+    seconds: float  # Time since the job began
+
+    @property
+    def left(self) -> float | None:
+        """Seconds that the rest takes if it goes on like this, where that can be told."""
+        return self.seconds * (1.0 / self.share - 1.0) if self.share else None
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """How a job ended."""
+
+    value: Any = None  # What it gave
+    error: RoughcontactError | None = None  # Why it gave nothing
+    canceled: bool = False  # Whether that was so
+    seconds: float = 0.0  # Time that it took
+
+
+Told = Callable[[Stage], None]
+Ended = Callable[[JobResult], None]
+
+
+class WorkerPool:
+    """Where jobs are begun. A process that has all it needs waits for the next one."""
+
+    def __init__(self, spare: bool = True) -> None:
+        self._lock = threading.Lock()
+        self._keeps = spare
+        self._spare: _Process | None = None
+        self._jobs: set[Job] = set()
+
+    def begin(
+        self,
+        work: Callable[..., Any],
+        *args: Any,
+        told: Told | None = None,
+        ended: Ended | None = None,
+        limits: Limits | None = None,
+        folders: Sequence[Path] = (),
+    ) -> Job:
+        """Begin a job."""
+        with self._lock:
+            process, self._spare = self._spare, None
+        if process is None or not process.is_alive():
+            process = _Process()
+        job = Job(process, (work, args, limits or Limits()), told, self._parting(ended), folders)
+        with self._lock:
+            self._jobs.add(job)
+        job.begin()
+        # The next one starts when this one has begun, and does not hold it up.
+        threading.Thread(target=self.warm, daemon=True).start()
+        return job
+
+    def warm(self) -> None:
+        """Have a process wait, unless there is one already."""
+        with self._lock:
+            if self._keeps and (self._spare is None or not self._spare.is_alive()):
+                self._spare = _Process()
+
+    def close(self) -> None:
+        """End all jobs and processes."""
+        with self._lock:
+            self._keeps = False
+            spare, self._spare = self._spare, None
+            jobs = list(self._jobs)
+        for job in jobs:
+            job.cancel()
+        if spare is not None:
+            spare.end()
+        for job in jobs:
+            job.wait()
+
+    def _parting(self, ended: Ended | None) -> Callable[[Job, JobResult], None]:
+        def parted(job: Job, end: JobResult) -> None:
+            with self._lock:
+                self._jobs.discard(job)
+            if ended is not None:
+                ended(end)
+
+        return parted
+
+
+class Job:
+    """A piece of work in another process; `Bench.begin` makes it."""
+
+    def __init__(
+        self,
+        process: _Process,
+        task: tuple[Callable[..., Any], tuple[Any, ...], Limits],
+        told: Told | None,
+        ended: Callable[[Job, JobResult], None],
+        folders: Sequence[Path],
+    ) -> None:
+        self._process, self._task = process, task
+        self._told, self._ended, self._folders = told, ended, folders
+        self._canceled = threading.Event()
+        self._over = threading.Event()
+        self._share: float | None = None
+        self._end: JobResult | None = None
+
+    def begin(self) -> None:
+        """Hand the task over."""
+        self._begun = time.monotonic()
+        threading.Thread(target=self._follow, name="job", daemon=True).start()
+
+    def cancel(self) -> None:
+        """End it, within a second; it leaves nothing half written."""
+        self._canceled.set()
+        self._process.wake()
+
+    def wait(self, seconds: float | None = None) -> JobResult | None:
+        """Wait for its end and return that; None where it takes longer."""
+        self._over.wait(seconds)
+        return self._end
+
+    # In the thread
+
+    def _follow(self) -> None:
+        try:
+            try:
+                end = self._watched()
+            finally:
+                self._process.end()
+                for folder in self._folders:
+                    files.clear(folder)
+            self._end = replace(end, seconds=self._seconds)
+            self._ended(self, self._end)
+        finally:
+            self._over.set()
+
+    @property
+    def _seconds(self) -> float:
+        return time.monotonic() - self._begun
+
+    def _watched(self) -> JobResult:
+        maximum = self._task[2].seconds
+        try:
+            self._process.connection.send(self._task)
+            while not self._canceled.is_set():
+                remaining = None if maximum is None else maximum - self._seconds
+                if not self._process.ready(remaining):
+                    if maximum is not None and self._seconds >= maximum:
+                        return JobResult(error=RoughcontactError(f"took longer than {maximum:g} s"))
+                    continue
+                kind, what = self._process.connection.recv()
+                if kind == _ENDED:
+                    return JobResult(value=what)
+                if kind == _FAILED:
+                    return JobResult(error=what)
+                self._tell(what)
+        except (EOFError, OSError):
+            if not self._canceled.is_set():
+                return JobResult(error=RoughcontactError(self._process.lost()))
+        return JobResult(canceled=True)
+
+    def _tell(self, index: Progress | str) -> None:
+        if isinstance(index, Progress) and index.count > 1:
+            done = (index.number - 1 + index.kept) / index.count
+            self._share = max(self._share or 0.0, done)
+        if self._told is not None:
+            self._told(Stage(index, self._share, self._seconds))
+
+
+# Processes
+
+_ENDED, _FAILED, _AT = "ended", "failed", "at"
+_NEEDED = (
+    "roughcontact.contact.solve", "roughcontact.formats.read", "roughcontact.request.run"
+)  # fmt: skip
+
+
+class _Process:
+    """A process that waits for its task, and the pipe to it."""
+
+    def __init__(self) -> None:
+        self.connection, theirs = processes.pipe(duplex=True)
+        self._waking, self._wake = processes.pipe()
+        self._process: SpawnProcess = processes.made(_serve, theirs)
+        self._ending = threading.Lock()
+        processes.start(self._process)
+        theirs.close()
+
+    def is_alive(self) -> bool:
+        return self._process.is_alive()
+
+    def ready(self, seconds: float | None) -> bool:
+        """Wait until it has told something, is gone, or `wake` was called; tell whether it has."""
+        seconds = None if seconds is None else max(0.0, seconds)
+        return self.connection in wait([self.connection, self._waking], seconds)
+
+    def wake(self) -> None:
+        """Have `ready` return."""
+        with self._ending:
+            if not self._wake.closed:
+                self._wake.send(None)
+
+    def lost(self) -> str:
+        return processes.died_message(self._process)
+
+    def end(self) -> None:
+        with self._ending:
+            processes.end([self._process])
+            for connection in (self.connection, self._waking, self._wake):
+                connection.close()
+
+
+def _serve(connection: Connection) -> None:
+    """Do one task, in a process of its own."""
+    # What any task needs comes while nobody waits for it.
+    for name in _NEEDED:
+        importlib.import_module(name)
+    with processes.exit_with_parent():
+        try:
+            work, args, limits = connection.recv()
+        except EOFError:
+            return
+        try:
+            with _kept_to(limits.memory):
+                value = work(lambda index: connection.send((_AT, index)), *args)
+            connection.send((_ENDED, value))
+        except RoughcontactError as error:
+            connection.send((_FAILED, error))
+        except MemoryError:
+            connection.send((_FAILED, _used_up(limits.memory)))
+        except OSError as error:
+            words = f"{error.filename or 'a file'}: {error.strerror or error}"
+            connection.send((_FAILED, RoughcontactError(words)))
+
+
+@contextmanager
+def _kept_to(maximum: int | None) -> Iterator[None]:
+    """Let this process take no more memory than so many bytes beyond what it has."""
+    try:
+        import resource
+    except ImportError:
+        # Windows has none.
+        maximum = None
+    if maximum is None:
+        yield
+        return
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    limit = memory.address_space_bytes() + maximum
+    if before[1] != resource.RLIM_INFINITY:
+        limit = min(limit, before[1])
+    resource.setrlimit(resource.RLIMIT_AS, (limit, before[1]))
+    try:
+        yield
+    finally:
+        # What was made is sent.
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def _used_up(maximum: int | None) -> InsufficientMemoryError:
+    specified = "" if maximum is None else f" of {maximum / memory.GIB:.3g} GiB"
+    return InsufficientMemoryError(f"the memory{specified} is used up; crop the map")
+
+
+# Jobs
+
+
+def carry_out(tell: Callable[[Progress | str], None], request: Request) -> Any:
+    """Carry out a request; a job for `Bench.begin`, which gives an `Outcome`."""
+    from roughcontact.request import run
+
+    return run.run(request, tell, tell)
+
+
+def folders_of(request: Request) -> list[Path]:
+    """Return the folders that a request writes into."""
+    result = {path.parent for _, path in request.places}
+    folder = request.get(FOLDER)
+    return sorted(result if folder is None else result | {folder})
+
+
+def read(
+    tell: Callable[[Progress | str], None], path: Path, reading: dict[str, Any]
+) -> tuple[Surface, Any]:
+    """Read a map and the channels of its file, as `formats.read.read_with_channels`; a job."""
+    from roughcontact.formats import read as formats
+
+    return formats.read_with_channels(path, **reading)
+
+
+def channels(
+    tell: Callable[[Progress | str], None],
+    path: Path,
+    format: str | None = None,  # noqa: A002
+) -> Any:
+    """Return the channels of a file, as `formats.read.channels`; a job."""
+    from roughcontact.formats import read as formats
+
+    return formats.channels(path, format)
+
+
+READING = Limits(READING_MEMORY, READING_SECONDS)
+
+
+def reader(bench: WorkerPool, limits: Limits = READING) -> Callable[..., Surface]:
+    """Return what reads maps apart and waits for them, as `formats.read.read_announced`."""
+
+    def read_apart(path: Path, announced: Callable[..., None], *reading: Any) -> Surface:
+        names = ("format", "channel", "unit", "size", "override_size")
+        requested = dict(zip(names, reading, strict=False))
+        end = bench.begin(partial(read, path=path, reading=requested), limits=limits).wait()
+        assert end is not None
+        if end.canceled:
+            raise RoughcontactError(f"the reading of {path.name} was ended")
+        if end.error is not None:
+            raise end.error
+        surface: Surface = end.value[0]
+        announced(surface.shape)
+        # Arrays forget on their way that they are read-only.
+        return replace(surface)
+
+    return read_apart

@@ -1,0 +1,361 @@
+"""Results with plasticity of the volume on disk, and whatever result a file holds."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import netcdf
+from roughcontact.contact import archive
+from roughcontact.contact.archive import Verification, verify_solution as verify_contact
+from roughcontact.contact.result import ContactResult
+from roughcontact.elastoplastic.plastic_body import PlasticBody, SharedBody
+from roughcontact.elastoplastic.result import Array, ElastoplasticResult, Increment
+from roughcontact.errors import FormatError, InsufficientMemoryError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+_COMPONENTS = ("zz", "(xx-yy)/2", "xy", "xz", "yz")
+_TENSORS = {
+    "plastic_strain": ("1", "plastic strain"),
+    "stress": ("Pa", "deviator of the stress under load, average over the layer"),
+    "residual_stress": ("Pa", "deviator of the stress by the plastic strain alone"),
+}
+_FIELDS = {
+    "accumulated": ("1", "accumulated plastic strain"),
+    "mean_stress": ("Pa", "a third of the trace of the stress under load"),
+    "mean_residual_stress": ("Pa", "a third of the trace of the stress by plastic strain alone"),
+}
+_STEPS = {
+    "load": "N",
+    "approach": "m",
+    "contact_area": "m2",
+    "max_pressure": "Pa",
+    "max_plastic_strain": "1",
+    "plastic_volume": "m3",
+    "convolutions": "1",
+}
+
+# Of increments with a counter-surface that moves or slides.
+_PLACES = {
+    "offset": ("m", "how far the counter-surface has moved along y and x"),
+    "friction": ("1", "traction over pressure"),
+    "direction": ("degree", "of the traction on the rough body, counter-clockwise from x"),
+}
+
+# Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
+# a tenth less space.
+_PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
+_CARRIED = "carried_"
+
+
+def save_elastoplastic(
+    result: ElastoplasticResult,
+    path: str | os.PathLike[str],
+    carried: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """Write an elastic-plastic result to a NetCDF file; `load_result` reads it."""
+    dataset, packed = to_dataset(result)
+    for key, array in (carried or {}).items():
+        name = f"{_CARRIED}{key}"
+        # HDF5 packs no array without numbers.
+        if array.size:
+            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+            packed[name] = _PACKED
+    netcdf.write(dataset, path, packed)
+
+
+def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+    """Return a result as an xarray dataset, and how its variables are packed."""
+    dataset = archive.to_dataset(result.solution)
+    unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
+    dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
+    packed = {"pressure": _PACKED}
+    if result.largest_pressure is not None:
+        about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
+        dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
+        packed["largest_pressure"] = _PACKED
+    for name, body in zip(yielding(result.solution), result.bodies, strict=True):
+        packed |= _add_body(dataset, name, body)
+    dataset["component"] = ("component", list(_COMPONENTS))
+    add_increments(dataset, result.increments)
+    dataset.attrs |= {
+        "elastoplastic_status": str(result.status),
+        "elastoplastic_precision": result.precision,
+        "elastoplastic_tolerance": result.tolerance,
+        "elastoplastic_seconds": result.seconds,
+        "elastoplastic_version": result.version,
+        "yield_excess": result.yield_excess,
+        # The contact alone knows no plastic strain: its words on yield would be wrong.
+        "regime": str(result.regime),
+        "warnings": "\n".join(result.warnings),
+    }
+    return dataset, packed
+
+
+def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
+    """Add the arrays of one body, and return how they are packed; fields on ranks are not added."""
+    units = {"units": "m", "long_name": "thickness of the layer"}
+    dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
+    dataset.attrs["volume_margin"] = body.margin
+    packed = {}
+    if isinstance(body, PlasticBody):
+        for field, (dims, about) in described().items():
+            dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
+            packed[f"{name}_{field}"] = _PACKED
+    return packed
+
+
+def described() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
+    """Return the axes and the attributes of each field of a body."""
+    rows, columns = "volume_y", "volume_x"
+    return {
+        field: (
+            ("layer", "component", rows, columns)
+            if field in _TENSORS
+            else ("layer", rows, columns),
+            {"units": unit, "long_name": text},
+        )
+        for field, (unit, text) in (_TENSORS | _FIELDS).items()
+    }
+
+
+def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> None:
+    """Add the loads of a path to a dataset, for `increments_of`."""
+    for field, unit in _STEPS.items():
+        values = np.array([getattr(step, field) for step in increments])
+        dataset[f"increment_{field}"] = ("increment", values, {"units": unit})
+    unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
+    about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
+    dataset["increment_step_error"] = ("increment", np.array(unknown), about)
+    if any(step.travelled for step in increments):
+        for field, (unit, text) in _PLACES.items():
+            values = np.array([getattr(step, field) for step in increments])
+            dims = ("increment", "axis")[: values.ndim]
+            about = {"units": unit, "long_name": text}
+            dataset[f"increment_{field}"] = (dims, values, about)
+    counts = [step.iterations for step in increments]
+    residuals = [residual for step in increments for residual in step.residuals]
+    about = {"units": "1", "long_name": "iterations of the loop"}
+    dataset["increment_iterations"] = ("increment", np.array(counts), about)
+    about = {"units": "1", "long_name": "residual after each iteration, increment by increment"}
+    dataset["iteration_residual"] = ("iteration", np.array(residuals), about)
+
+
+def load_elastoplastic(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ElastoplasticResult:
+    """Read a result that `ElastoplasticResult.save` wrote.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+    verify : bool
+        As for `load_result`.
+
+    Returns
+    -------
+    ElastoplasticResult
+        The same result; every number keeps its bits, so a run can go on from it.
+
+    Raises
+    ------
+    FormatError, InsufficientMemoryError
+        As for `load_result`, and if the file is not an elastic-plastic result of this program.
+    """
+    result = load_step(path)[0]
+    if verify:
+        verified(result).require(Path(path).name)
+    return result
+
+
+def load_step(
+    path: str | os.PathLike[str],
+) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
+    """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
+    dataset = archive.opened(path)
+    with archive.refused(path, "ElastoplasticResult"):
+        return from_dataset(dataset), _carried(dataset)
+
+
+def load_result(
+    path: str | os.PathLike[str], dataset: xarray.Dataset | None = None, *, verify: bool = False
+) -> ContactResult | ElastoplasticResult:
+    """Read the result that a file holds.
+
+    Parameters
+    ----------
+    path : str or path
+        A file that `ContactResult.save` or `ElastoplasticResult.save` wrote.
+    verify : bool
+        Whether to compute load, gap and certificate of the contact again from its pressures and
+        heights, with one application of the operator; see
+        `roughcontact.contact.archive.verify_solution`.
+
+    Returns
+    -------
+    ContactResult or ElastoplasticResult
+        The same result; every number keeps its bits. `roughcontact.contact.archive.load_contact`
+        reads only the contact of either.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged, changed or not a result of this program, or does not hold
+        the solution that it claims to be.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
+
+    Notes
+    -----
+    Every load compares the file with its checksums, and refuses numbers that cannot be those of
+    a result.
+    """
+    dataset = archive.opened(path) if dataset is None else dataset
+    result: ContactResult | ElastoplasticResult
+    if "elastoplastic_status" in dataset.attrs:
+        with archive.refused(path, "ElastoplasticResult"):
+            result = from_dataset(dataset)
+    else:
+        with archive.refused(path, "ContactResult"):
+            result = archive.from_dataset(dataset)
+    if verify:
+        verified(result).require(Path(path).name)
+    return result
+
+
+def verified(result: ContactResult | ElastoplasticResult) -> Verification:
+    """Return what a result states of its contact beside what is computed again."""
+    if isinstance(result, ContactResult):
+        return verify_contact(result)
+    return verify_contact(result.solution, result.residual_displacement)
+
+
+def from_dataset(dataset: xarray.Dataset) -> ElastoplasticResult:
+    """Return the result that a dataset of `to_dataset` holds."""
+    pressed = archive.from_dataset(dataset)
+    attributes = dataset.attrs
+    bodies = []
+    for name in yielding(pressed):
+        arrays = {
+            field: np.array(dataset[f"{name}_{field}"].values)
+            for field in ("thickness", *_TENSORS, *_FIELDS)
+        }
+        body = PlasticBody(
+            material=getattr(pressed, name),
+            pixel_area=pressed.pixel_area,
+            margin=int(attributes["volume_margin"]),
+            **arrays,
+        )
+        bodies.append(body)
+    largest = dataset.get("largest_pressure")
+    return ElastoplasticResult(
+        solution=pressed,
+        residual_displacement=np.array(dataset["residual_displacement"].values),
+        bodies=tuple(bodies),
+        increments=increments_of(dataset),
+        yield_excess=float(attributes["yield_excess"]),
+        precision=str(attributes["elastoplastic_precision"]),
+        tolerance=float(attributes["elastoplastic_tolerance"]),
+        status=str(attributes["elastoplastic_status"]),
+        seconds=float(attributes["elastoplastic_seconds"]),
+        version=str(attributes["elastoplastic_version"]),
+        largest_pressure=None if largest is None else np.array(largest.values),
+    )
+
+
+def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
+    """Return the loads of a path that a dataset holds."""
+    columns = {field: dataset[f"increment_{field}"].values.tolist() for field in _STEPS}
+    residuals = iter(dataset["iteration_residual"].values.tolist())
+    columns["residuals"] = [
+        tuple(islice(residuals, count)) for count in dataset["increment_iterations"].values.tolist()
+    ]
+    # Files of before the estimate have none.
+    errors = dataset.get("increment_step_error", np.full(len(columns["load"]), math.nan))
+    if "increment_offset" in dataset:
+        columns |= {field: dataset[f"increment_{field}"].values.tolist() for field in _PLACES}
+        columns["offset"] = [tuple(way) for way in columns["offset"]]
+    columns["step_error"] = [None if math.isnan(error) else float(error) for error in errors]
+    rows = zip(*columns.values(), strict=True)
+    return tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows)
+
+
+def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
+    return {
+        str(name).removeprefix(_CARRIED): np.array(values)
+        for name, values in dataset.data_vars.items()
+        if str(name).startswith(_CARRIED)
+    }
+
+
+def yielding(pressed: ContactResult) -> list[str]:
+    """Return which materials of a contact yield."""
+    return [name for name in archive.MATERIALS if getattr(pressed, name).yield_strength is not None]
+
+
+# A volume on several ranks in one file, as `archive` writes it: layer by layer, rank by rank.
+
+
+def save(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
+    """Write a result whose layers lie on several ranks to one NetCDF file; all of them call it."""
+    names = yielding(result.solution)
+    bodies = [body for body in result.bodies if isinstance(body, SharedBody)]
+    maps = {
+        netcdf.Streamed(
+            f"{name}_{field}", own.dtype.str, (body.thickness.size, *own.shape[1:]), about,
+            packed=True, dims=dims,
+        ): [
+            netcdf.Part(layer % body.share.count, 1, partial(_layer, body, own, layer))
+            for layer in range(body.thickness.size)
+        ]
+        for name, body in zip(names, bodies, strict=True)
+        for field, (dims, about) in described().items()
+        for own in (getattr(body.own, field),)
+    }  # fmt: skip
+    netcdf.write_shared(lambda: to_dataset(result)[0], maps, path, bodies[0].share.ranks)
+
+
+def _layer(body: SharedBody, own: Array, layer: int) -> Array:
+    return own[[body.here.index(layer)]]
+
+
+# Files of results: whether they are as they were written, and hold the solutions they claim.
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What came of a file."""
+
+    file: str  # Its path
+    sealed: bool  # Whether it has checksums, which agree
+    found: Verification | None  # What it states of its contact beside what was computed again
+    reason: str  # Why it is no sound result, in a sentence
+
+
+def check_file(path: str | os.PathLike[str]) -> Checked:
+    """Return what came of the result in a file."""
+    file = str(path)
+    try:
+        result = load_result(path)
+        answer = verified(result)
+    except (FormatError, InsufficientMemoryError) as error:
+        return Checked(file, False, None, str(error))
+    pressed = result if isinstance(result, ContactResult) else result.solution
+    try:
+        answer.require(Path(path).name)
+    except FormatError as error:
+        return Checked(file, not pressed.unsealed, answer, str(error))
+    return Checked(file, not pressed.unsealed, answer, "")

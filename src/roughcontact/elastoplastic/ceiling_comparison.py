@@ -1,0 +1,354 @@
+"""The ceiling beside plasticity of the volume: the same contact by both, and which ceiling fits.
+
+A ceiling has one free number, its height over the yield strength. Three is right for metals in
+full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it
+rises. What it is depends on how far a contact is beyond first yield, and that can be read from
+the solution with any ceiling: see `recommended_ceiling`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.arguments import checked
+from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.validation import check
+from roughcontact.elastoplastic import solve as elastoplastic
+from roughcontact.elastoplastic.increments import AUTO
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.errors import InputError
+from roughcontact.files import require_suffix, to_json, write
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
+from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, quantity
+
+Array = NDArray[np.float64]
+
+QUANTITIES = {
+    "approach": "m",
+    "contact_area": "m²",
+    "mean_pressure": "Pa",
+    "plateau_pressure": "Pa",
+    "max_pressure": "Pa",
+}
+"""What is compared, with units."""
+
+# Change of a relative error that is no more than the tolerance of the solver.
+_NOTHING = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class ModelComparison:
+    """The same loads by ceilings and by plasticity of the volume.
+
+    Arrays over ceilings and loads have the shape (k, n).
+
+    Parameters
+    ----------
+    factors : tuple of float
+        Ceilings over the yield strength at first yield, k of them, ascending.
+    ceiling : tuple of tuple of ContactResult
+        For each factor, the solution at each load.
+    volume : tuple of ElastoplasticResult
+        State of the volume model after each of the n loads, which follow each other.
+    yield_strength : float
+        σ_Y of the softer body [Pa]; of one that hardens, before any plastic strain.
+    """
+
+    factors: tuple[float, ...]
+    ceiling: tuple[tuple[ContactResult, ...], ...]
+    volume: tuple[ElastoplasticResult, ...]
+    yield_strength: float
+
+    @property
+    def loads(self) -> Array:
+        """Loads W [N], shape (n,)."""
+        return np.array([state.solution.load for state in self.volume])
+
+    def column(self, model: str, name: str) -> Array:
+        """Return one quantity of one model at all loads.
+
+        Parameters
+        ----------
+        model : {"ceiling", "volume"}
+            The model.
+        name : {"approach", "contact_area", "mean_pressure", "plateau_pressure", "max_pressure"}
+            The quantity. Areas are without the excess of an elastic rim. The plateau pressure
+            is the mean of the pressure over the load, Σp²/Σp: with perfect plasticity the largest
+            pressure is that of a pixel that scatters, and this is not.
+
+        Returns
+        -------
+        ndarray, shape (k, n) of the ceilings or (n,) of the volume
+            Its values [SI].
+
+        Raises
+        ------
+        InputError
+            If there is no such model or quantity.
+        """
+        if model not in ("ceiling", "volume"):
+            raise InputError(
+                f"must be 'ceiling' or 'volume', got {model!r}", argument="model", value=model
+            )
+        if name not in QUANTITIES:
+            raise InputError(
+                f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
+            )
+        if model == "volume":
+            return np.array([_value(state.solution, state, name) for state in self.volume])
+        return np.array([[_value(result, result, name) for result in row] for row in self.ceiling])
+
+    def excess(self, name: str) -> Array:
+        """Return what the ceilings give too much of a quantity, over what the volume gives.
+
+        Parameters
+        ----------
+        name : str
+            As for `column`.
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+            Relative error of the ceiling model.
+        """
+        ratio: Array = self.column("ceiling", name) / self.column("volume", name)
+        return ratio - 1
+
+    def map_error(self) -> Array:
+        """Return by how much the maps of pressure differ.
+
+        Returns
+        -------
+        ndarray, shape (k, n)
+            Σ abs(p - q)/Σp with p by the ceiling and q by the volume, which carry the same load;
+            0 to 2. With perfect
+            plasticity about 0.05 to 0.1 of it is the scatter of the pixels of q.
+        """
+        return np.array(
+            [
+                [
+                    np.abs(result.pressure - state.solution.pressure).sum() / result.pressure.sum()
+                    for result, state in zip(row, self.volume, strict=True)
+                ]
+                for row in self.ceiling
+            ]
+        )
+
+    def best_factor(self, name: str) -> Array:
+        """Return the factor at which the ceiling gives what the volume gives.
+
+        Parameters
+        ----------
+        name : str
+            As for `column`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Between two factors whose errors differ in sign, by linear interpolation; else the
+            factor with the smallest error. NaN where no factor makes a difference.
+        """
+        factors, error = np.array(self.factors), self.excess(name)
+        best = []
+        for row in error.T:
+            change = np.flatnonzero(row[:-1] * row[1:] < 0)
+            if len(row) > 1 and np.ptp(row) < _NOTHING:
+                best.append(math.nan)
+            elif change.size:
+                # The first: higher up, where a ceiling is hardly reached, errors may be near zero.
+                i = change[0]
+                share = row[i] / (row[i] - row[i + 1])
+                best.append(factors[i] + share * (factors[i + 1] - factors[i]))
+            else:
+                best.append(factors[np.argmin(np.abs(row))])
+        return np.array(best)
+
+    @property
+    def mean_pressure_ratio(self) -> Array:
+        """Mean pressure of the volume model over the yield strength, shape (n,).
+
+        The factor that a ceiling would need to carry the load on the same area if all of it
+        were saturated.
+        """
+        return self.column("volume", "mean_pressure") / self.yield_strength
+
+    def summary(self) -> dict[str, Any]:
+        """Return both models by name, in SI units, ready for JSON."""
+        return {
+            "load": self.loads.tolist(),
+            "yield_strength": self.yield_strength,
+            "factors": list(self.factors),
+            "mean_pressure_ratio": self.mean_pressure_ratio.tolist(),
+            **{
+                f"{model}_{name}": self.column(model, name).tolist()
+                for name in QUANTITIES
+                for model in ("ceiling", "volume")
+            },
+            **{f"{name}_excess": self.excess(name).tolist() for name in QUANTITIES},
+            "pressure_map_error": self.map_error().tolist(),
+            "step_error": [state.step_error for state in self.volume],
+            "max_plastic_strain": [state.max_plastic_strain for state in self.volume],
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the comparison to a JSON file.
+
+        Parameters
+        ----------
+        path : str or path
+            A name that ends in ``.json``.
+
+        Raises
+        ------
+        InputError
+            If it ends otherwise.
+        """
+        require_suffix(path, ".json")
+        write(path, to_json(self.summary()) + "\n")
+
+
+def _value(result: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
+    if name == "contact_area":
+        return area_of.corrected_contact_area
+    if name == "mean_pressure":
+        return result.load / area_of.corrected_contact_area
+    if name == "plateau_pressure":
+        return float((result.pressure**2).sum() / result.pressure.sum())
+    return float(getattr(result, name))
+
+
+@shows_progress_bar
+@checked
+def compare_models(
+    surface: Surface,
+    *,
+    material: Material,
+    loads: Quantities,
+    factors: Sequence[float] = (CEILING_FACTOR,),
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    boundary: str = "free",
+    increments: int | str = AUTO,
+    progress: Tell = None,
+) -> ModelComparison:
+    """Solve the same loads with ceilings and with plasticity of the volume.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, boundary
+        As for `solve`; at least one body has a yield strength.
+    loads : sequence of float, str or quantity of pint
+        Normal loads [N], ascending. The volume model follows them one after the other.
+    factors : sequence of float
+        Ceilings to try, over the yield strength of the softer body, ascending.
+    increments : int or "auto"
+        Steps of the volume model to each load, as for `solve_elastoplastic`.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with the `Progress` of the volume model.
+
+    Returns
+    -------
+    ModelComparison
+        Both models at each load.
+
+    Raises
+    ------
+    InputError
+        If no body yields, or the loads or factors do not ascend.
+    CapacityError
+        If the lowest ceiling cannot carry the largest load.
+    ConvergenceError
+        If one of the solves did not reach its tolerance.
+
+    Notes
+    -----
+    The volume model is followed by `solve_elastoplastic`, which takes minutes on large maps.
+    Where the contact yields below its surface but is far from full plasticity, the ceiling of
+    three yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at
+    10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
+    beforehand.
+    """
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair.require_map("plasticity of the volume")
+    body = pair.softer
+    if body is None or body.yield_strength is None:
+        raise InputError("no body has a yield strength: there is no plasticity to compare")
+    specified = _ascending("loads", quantity(loads, "force", "loads"))
+    tried = _ascending("factors", factors)
+    strength = body.yield_strength
+    check(pair, LoadCase(load=specified[-1], ceiling=tried[0] * strength))
+    states = _states(pair, specified, increments, progress)
+    rows = tuple(_row(pair, specified, factor * strength) for factor in tried)
+    return ModelComparison(tuple(tried), rows, states, strength)
+
+
+def _states(
+    pair: Pair,
+    loads: list[float],
+    increments: int | str,
+    progress: Tell,
+) -> tuple[ElastoplasticResult, ...]:
+    """Return the state of the volume model after each load."""
+    states: list[ElastoplasticResult] = []
+    for number, load in enumerate(loads, start=1):
+
+        def tell(index: Progress, number: int = number) -> None:
+            if callable(progress):
+                progress(replace(index, number=number, count=len(loads)))
+
+        states.append(
+            elastoplastic.solve_elastoplastic(
+                pair.surface,
+                material=pair.material,
+                counter_surface=pair.counter_surface,
+                counter_material=pair.counter_material,
+                boundary=pair.boundary,
+                loads=[load],
+                increments=increments,
+                start=states[-1] if states else None,
+                progress=tell,
+            )
+        )
+    return tuple(states)
+
+
+def _row(pair: Pair, loads: list[float], ceiling: float) -> tuple[ContactResult, ...]:
+    """Return the solution at each load under one ceiling."""
+    row: list[ContactResult] = []
+    for load in loads:
+        terms = LoadCase(load=load, ceiling=ceiling)
+        row.append(press(pair, terms, start=row[-1] if row else None))
+    return tuple(row)
+
+
+def _ascending(name: str, values: Sequence[float]) -> list[float]:
+    try:
+        specified = np.array(values, float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"must be a row of numbers, got {values!r}", argument=name, value=values
+        ) from None
+    steps = np.diff(specified, prepend=0.0) if specified.ndim == 1 else specified
+    if (
+        specified.ndim != 1
+        or not specified.size
+        or not ((steps > 0) & np.isfinite(specified)).all()
+    ):
+        raise InputError(
+            f"must be positive and ascend, got {values!r}", argument=name, value=values
+        )
+    return [float(value) for value in specified]

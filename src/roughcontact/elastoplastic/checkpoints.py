@@ -1,0 +1,278 @@
+"""States of a run in a folder, so that the same call goes on where it was stopped."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import checkpoints, netcdf
+from roughcontact.checkpoints import Place
+from roughcontact.contact import archive as contact_archive
+from roughcontact.elastoplastic import archive
+from roughcontact.elastoplastic.archive import add_increments, increments_of
+from roughcontact.elastoplastic.path import PathPoint
+from roughcontact.elastoplastic.problem import Extent, Problem
+from roughcontact.elastoplastic.result import ElastoplasticResult, Increment
+from roughcontact.errors import FormatError, InputError, OtherRunError
+
+Array = NDArray[Any]
+
+_BODY = ("places", "strain", "accumulated")
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """What the next point of a path starts from."""
+
+    extent: Extent  # The volume
+    bodies: list[tuple[Array, Array]]
+    pressure: Array  # On the map [Pa]
+    increments: tuple[Increment, ...]  # Those so far
+    largest: tuple[float, Array | None] = (0.0, None)  # [N]
+    seconds: float = 0.0  # Time that it took to come here
+    carried: Mapping[str, Array] = field(default_factory=dict)
+    result: ElastoplasticResult | None = None  # The state itself, where it is held whole
+
+    @classmethod
+    def of(
+        cls, result: ElastoplasticResult, carried: Mapping[str, Array] | None = None
+    ) -> Checkpoint:
+        """Return what goes on from a result, and from what the loop carried with it."""
+        bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
+        return cls(
+            Extent.of(result), bodies, result.solution.pressure, result.increments, result.largest,
+            result.seconds, carried or {}, result,
+        )  # fmt: skip
+
+
+def save(going: Checkpoint, path: str | os.PathLike[str]) -> None:
+    """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
+    import xarray
+
+    dataset = xarray.Dataset()
+    arrays = {
+        "thickness": going.extent.thickness,
+        "grid": np.array(going.bodies[0][1].shape[1:]),
+        "pressure": going.pressure,
+    }
+    if going.largest[1] is not None:
+        arrays["largest_pressure"] = going.largest[1]
+    for number, (strain, accumulated) in enumerate(going.bodies):
+        places = np.flatnonzero(accumulated)
+        by_component = np.moveaxis(strain, 1, 0).reshape(5, -1)
+        held = places, by_component[:, places], accumulated.ravel()[places]
+        arrays |= {f"{name}_{number}": part for name, part in zip(_BODY, held, strict=True)}
+    arrays |= {f"carried_{name}": array for name, array in going.carried.items()}
+    for name, array in arrays.items():
+        # HDF5 is left alone with arrays without numbers.
+        if array.size:
+            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+    add_increments(dataset, going.increments)
+    dataset.attrs = {
+        "margin": going.extent.margin,
+        "largest_load": going.largest[0],
+        "seconds": going.seconds,
+        "bodies": len(going.bodies),
+    }
+    netcdf.write(dataset, path)
+
+
+def load(path: Path) -> Checkpoint:
+    """Read what `save` wrote; every number keeps its bits."""
+    dataset = contact_archive.opened(path)
+    with contact_archive.refused(path, "solve_elastoplastic"):
+        arrays = {str(name): np.array(values) for name, values in dataset.data_vars.items()}
+        thickness, shape = arrays["thickness"], tuple(arrays["grid"].tolist())
+        bodies = []
+        for number in range(int(dataset.attrs["bodies"])):
+            strain = np.zeros((5, thickness.size * shape[0] * shape[1]))
+            accumulated = np.zeros(strain.shape[1])
+            if f"places_{number}" in arrays:
+                places, yielded, amount = (arrays[f"{name}_{number}"] for name in _BODY)
+                strain[:, places], accumulated[places] = yielded, amount
+            whole = strain.reshape(5, thickness.size, *shape).swapaxes(0, 1)
+            bodies.append((whole, accumulated.reshape(thickness.size, *shape)))
+        prefix = "carried_"
+        carried = {
+            name.removeprefix(prefix): array
+            for name, array in arrays.items()
+            if name.startswith(prefix)
+        }
+        return Checkpoint(
+            Extent(thickness, int(dataset.attrs["margin"])), bodies, arrays["pressure"],
+            increments_of(dataset),
+            (float(dataset.attrs["largest_load"]), arrays.get("largest_pressure")),
+            float(dataset.attrs["seconds"]), carried,
+        )  # fmt: skip
+
+
+# --- States of a run in a folder, so that the same call goes on where it was stopped ---
+
+
+@contextmanager
+def open_step_folder(
+    folder: str | os.PathLike[str] | None,
+    problem: Problem,
+    path: list[PathPoint],
+    start: ElastoplasticResult | None,
+    volume: list[float],
+    *,
+    automatic: bool,
+) -> Iterator[Steps]:
+    """Hold the folder of a run alone, and give the states of the run in it."""
+    if folder is None:
+        yield Steps(None, problem, path)
+        return
+    text = _described(problem, start, volume)
+    if automatic:
+        text["increments"] = "auto"
+    with checkpoints.lock_folder(
+        folder, text, kind="run", record="volume.json", pattern="step-*.nc"
+    ) as place:
+        yield Steps(place, problem, path)
+
+
+class Steps:
+    """The states of a run after each of its loads: files in a folder, or none without one."""
+
+    def __init__(self, place: Place | None, problem: Problem, path: list[PathPoint]) -> None:
+        self._problem, self._path = problem, path
+        # A counter-surface that moves has many places: on the way only what goes on is held.
+        self._travels = any(any(point.offset) or point.friction for point in path)
+        self._files: list[Path] = []
+        self._note: Path | None = None
+        self._mark: dict[str, Array] = {}
+        if place is not None:
+            names = (f"step-{number + 1:04d}.nc" for number in range(len(path)))
+            self._files = [place.folder / name for name in names]
+            self._note = place.folder / "latest.nc"
+            # What makes a state one of this run; a file holds numbers only.
+            self._mark = {"problem": np.frombuffer(bytes.fromhex(place.problem), np.uint8)}
+
+    def __bool__(self) -> bool:
+        """Whether anything is kept."""
+        return bool(self._files)
+
+    def whole(self, number: int, every: bool) -> bool:
+        """Whether the state after a load is to be saved whole, which every one may have to be."""
+        return bool(self) and (every or not self._travels or number == len(self._files) - 1)
+
+    def latest(self) -> tuple[int, Checkpoint | None]:
+        """Return how many loads are done, and what the next starts from."""
+        done = self._done()
+        noted = self._noted(done)
+        if noted is not None:
+            return noted
+        if not done:
+            return 0, None
+        file = self._files[done - 1]
+        going = self._read(file, lambda: Checkpoint.of(*archive.load_step(file)))
+        if going.result is not None:
+            self._problem.check_same(str(file), going.result)
+        return done, self._of_this_run(going, file, done)
+
+    def _done(self) -> int:
+        """Return after how many loads the last state stands that is held whole."""
+        there = [file.exists() for file in self._files]
+        if self._travels:
+            return max((n for n, result in enumerate(there, 1) if result), default=0)
+        return [*there, False].index(False)
+
+    def _noted(self, done: int) -> tuple[int, Checkpoint] | None:
+        """Return what was noted on the way, if that is further than some loads."""
+        if self._note is None or not self._note.exists():
+            return None
+        file = self._note
+        going = self._read(file, lambda: load(file))
+        number = len(going.carried["path"])
+        if not done < number <= len(self._path):
+            return None
+        return number, self._of_this_run(going, file, number)
+
+    def _read(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
+        """Return what a file holds, if it is one of a run."""
+        try:
+            going = read()
+        except FormatError as error:
+            raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
+        if not {"path", "problem"} <= going.carried.keys():
+            raise FormatError(f"{file} is no step of a run; remove it to solve it again")
+        return going
+
+    def _of_this_run(self, going: Checkpoint, file: Path, number: int) -> Checkpoint:
+        """Return it without its marks, or raise if those are of another run."""
+        carried = dict(going.carried)
+        requested, problem = carried.pop("path"), carried.pop("problem")
+        if not np.array_equal(requested, self._rows(number)):
+            raise OtherRunError(
+                f"{file.parent} holds another run: loads differ; give another folder, or remove "
+                "this one to start again",
+                argument="folder",
+            )
+        if problem.tolist() != self._mark["problem"].tolist():
+            raise FormatError(f"{file} is a step of another run; remove it to solve it again")
+        return replace(going, carried=carried)
+
+    def states(self, count: int) -> Iterator[tuple[int, ElastoplasticResult]]:
+        """Yield number and state of those of the first loads that are held whole."""
+        for number, file in enumerate(self._files[:count], 1):
+            if file.exists():
+                yield number, archive.load_step(file)[0]
+
+    def _rows(self, count: int) -> Array:
+        """Return the first points of the path as numbers."""
+        path = self._path[:count]
+        return np.array([(p.load, *p.offset, p.friction, p.direction) for p in path])
+
+    def save(self, number: int, result: ElastoplasticResult, carried: dict[str, Array]) -> None:
+        """Write the state after a load, and what the loop carries on from it."""
+        file, held = self._files[number], carried | self._marks(number)
+        self._write(file, lambda: archive.save_elastoplastic(result, file, held))
+        if self._note is not None:
+            self._note.unlink(missing_ok=True)
+
+    def note(self, number: int, going: Checkpoint) -> None:
+        """Write what the next load starts from, in place of what was noted before."""
+        file = self._note
+        if file is not None:
+            held = replace(going, carried={**going.carried, **self._marks(number)})
+            self._write(file, lambda: save(held, file))
+
+    def _marks(self, number: int) -> dict[str, Array]:
+        return self._mark | {"path": self._rows(number + 1)}
+
+    def _write(self, file: Path, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except OSError as error:
+            reason = error.strerror or " ".join(str(error).split())
+            raise InputError(
+                f"{file} cannot be written ({reason}); the loads before it are kept"
+            ) from None
+
+
+def _described(
+    problem: Problem, start: ElastoplasticResult | None, volume: list[float]
+) -> dict[str, Any]:
+    """Return what the states depend on, for the record in the folder."""
+    described = problem.pair.record()
+    described |= {
+        "boundary": str(problem.pair.boundary),
+        "layers": checkpoints.digest(volume),
+        "tolerance": float(problem.tolerance),
+        "max_iterations": int(problem.max_iterations),
+        "precision": problem.precision,
+        "start": None,
+    }
+    if start is not None:
+        layers = [strain for body in start.whole_bodies for strain in body.plastic_strain]
+        flowed = [layer for body in start.whole_bodies for layer in body.accumulated]
+        described["start"] = checkpoints.digest(start.solution.pressure, *layers, *flowed)
+    return described

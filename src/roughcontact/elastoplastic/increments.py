@@ -1,0 +1,575 @@
+"""Load increments of bodies that yield in their volume: strain, contact and stress in one loop.
+
+A load increment is one convex problem in the plastic strain that it adds: the elastic energy with
+the contact solved for its pressure, plus what plastic flow dissipates and hardening stores. Its
+gradient is minus the stress, with Lipschitz constant 2μ on deviators, and the proximal map of
+dissipation and hardening is the radial return. So one loop holds all::
+
+    strain → displacement of the surface → pressure of the contact → stress → radial return
+
+A step of it is a proximal gradient step with step size 1/(2μ), which never fails to descend;
+Anderson's acceleration makes it fast. Nothing is relaxed and nothing is nested but the solver of
+the contact, which starts each time from the pressure before.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.elastoplastic.checkpoints import Checkpoint
+from roughcontact.elastoplastic.path import PathPoint
+from roughcontact.elastoplastic.plastic_body import GUARD
+from roughcontact.elastoplastic.plastic_flow import Body, StrainSnapshot, Way, equivalent_strain
+from roughcontact.elastoplastic.problem import ContactSolver, Extent, Problem, fits
+from roughcontact.elastoplastic.result import CONVERGED, Increment
+from roughcontact.errors import ArgumentRef, Sentence
+from roughcontact.halfspace.layers import Pull
+from roughcontact.halfspace.volume_partition import Share
+from roughcontact.solvers.anderson import Mixer, Parts, embedded
+from roughcontact.solvers.problem import Loaded
+
+Array = NDArray[Any]
+
+# How often a load increment may be halved.
+_CUTS = 5
+
+
+@dataclass(frozen=True)
+class IterationInfo:
+    """One iteration while the loop runs."""
+
+    load: float  # Load at work [N]
+    target: float  # Last load of the path [N]
+    iteration: int  # Iterations at this load so far
+    residual: float  # See `Increment`
+    tolerance: float  # Residual at which the load is done
+
+
+class IncrementInfo(NamedTuple):
+    """What an increment of the path was: change of the load [N], way in whole pixels."""
+
+    load: float = 0.0
+    y: int = 0
+    x: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """What a loop was at some time: plastic strain, and what the next increment starts from."""
+
+    extent: Extent
+    bodies: list[StrainSnapshot]
+    loaded: Loaded | None
+    places: list[Parts]
+    added: list[Parts]
+    stride: IncrementInfo
+    point: PathPoint
+
+
+class Loop:
+    """The loop over increments and iterations."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        solver: ContactSolver,
+        share: Share,
+        extent: Extent,
+        *,
+        deepen: bool,
+    ) -> None:
+        self.problem, self.solver = problem, solver
+        self.share, self._workspace = share, share.workspace
+        self._deepen, self._widen = deepen, bool(problem.pair.boundary.free_axes)
+        pair = problem.pair
+        both = (pair.material, 1.0), (pair.counter_material, -1.0)
+        yielding = [(body, sign) for body, sign in both if body.yield_strength is not None]
+        self.bodies = [
+            Body(material, pair.pixel, pair.boundary, problem.precision, share, pulled=sign)
+            for material, sign in yielding
+        ]
+        # The counter-body takes its strain along where it slides.
+        self._sliding = [number for number, (_, sign) in enumerate(yielding) if sign < 0]
+        self._point, self._slid = PathPoint(0.0), (0.0, 0.0)
+        self._resize(extent)
+
+    def _resize(self, extent: Extent) -> None:
+        """Enlarge the volume of all bodies, and start the increment again."""
+        self.extent = extent
+        self.solver.resize(extent.margin)
+        ny, nx = self.solver.initial_gap.shape
+        for body in self.bodies:
+            body.resize(extent.thickness, (ny, nx))
+        self._forget()
+
+    def _forget(self) -> None:
+        # Strain of the increment before, and its load: the first guess of the next.
+        self._places, self._added = self._nothing()
+        self._stride = IncrementInfo()
+
+    def _nothing(self) -> tuple[list[Parts], list[Parts]]:
+        """Return places and strain of an increment without plastic flow, body by body."""
+        places: list[Parts] = []
+        added: list[Parts] = []
+        for body in self.bodies:
+            layers = len(body.strain)
+            places.append([np.empty(0, np.int64)] * layers)
+            added.append([np.empty((5, 0), body.real)] * layers)
+        return places, added
+
+    def carried(self) -> dict[str, Array]:
+        """Return what one load hands on to the next beside the state."""
+        held = {"stride": np.array(self._stride)}
+        if self.solver.loaded is not None:
+            held["index"], held["pressure"] = self.solver.loaded
+        for body, (places, added) in enumerate(zip(self._places, self._added, strict=True)):
+            held[f"sizes_{body}"] = np.array([place.size for place in places])
+            held[f"places_{body}"] = np.concatenate(places)
+            held[f"added_{body}"] = np.concatenate(added, axis=1)
+        return held
+
+    def going(
+        self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
+    ) -> Checkpoint:
+        """Return what the next point starts from, as long as none is visited."""
+        bodies = [body.on_map() for body in self.bodies]
+        pressure = self.solver.pressure[self.solver.inside]
+        return Checkpoint(
+            self.extent, bodies, pressure, tuple(done), largest, seconds, self.carried()
+        )
+
+    def resume(self, before: Checkpoint) -> None:
+        """Go on from what a run had come to."""
+        points = [step.point for step in before.increments]
+        for start, end in itertools.pairwise(points):
+            self._slid = self._slid_to(start, end)
+        self._slide(self._slid)
+        for yielding, old in zip(self.bodies, before.bodies, strict=True):
+            yielding.resume(*old)
+        self.solver.resume(before.pressure)
+        if before.increments:
+            self._point = before.increments[-1].point
+            self.solver.place(self.problem.gap_at(self._point.offset), (0, 0))
+        held = before.carried
+        if not held:
+            return
+        # Arrays without numbers may be missing.
+        load, *way = held["stride"].tolist()
+        self._stride = IncrementInfo(load, *map(int, way))
+        if "index" in held:
+            self.solver.loaded = held["index"], held["pressure"]
+        for body in range(len(self.bodies)):
+            if f"places_{body}" in held:
+                cuts = np.cumsum(held[f"sizes_{body}"])[:-1]
+                self._places[body] = np.split(held[f"places_{body}"], cuts)
+                self._added[body] = np.split(held[f"added_{body}"], cuts, axis=1)
+
+    def held(self) -> State:
+        """Return the state that `restore` goes back to."""
+        return State(
+            self.extent,
+            [body.held() for body in self.bodies],
+            self.solver.loaded,
+            [list(places) for places in self._places],
+            [list(added) for added in self._added],
+            self._stride,
+            self._point,
+        )
+
+    def restore(self, state: State) -> None:
+        """Go back to a state; layers and points that came since are kept."""
+        for body, held in zip(self.bodies, state.bodies, strict=True):
+            body.restore(held)
+        self._go(state.point)
+        if self.extent is state.extent:
+            self.solver.loaded = state.loaded
+            self._places = [list(places) for places in state.places]
+            self._added = [list(added) for added in state.added]
+            self._stride = state.stride
+        else:
+            self._forget()
+
+    @property
+    def pull(self) -> Pull:
+        """Traction on the rough body over the pressure, at the point of the path reached."""
+        return self._point.pull
+
+    @property
+    def flowing(self) -> bool:
+        """Whether there was plastic flow in the last increment."""
+        return self.share.any(any(part.any() for added in self._added for part in added))
+
+    def thaw(self) -> None:
+        """Let the strain change that a result has frozen, when that is on disk."""
+        for body in self.bodies:
+            body.strain.flags.writeable = True
+
+    def displacement(self) -> Array:
+        """Return the displacement by the strain accepted, with what its trace adds."""
+        places, added = self._nothing()
+        displacement = np.zeros(self.solver.initial_gap.shape)
+        for body, place, strain in zip(self.bodies, places, added, strict=True):
+            displacement += body.displacement(place, strain, trace=True)
+        return displacement
+
+    def _go(self, point: PathPoint) -> None:
+        """Put the counter-surface where a point of the path wants it."""
+        if point.offset != self._point.offset:
+            way = self._way(self._point, point)
+            self.solver.place(self.problem.gap_at(point.offset), way)
+        self._point = point
+
+    def _slid_to(self, before: PathPoint, point: PathPoint) -> Way:
+        """Return how far the counter-body has slid at a point, in pixels."""
+        if not point.friction:
+            return self._slid
+        ways = zip(self._slid, point.offset, before.offset, self.problem.pair.pixel, strict=True)
+        y, x = (slid + (end - start) / edge for slid, end, start, edge in ways)
+        return y, x
+
+    def _slide(self, way: Way) -> None:
+        for number in self._sliding:
+            self.bodies[number].slid = way
+
+    def _way(self, before: PathPoint, point: PathPoint) -> tuple[int, int]:
+        """Return the way between two points to the nearest pixel."""
+        edges, ends = self.problem.pair.pixel, zip(before.offset, point.offset, strict=True)
+        y, x = (round((end - start) / edge) for (start, end), edge in zip(ends, edges, strict=True))
+        return y, x
+
+    def reach(
+        self, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
+    ) -> str:
+        """Visit a point, by smaller steps where it takes them; return why it stopped."""
+        todo = [point]
+        before = done[-1].point if done else PathPoint(0.0, point.offset)
+        cuts = 0
+        while todo:
+            point = todo[-1]
+            cached = self.solver.loaded
+            self._go(point)
+            slid = self._slid_to(before, point)
+            self._slide(slid)
+            result = self._relax(before, watch)
+            if result is None:
+                self._go(before)
+                self._slide(self._slid)
+                self.solver.loaded = cached
+                self._forget()
+                if cuts == _CUTS or (not done and point.load == 0):
+                    return self._reason(point.load, cuts)
+                cuts += 1
+                todo.append(before.between(point, 1, 2))
+                continue
+            if self._enlarged():
+                self._go(before)
+                self._slide(self._slid)
+                continue
+            todo.pop()
+            cuts = max(0, cuts - 1)
+            self._accept()
+            self._stride = IncrementInfo(point.load - before.load, *self._way(before, point))
+            before, self._slid = point, slid
+            done.append(self._increment(*result))
+        return CONVERGED
+
+    def _reason(self, load: float, cuts: int) -> str:
+        what = "plastic strain" if self.solver.solved else "contact"
+        return Sentence(
+            f"stopped on the way to {load:.6g} N: the {what} did not settle in "
+            f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
+            "times; raise ",
+            ArgumentRef("max_iterations"),
+            ", or ask for a larger ",
+            ArgumentRef("tolerance"),
+        )
+
+    def _accept(self) -> None:
+        for body, places, added in zip(self.bodies, self._places, self._added, strict=True):
+            body.accept(places, added)
+
+    def _increment(self, residuals: tuple[float, ...], convolutions: int) -> Increment:
+        """Return what a point of the path gave whose strain is accepted."""
+        pressure, (dy, dx) = self.solver.pressure, self.problem.pair.pixel
+        return Increment(
+            **asdict(self._point),
+            approach=self.solver.approach,
+            contact_area=int(np.count_nonzero(pressure)) * dy * dx,
+            max_pressure=float(pressure.max()),
+            max_plastic_strain=max(body.max_plastic_strain for body in self.bodies),
+            plastic_volume=sum(body.plastic_volume for body in self.bodies),
+            residuals=residuals,
+            convolutions=convolutions,
+        )
+
+    def _enlarged(self) -> bool:
+        """Enlarge the volume if plastic strain has come to its bottom or its edge."""
+        surface, old = self.problem.pair, self.extent
+        new = old.grown(
+            surface.shape,
+            surface.pixel,
+            deeper=self._deepen and self._at_bottom(),
+            wider=self._widen and self._at_edge(),
+        )
+        sizes = [(item.grid(surface.shape), item.thickness.size) for item in (old, new)]
+        # Where it does not fit the result says that plastic strain has come that far.
+        if sizes[0] == sizes[1]:
+            return False
+        if self.share.any(not fits(self.problem, self.share, *sizes)):
+            return False
+        self._resize(new)
+        return True
+
+    def _at_bottom(self) -> bool:
+        layers = self.extent.thickness.size
+        lowest = self.bodies[0].here[-1] == layers - 1
+        return self.share.any(lowest and any(parts[-1].any() for parts in self._added))
+
+    def _at_edge(self) -> bool:
+        ny, nx = self.bodies[0].shape
+        edge = np.ones((ny, nx), bool)
+        edge[GUARD:-GUARD, GUARD:-GUARD] = False
+        flat = edge.ravel()
+        return self.share.any(
+            any(
+                strain[:, flat[place]].any()
+                for places, added in zip(self._places, self._added, strict=True)
+                for place, strain in zip(places, added, strict=True)
+            )
+        )
+
+    def _relax(
+        self, before: PathPoint, watch: Callable[[float, int, float], None]
+    ) -> tuple[tuple[float, ...], int] | None:
+        """Find the plastic strain of one increment; keep it beside that accepted."""
+        solver, tolerance, load = self.solver, self.problem.tolerance, self._point.load
+        self._guess(IncrementInfo(load - before.load, *self._way(before, self._point)))
+        mixer = Mixer(self._weights(), self._workspace, self._whole)
+        convolutions = solver.convolutions
+        residuals: list[float] = []
+        for iteration in range(1, int(self.problem.max_iterations) + 1):
+            displacement = sum(
+                body.displacement(places, added)
+                for body, places, added in zip(self.bodies, self._places, self._added, strict=True)
+            )
+            solver.press(np.asarray(displacement), load)
+            x, y = self._flow(mixer)
+            defect = [item - other for item, other in zip(x, y, strict=True)]
+            residuals.append(self._residual(x, defect))
+            watch(load, iteration, residuals[-1])
+            settled = residuals[-1] <= tolerance and solver.solved
+            self._keep(x if settled else mixer.mix(x, defect))
+            if settled:
+                return tuple(residuals), solver.convolutions - convolutions
+        return None
+
+    def _guess(self, stride: IncrementInfo) -> None:
+        """Start from the strain of the increment before: in proportion to the load, or moved on."""
+        last, self._stride = self._stride, IncrementInfo()
+        if stride[1:] != last[1:]:
+            self._places, self._added = self._nothing()
+        elif any(stride[1:]):
+            # The same way again: what flows goes along with the contact.
+            for number, body in enumerate(self.bodies):
+                if number in self._sliding and self._point.friction:
+                    continue
+                for layer in range(len(body.strain)):
+                    self._carry(number, layer, stride)
+        elif last.load * stride.load > 0:
+            factor = min(stride.load / last.load, 1.0)
+            self._added = [[part * part.dtype.type(factor) for part in a] for a in self._added]
+        elif last.load:
+            self._places, self._added = self._nothing()
+
+    def _carry(self, number: int, layer: int, stride: IncrementInfo) -> None:
+        """Move the strain of the increment before with the counter-surface."""
+        place = self._places[number][layer]
+        if not place.size:
+            return
+        shape = self.bodies[number].shape
+        there, inside = [], np.ones(place.size, bool)
+        for axis, (index, way, count) in enumerate(
+            zip(np.divmod(place, shape[1]), stride[1:], shape, strict=True)
+        ):
+            moved = index + way
+            if axis in self.problem.pair.boundary.periodic_axes:
+                moved %= count
+            inside &= (moved >= 0) & (moved < count)
+            there.append(moved)
+        flat = (there[0] * shape[1] + there[1])[inside]
+        order = np.argsort(flat)
+        self._places[number][layer] = flat[order]
+        self._added[number][layer] = self._added[number][layer][:, inside][:, order]
+
+    def _weights(self) -> list[float]:
+        """Return what a square of strain counts in each layer here, body after body."""
+        first = self.bodies[0]
+        return [
+            body.shear_modulus / first.shear_modulus * float(h / first.thickness[0])
+            for body in self.bodies
+            for h in body.thickness[body.here]
+        ]
+
+    def _whole(self, rows: Array) -> Array:
+        """Return rows of all layers of those here, body after body."""
+        layers = self.extent.thickness.size
+        bodies = np.split(rows, len(self.bodies))
+        return np.concatenate([self.share.whole(part, layers) for part in bodies])
+
+    def _flow(self, mixer: Mixer) -> tuple[Parts, Parts]:
+        """Return the strain after the return to the yield surface, and that before it."""
+        x: Parts = []
+        y: Parts = []
+        for number, body in enumerate(self.bodies):
+            old_places, old = self._places[number], self._added[number]
+            places, flowed = body.flow(self.solver.pressure, self.pull, old_places, old)
+            for layer, place in enumerate(places):
+                if place.size > old_places[layer].size:
+                    mixer.grow(len(x) + layer, old_places[layer], place)
+                    index = np.searchsorted(place, old_places[layer])
+                    old[layer] = embedded(old[layer], index, place.size)
+            self._places[number] = places
+            x += flowed
+            y += old
+        return x, y
+
+    def _keep(self, x: Parts) -> None:
+        """Take over the strain of all layers, body by body."""
+        cut = 0
+        for number, body in enumerate(self.bodies):
+            self._added[number] = x[cut : cut + len(body.strain)]
+            cut += len(body.strain)
+
+    def _residual(self, x: Parts, defect: Parts) -> float:
+        """Return the largest change over the largest strain, or over the yield strain."""
+        changes, sizes = np.zeros(len(x)), np.zeros(len(x))
+
+        def measure(part: int) -> None:
+            if x[part].size:
+                changes[part] = equivalent_strain(defect[part]).max()
+                sizes[part] = equivalent_strain(x[part]).max()
+
+        self._workspace.each(measure, range(len(x)))
+        minimum = max(body.law.initial / (2 * body.shear_modulus) for body in self.bodies)
+        change, size = (self.share.largest(float(result.max())) for result in (changes, sizes))
+        return float(change / max(minimum, size))
+
+
+# --- Load steps that are as small as an estimate of their error asks for ---
+
+
+AUTO = "auto"
+"""In place of a number of increments: as many as an estimate of their error asks for."""
+
+STEP_ERROR = 0.01
+"""Error by the load steps of a whole path that is aimed at."""
+
+# Steps of the first way from nothing to a load; and how many times as many there are at most.
+_STEPS, _MOST = 6, 8
+# The ends of two ways tell more than rounding where one has so many times the steps of the other.
+_FINER = 1.5
+# Gap, over the approach, from which on a pixel does not count as touching.
+_NEAR = 0.05
+
+
+class _Look(NamedTuple):
+    """What is compared of a state."""
+
+    approach: float
+    near: float
+
+
+def between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
+    """Return points in equal steps; the last is as given, and not what rounding makes of it."""
+    return [*(before.between(point, i, count) for i in range(1, count)), point]
+
+
+def reach(
+    loop: Loop, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
+) -> str:
+    """Visit a load in as many steps as the error asks for; return why it stopped."""
+    before, load = done[-1].load if done else 0.0, point.load
+    allowed = STEP_ERROR * abs(load - before) / max(load, before, np.finfo(float).tiny)
+    start, parts = loop.held(), _first(load, done)
+    status, result, flowed = _tried(loop, point, parts, done, watch)
+    coarse = _look(loop) if status == CONVERGED else None
+    if coarse and not flowed:
+        # Nothing flows, so nothing turns.
+        _add(done, result, 0.0)
+        return status
+    maximum, more, error = _MOST * parts, 2 * parts, math.inf
+    while True:
+        loop.restore(start)
+        status, result, _ = _tried(loop, point, more, done, watch)
+        if status != CONVERGED:
+            _add(done, result, None)
+            return status
+        fine = _look(loop)
+        if coarse:
+            error = _change(coarse, fine) * parts / (more - parts)
+        if error <= allowed or more == maximum:
+            break
+        wanted = max(_FINER * more, more * min(error / allowed, _MOST))
+        coarse, parts, more = fine, more, min(math.ceil(wanted), maximum)
+    _add(done, result, error if coarse else None)
+    return status
+
+
+def _first(load: float, done: list[Increment]) -> int:
+    """Return in how many steps to go to a load at first: up to the largest so far little flows."""
+    before = done[-1].load if done else 0.0
+    if load <= max((step.load for step in done), default=0.0):
+        return 1
+    return max(1, math.ceil(_STEPS * (load - before) / load - 1e-9))
+
+
+def _tried(
+    loop: Loop,
+    point: PathPoint,
+    parts: int,
+    done: list[Increment],
+    watch: Callable[[float, int, float], None],
+) -> tuple[str, list[Increment], bool]:
+    """Visit a load in so many parts."""
+    result, status, flowed = list(done), CONVERGED, False
+    before = done[-1].point if done else PathPoint(0.0, point.offset)
+    for step in between(before, point, parts):
+        status = loop.reach(step, result, watch)
+        flowed = flowed or loop.flowing
+        if status != CONVERGED:
+            break
+    return status, result, flowed
+
+
+def _look(loop: Loop) -> _Look:
+    solver = loop.solver
+    near = 0.0
+    if solver.solution is not None:
+        reach = max(_NEAR * abs(solver.approach), np.finfo(float).tiny)
+        near = float(np.clip(1 - solver.solution.gap / reach, 0, 1).sum())
+    return _Look(solver.approach, near)
+
+
+def _change(coarse: _Look, fine: _Look) -> float:
+    """Return by how much two states of one load differ, relatively."""
+    approach = abs(coarse.approach - fine.approach) / max(abs(fine.approach), 1e-300)
+    return max(approach, abs(coarse.near - fine.near) / fine.near if fine.near else 0.0)
+
+
+def _add(done: list[Increment], result: list[Increment], error: float | None) -> None:
+    """Add the increments that came to those done, with the error up to there."""
+    known = done[-1].step_error if done else 0.0
+    total = None
+    if known is not None and error is not None and math.isfinite(error):
+        # Errors are shares of what grows on the way.
+        old = max((step.approach for step in done), default=0.0)
+        new = max(step.approach for step in result)
+        total = known * (old / new if new > 0 else 1.0) + error
+    done += [replace(step, step_error=total) for step in result[len(done) :]]

@@ -1,0 +1,277 @@
+"""Plastic flow in one body: its strain, its volume operator, the return to the yield surface."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.halfspace import fft, tensors
+from roughcontact.halfspace.fft import frequencies, half_frequencies
+from roughcontact.halfspace.layers import Pull
+from roughcontact.halfspace.plastic_halfspace import HalfSpace
+from roughcontact.halfspace.volume_partition import Share
+from roughcontact.material.hardening import back_modulus, plastic_increment
+from roughcontact.material.material import Material
+from roughcontact.solvers.anderson import Parts
+
+Array = NDArray[Any]
+Way = tuple[float, float]
+
+# Share of a pixel within which a way counts as a whole number of them.
+_WHOLE = 1e-6
+
+
+class StrainSnapshot(NamedTuple):
+    """The plastic strain of a body at some time, layer by layer, where there was any."""
+
+    shape: tuple[int, int]
+    places: Parts
+    strain: Parts
+    accumulated: Parts
+
+
+class Body:
+    """A body that yields: its plastic strain up to now, and its volume operator."""
+
+    def __init__(
+        self,
+        material: Material,
+        pixel: tuple[float, float],
+        boundary: str,
+        precision: str,
+        share: Share,
+        *,
+        pulled: float = 1.0,
+    ) -> None:
+        # Which way a traction on the rough body pulls this one.
+        self._pulled = pulled
+        # How far it has slid over the map, in pixels: its fields stay at their place in it.
+        self.slid: Way = (0.0, 0.0)
+        self.material, self.pixel = material, pixel
+        self.boundary, self.precision, self._share = boundary, precision, share
+        self.law = material.law
+        # Of Prager's back stress, by the tensor of plastic strain.
+        self._back = 2 / 3 * back_modulus(self.law)
+        self.shear_modulus = material.young / (2 * (1 + material.poisson))
+        self.real: type = np.float32 if precision == "single" else np.float64
+        self.strain: Array = np.zeros((0, 5, 0, 0), self.real)
+        self.accumulated: Array = np.zeros((0, 0), self.real)
+
+    def resize(self, thickness: NDArray[np.float64], shape: tuple[int, int]) -> None:
+        """Take on more layers below and more points around those there are."""
+        self.operator = HalfSpace(
+            shape, self.pixel, thickness,
+            shear_modulus=self.shear_modulus, poisson=self.material.poisson,
+            boundary=self.boundary, precision=self.precision, workspace=self._share.workspace,
+            share=self._share,
+        )  # fmt: skip
+        old, accumulated = self.strain, self.accumulated
+        ny, nx = old.shape[-2:]
+        top, remaining = (shape[0] - ny) // 2, (shape[1] - nx) // 2
+        place = np.s_[: len(old), ..., top : top + ny, remaining : remaining + nx]
+        self.thickness, self.shape = thickness, shape
+        # Which layers are here; those that come below leave the others in their place.
+        self.here = self._share.layers(thickness.size)
+        self.strain = np.zeros((len(self.here), 5, *shape), self.real)
+        self.strain[place] = old
+        fields: Array = np.zeros((len(self.here), *shape), self.real)
+        fields[place] = accumulated.reshape(len(old), ny, nx)
+        self.accumulated = fields.reshape(len(self.here), -1)
+        self._hardened(range(len(self.here)))
+
+    def _hardened(self, layers: range) -> None:
+        if layers.start == 0:
+            self._square_strength: Array = np.empty_like(self.accumulated)
+            self._rows: list[slice | None] = [None] * len(layers)
+        for layer in layers:
+            strength = self.law.strength(self.accumulated[layer])
+            # A square beyond the range of the numbers is one that no stress reaches.
+            with np.errstate(over="ignore"):
+                np.square(strength, out=self._square_strength[layer])
+            rows = np.flatnonzero(self.strain[layer].any(axis=(0, 2)))
+            self._rows[layer] = slice(int(rows[0]), int(rows[-1]) + 1) if rows.size else None
+
+    def resume(self, strain: Array, accumulated: Array) -> None:
+        """Take over a plastic strain and how much it was in all."""
+        y, x = self._whole_way
+        self.strain[...] = np.roll(strain, (-y, -x), (-2, -1))
+        self.accumulated[...] = np.roll(accumulated, (-y, -x), (-2, -1)).reshape(
+            self.accumulated.shape
+        )
+        self._hardened(range(len(self.strain)))
+
+    def held(self) -> StrainSnapshot:
+        """Return the plastic strain up to now, where there is any."""
+        places = [np.flatnonzero(layer) for layer in self.accumulated]
+        return StrainSnapshot(
+            self.shape,
+            places,
+            [s.reshape(5, -1)[:, index] for s, index in zip(self.strain, places, strict=True)],
+            [flowed[index] for flowed, index in zip(self.accumulated, places, strict=True)],
+        )
+
+    def restore(self, held: StrainSnapshot) -> None:
+        """Go back to a strain, with the layers and points that there are by now."""
+        (ny, nx), (old_y, old_x) = self.shape, held.shape
+        top, remaining = (ny - old_y) // 2, (nx - old_x) // 2
+        self.strain[...] = 0
+        self.accumulated[...] = 0
+        for layer, old in enumerate(held.places):
+            rows, columns = np.divmod(old, old_x)
+            place = (rows + top) * nx + columns + remaining
+            self.strain[layer].reshape(5, -1)[:, place] = held.strain[layer]
+            self.accumulated[layer, place] = held.accumulated[layer]
+        self._hardened(range(len(self.strain)))
+
+    def displacement(
+        self, places: Parts, added: Parts, *, trace: bool = False
+    ) -> NDArray[np.float64]:
+        """Return the surface displacement by the strain so far and some more."""
+        nx = self.shape[1]
+
+        def fill(layer: int, out: Array) -> slice | None:
+            rows, place = self._rows[layer], places[layer]
+            if not place.size:
+                if rows is not None:
+                    out[...] = self.strain[layer]
+                return rows
+            out[...] = self.strain[layer]
+            out.reshape(5, -1)[:, place] += added[layer]
+            low, high = int(place[0] // nx), int(place[-1] // nx) + 1
+            if rows is None:
+                return slice(low, high)
+            return slice(min(low, rows.start), max(high, rows.stop))
+
+        return carried(self.operator.displacement(fill, trace=trace), self.slid)
+
+    def _under(self, pressure: Array) -> Array:
+        """Return a pressure on the map as this body feels it, at its own places."""
+        y, x = self.slid
+        return carried(pressure, (-y, -x))
+
+    @property
+    def _whole_way(self) -> tuple[int, int]:
+        return round(self.slid[0]), round(self.slid[1])
+
+    def on_map(self) -> tuple[Array, Array]:
+        """Return plastic strain and how much it was in all, as they lie over the map."""
+        accumulated = self.accumulated.reshape(-1, *self.shape)
+        if not any(self._whole_way):
+            return self.strain, accumulated
+        strain, accumulated = (
+            np.roll(field, self._whole_way, (-2, -1)) for field in (self.strain, accumulated)
+        )
+        return strain, accumulated
+
+    def _pull(self, pull: Pull) -> Pull:
+        return self._pulled * pull[0], self._pulled * pull[1]
+
+    def flow(self, pressure: Array, pull: Pull, places: Parts, added: Parts) -> tuple[Parts, Parts]:
+        """Return where the stress is returned to the yield surface, and the strain that does it."""
+        new_places: Parts = [np.empty(0, np.int64)] * len(places)
+        flowed: Parts = [np.empty((5, 0), self.real)] * len(places)
+        twice = self.real(2 * self.shear_modulus)
+
+        def visit(layer: int, stress: Array) -> None:
+            self._recall(stress, layer)
+            trial, place = stress.reshape(5, -1), places[layer]
+            if place.size:
+                trial[:, place] += twice * added[layer]
+            square = trial[1] * trial[1]
+            for component in trial[2:]:
+                square += component * component
+            square *= 3
+            square += self.real(2.25) * (trial[0] * trial[0])
+            yields = square > self._square_strength[layer]
+            yields[place] = True
+            place = np.flatnonzero(yields)
+            if not place.size:
+                return
+            q = np.sqrt(square[place])
+            step = plastic_increment(
+                q, self.accumulated[layer, place], self.law, self.shear_modulus
+            )
+            factor = self.real(1.5) * step / np.where(q > 0, q, 1)
+            new_places[layer], flowed[layer] = place, trial[:, place] * factor
+
+        self.operator.stress(self._under(pressure), visit, self._pull(pull))
+        return new_places, flowed
+
+    def _recall(self, stress: Array, layer: int) -> None:
+        """Take the back stress off, which the strain before this increment has left."""
+        rows = self._rows[layer]
+        if self._back and rows is not None:
+            stress[:, rows] -= self.real(self._back) * self.strain[layer][:, rows]
+
+    def accept(self, places: Parts, added: Parts) -> None:
+        """Add the strain of an increment."""
+        for layer, (place, strain) in enumerate(zip(places, added, strict=True)):
+            if place.size:
+                self.strain[layer].reshape(5, -1)[:, place] += strain
+                self.accumulated[layer, place] += equivalent_strain(strain)
+        self._hardened(range(len(self.strain)))
+
+    @property
+    def max_plastic_strain(self) -> float:
+        """Largest accumulated plastic strain."""
+        return self._share.largest(float(self.accumulated.max()))
+
+    @property
+    def plastic_volume(self) -> float:
+        """Volume with plastic strain [m³]."""
+        cells = np.count_nonzero(self.accumulated, axis=1)
+        cells = self._share.whole(cells, self.thickness.size)
+        dy, dx = self.pixel
+        return float(cells @ self.thickness) * dy * dx
+
+    def finished(self, pressure: Array, pull: Pull, margin: int) -> tuple[PlasticBody, float]:
+        """Return the layers here with stresses, and how far stress passes the yield strength."""
+        fields = self.strain.shape[0], *self.strain.shape[2:]
+        excess = np.full(fields[0], -1.0)
+        stress, residual = np.empty_like(self.strain), np.empty_like(self.strain)
+        mean, mean_residual = np.empty(fields, self.real), np.empty(fields, self.real)
+
+        def keep(layer: int, values: Array) -> None:
+            stress[layer] = values
+            self._recall(values, layer)
+            q = tensors.equivalent(values).ravel()
+            excess[layer] = np.sqrt((q * q / self._square_strength[layer]).max()) - 1
+
+        nothing, pull, pressure = np.zeros(fields[1:]), self._pull(pull), self._under(pressure)
+        self.operator.stress(pressure, keep, pull)
+        self.operator.mean_stress(pressure, lambda layer, v: np.copyto(mean[layer], v), pull)
+        self.operator.stress(nothing, lambda layer, v: np.copyto(residual[layer], v))
+        self.operator.mean_stress(nothing, lambda layer, v: np.copyto(mean_residual[layer], v))
+        dy, dx = self.pixel
+        if any(self._whole_way):
+            stress, mean, residual, mean_residual = (
+                np.roll(field, self._whole_way, (-2, -1))
+                for field in (stress, mean, residual, mean_residual)
+            )
+        body = PlasticBody(
+            self.material, dy * dx, margin, self.thickness[self.here], *self.on_map(),
+            stress, mean, residual, mean_residual,
+        )  # fmt: skip
+        return body, self._share.largest(float(excess.max()))
+
+
+def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
+    """Return a field of a periodic map, moved by pixels along y and x."""
+    if not any(way):
+        return field
+    whole = round(way[0]), round(way[1])
+    if max(abs(part - n) for part, n in zip(way, whole, strict=True)) < _WHOLE:
+        return np.roll(field, whole, (0, 1))
+    y, x = frequencies(field.shape[0])[:, None], half_frequencies(field.shape[1])
+    waves = fft.rfft2(field) * np.exp(-2j * math.pi * (y * way[0] + x * way[1]))
+    return fft.irfft2(waves, field.shape)
+
+
+def equivalent_strain(strain: Array) -> Array:
+    """Return √(2/3 e:e) of traceless strains, shape (5, n)."""
+    result: Array = tensors.equivalent(strain) * strain.dtype.type(2 / 3)
+    return result

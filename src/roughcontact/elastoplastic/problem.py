@@ -1,0 +1,352 @@
+"""What all loads of a path have in common."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact import memory
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.validation import touchable_gap
+from roughcontact.elastoplastic.path import moved
+from roughcontact.elastoplastic.plastic_body import GUARD
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.errors import InputError
+from roughcontact.halfspace import plastic_halfspace
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.layers import SWEEP_POINTS, graded_layers
+from roughcontact.halfspace.volume_partition import TRAVELLING, Share
+from roughcontact.material.material import CEILING_FACTOR, Material
+from roughcontact.solvers import bounded
+from roughcontact.solvers.operator import Family
+from roughcontact.solvers.problem import Loaded, Problem as ContactProblem
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What all loads of a path have in common; see `solve_elastoplastic`."""
+
+    pair: Pair
+    tolerance: float
+    max_iterations: int
+    precision: str
+
+    @property
+    def contact_tolerance(self) -> float:
+        """Tolerance of the contact: a hundredth of that of the strain, 1e-10 to 1e-6."""
+        return max(1e-10, min(1e-6, self.tolerance / 100))
+
+    @property
+    def yielding(self) -> list[Material]:
+        """Materials with a yield strength, that of the rough body first."""
+        both = self.pair.material, self.pair.counter_material
+        return [body for body in both if body.yield_strength is not None]
+
+    def pair_at(self, offset: tuple[float, float]) -> Pair:
+        """Return the bodies with the counter-surface moved along ``(y, x)`` [m]."""
+        return moved(self.pair, offset)
+
+    def gap_at(self, offset: tuple[float, float]) -> NDArray[np.float64]:
+        """Return their gap at first touch [m], infinite where they never touch."""
+        return touchable_gap(self.pair_at(offset))
+
+    def check_same(self, what: str, before: ElastoplasticResult) -> None:
+        """Raise `InputError` if a result is one of other bodies or another boundary."""
+        last = before.increments[-1].offset if before.increments else (0.0, 0.0)
+        old, new = before.solution.pair, self.pair_at(last)
+        same = {
+            "surface": old.shape == new.shape
+            and np.array_equal(old.initial_gap, new.initial_gap, equal_nan=True),
+            "pixel": old.pixel == new.pixel,
+            "material": old.material == new.material,
+            "counter_material": old.counter_material == new.counter_material,
+            "boundary": old.boundary == new.boundary,
+        }
+        for name, agrees in same.items():
+            if not agrees:
+                raise InputError(
+                    f"{what} was solved with another {name}, to which its plastic strain belongs"
+                )
+
+
+# The contact on surfaces that plastic strain has displaced, solved again in each iteration.
+
+
+_CONTACT_CONVOLUTIONS = 500
+
+
+class ContactSolver:
+    """The contact solver, started each time from the pressure before."""
+
+    def __init__(
+        self,
+        gap: NDArray[np.float64],
+        make: Family,
+        area: float,
+        tolerance: float,
+        share: Share,
+    ) -> None:
+        self._map, self._share = gap, share
+        self._make, self.area, self.tolerance = make, area, tolerance
+        self.resize(0)
+        self.approach = 0.0
+        self.convolutions = 0
+        self.solution: bounded.Solution | None = None
+
+    def resize(self, margin: int) -> None:
+        """Add points that never touch around the map, and forget the pressure."""
+        self.initial_gap = np.pad(self._map, margin, constant_values=np.inf)
+        self.inside = tuple(slice(margin, margin + n) for n in self._map.shape)
+        self.loaded: Loaded | None = None
+        self.pressure = np.zeros(self.initial_gap.shape)
+
+    def place(self, gap: NDArray[np.float64], moved: tuple[int, int]) -> None:
+        """Take on another gap, of a counter-surface that has moved by some pixels."""
+        self._map = gap
+        self.initial_gap = np.pad(gap, self.inside[0].start, constant_values=np.inf)
+        if self.loaded is None or not any(moved):
+            return
+        pressure = np.zeros(self.initial_gap.shape)
+        pressure.ravel()[self.loaded[0]] = self.loaded[1]
+        # A start needs to be good only where it can be: what wraps round is soon let go.
+        pressure = np.roll(pressure, moved, (0, 1))
+        pressure[np.isinf(self.initial_gap)] = 0
+        index = np.flatnonzero(pressure)
+        self.loaded = (index, pressure.ravel()[index]) if index.size else None
+
+    def resume(self, pressure: NDArray[np.float64]) -> None:
+        """Start from a pressure on the map."""
+        self.pressure[self.inside] = pressure
+        index = np.flatnonzero(self.pressure)
+        if index.size:
+            self.loaded = index, self.pressure.ravel()[index]
+
+    def pressed(self, load: float, strength: float) -> NDArray[np.bool_]:
+        """Return the contact under a ceiling of three yield strengths, roughly."""
+        total = load / self.area
+        limit = CEILING_FACTOR * strength
+        if total > 0.9 * limit * np.count_nonzero(np.isfinite(self.initial_gap)):
+            return np.isfinite(self.initial_gap)
+        problem = ContactProblem(self.initial_gap, limit, total)
+        rough = self._share.by_first(
+            lambda: bounded.solve(problem, self._make, tolerance=1e-2, max_iterations=200)
+        )
+        pressed = np.zeros(self.initial_gap.shape, bool)
+        pressed.ravel()[rough.index] = True
+        return pressed
+
+    @property
+    def solved(self) -> bool:
+        """Whether the last contact, if there is any, is within its tolerance."""
+        return self.solution is None or self.solution.status is bounded.Status.CONVERGED
+
+    def press(self, displacement: NDArray[np.float64], load: float) -> None:
+        """Find the pressure that carries a load on the surface as plastic strain left it."""
+        gap = self.initial_gap + displacement
+        self.pressure = np.zeros(gap.shape)
+        if load == 0:
+            self.loaded, self.solution = None, None
+            self.approach = float(gap.min())
+            return
+        solution = self._share.by_first(
+            lambda: bounded.solve(
+                ContactProblem(gap, np.inf, load / self.area),
+                self._make,
+                tolerance=self.tolerance,
+                max_iterations=_CONTACT_CONVOLUTIONS,
+                start=self.loaded,
+            )
+        )
+        self.convolutions += solution.convolutions
+        self.loaded = solution.index, solution.pressure
+        self.pressure.ravel()[solution.index] = solution.pressure
+        self.approach, self.solution = solution.approach, solution
+
+
+def untouched(problem: Problem, share: Share, workspace: Workspace) -> ContactSolver:
+    """Return the contact without pressure, if there can be one that yields."""
+    if not problem.yielding:
+        raise InputError(
+            "neither material has a yield strength: nothing can yield; give one, or use solve"
+        )
+    gap = touchable_gap(problem.pair)
+    # The contact is solved again and again on the same few grids.
+    make = lru_cache(maxsize=12)(problem.pair.operators("double", workspace))
+    return ContactSolver(gap, make, problem.pair.pixel_area, problem.contact_tolerance, share)
+
+
+# --- How deep and how wide the volume is in which bodies may yield ---
+
+
+LAYER_RATIO = 1.08
+"""Thickness of a layer over that of the one above."""
+
+LEAST_LAYERS = 10
+"""No volume has fewer layers unless they are given."""
+
+# Layers: the first over the shorter edge of a pixel, the depth of them all over the radius of the
+# largest contact spot, and in pixels at least.
+_FIRST_LAYER = 0.5
+_DEPTH = 3.0
+_LEAST_DEPTH = 8.0
+# Depth of the layers over that before, when plastic strain has reached the lowest; growth of the
+# volume to each side when it has reached the edge, over the edge of the map.
+_DEEPER = 1.3
+_WIDER = 0.1
+# Distance of the edge of the volume from the contact, over the radius of the largest spot.
+_SPAN = 0.8
+
+
+class Extent(NamedTuple):
+    """The layers of the volume, and how far it goes beyond the map."""
+
+    thickness: NDArray[np.float64]  # (nz,) Thickness of each layer [m]
+    margin: int  # Rows and columns beyond each edge of the map
+
+    @classmethod
+    def of(cls, result: ElastoplasticResult) -> Extent:
+        """Return that of a result."""
+        body = result.bodies[0]
+        return cls(body.thickness, body.margin)
+
+    def grid(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """Return the points of a layer over a map of some shape."""
+        return shape[0] + 2 * self.margin, shape[1] + 2 * self.margin
+
+    def grown(
+        self, shape: tuple[int, int], pixel: tuple[float, float], *, deeper: bool, wider: bool
+    ) -> Extent:
+        """Return a larger one over a map, as far as it may still become deeper or wider."""
+        thickness, margin = list(self.thickness), self.margin
+        (ny, nx), (dy, dx) = self.grid(shape), pixel
+        if deeper:
+            depth = min(_DEEPER * sum(thickness), 2 * max(ny * dy, nx * dx))
+            while sum(thickness) < depth:
+                thickness.append(thickness[-1] * LAYER_RATIO)
+        if wider and 4 * margin < max(ny, nx):
+            margin += max(GUARD, math.ceil(_WIDER * min(ny, nx)))
+        return Extent(np.array(thickness), margin)
+
+
+def first_extent(
+    problem: Problem,
+    solver: ContactSolver,
+    load: float,
+    depth: float | None,
+    layers: ArrayLike | None,
+) -> Extent:
+    """Return the volume for loads up to this one."""
+    pixel = problem.pair.pixel
+    weaker = problem.pair.softer
+    radius, margin = _spots(solver, load, weaker, pixel)
+    margin = margin if problem.pair.boundary.free_axes else 0
+    if layers is None:
+        if depth is None:
+            depth = max(_DEPTH * radius, _LEAST_DEPTH * max(pixel))
+        return Extent(graded_layers(_FIRST_LAYER * min(pixel), depth, LAYER_RATIO), margin)
+    thickness = np.array(layers, float)
+    if thickness.sum() < radius:
+        raise InputError(
+            f"reach {thickness.sum():.4g} m deep, less than the radius {radius:.4g} m of "
+            "the largest contact spot: plastic strain would go deeper; let them reach "
+            f"{_DEPTH * radius:.4g} m, or leave them out",
+            argument="layers",
+        )
+    return Extent(thickness, margin)
+
+
+def _spots(
+    solver: ContactSolver, load: float, body: Material | None, pixel: tuple[float, float]
+) -> tuple[float, int]:
+    """Return the radius of the largest contact spot [m] and the margin that its volume needs."""
+    from scipy import ndimage
+
+    pressed = solver.pressed(load, (body.yield_strength or math.inf) if body else math.inf)
+    spots, number = ndimage.label(pressed, np.ones((3, 3)))
+    largest = int(np.bincount(spots.ravel())[1:].max()) if number else 0
+    radius = math.sqrt(largest * pixel[0] * pixel[1] / math.pi)
+    margin = 0
+    for axis, edge in enumerate(pixel):
+        lines = np.flatnonzero(pressed.any(axis=1 - axis))
+        if lines.size:
+            near = min(int(lines[0]), pressed.shape[axis] - 1 - int(lines[-1]))
+            margin = max(margin, math.ceil(_SPAN * radius / edge) - near)
+    return radius, margin
+
+
+# --- The memory that plasticity of the volume needs ---
+
+
+def memory_estimate(
+    shape: tuple[int, int],
+    layers: int,
+    *,
+    bodies: int = 1,
+    boundary: str = "free",
+    precision: str = "single",
+    ranks: int = 1,
+) -> int:
+    """Return about the memory that `solve_elastoplastic` needs."""
+    real = 8 if precision == "double" else 4
+    points = shape[0] * shape[1]
+    padded = plastic_halfspace.points_transformed(shape, boundary)
+    # Spectra of strain and mean stress and the tables; strain, stresses, and what Anderson's
+    # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
+    swept = min(default_workers() * SWEEP_POINTS, padded / 4)
+    volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
+    # What is on its way between ranks: a layer for each thread, or some, in six arrays.
+    layer = max(TRAVELLING, default_workers() * 5 * real * padded)
+    under_way = 0 if ranks == 1 else 6 * layer
+    return int(real * volume) // ranks + under_way + 200 * points
+
+
+def require(
+    shape: tuple[int, int],
+    layers: int,
+    *,
+    bodies: int = 1,
+    boundary: str = "free",
+    precision: str = "single",
+    share: Share | None = None,
+) -> None:
+    """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free."""
+    count, reference = (1, 1) if share is None else (share.count, share.beside)
+    needed = reference * memory_estimate(
+        shape, layers, bodies=bodies, boundary=boundary, precision=precision, ranks=count
+    )
+    points = memory.square_side(needed, shape)
+    what = f"{shape[0]} × {shape[1]} points in {layers} layers"
+    if count > 1:
+        what += f" on {count} ranks, {reference} of them on this machine,"
+    memory.require(
+        needed,
+        f"{what} need",
+        advice=(f"a square grid of up to about {points} × {points} points fits, or fewer layers",),
+    )
+
+
+def fits(
+    problem: Problem,
+    share: Share,
+    old: tuple[tuple[int, int], int],
+    new: tuple[tuple[int, int], int],
+) -> bool:
+    """Return whether a volume may grow from some shape and number of layers to others."""
+    more, less = (
+        memory_estimate(*size, **given(problem), ranks=share.count) for size in (new, old)
+    )
+    return share.beside * (more - less) < memory.free()
+
+
+def given(problem: Problem) -> dict[str, Any]:
+    """Return what `require` has to know of a problem besides its grid."""
+    return {
+        "bodies": max(len(problem.yielding), 1),
+        "boundary": problem.pair.boundary,
+        "precision": problem.precision,
+    }

@@ -1,0 +1,345 @@
+"""What a contact is after a path of loads with plastic flow: data, and what follows from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.cautions import Caution
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.spots import rim_excess
+from roughcontact.elastoplastic.path import PathPoint
+from roughcontact.elastoplastic.plastic_body import (
+    DepthProfile,
+    DepthSection,
+    LayerProfile,
+    PlasticBody,
+    SharedBody,
+    Window,
+)
+from roughcontact.errors import InputError
+from roughcontact.result import Result, face
+
+Array = NDArray[Any]
+CONVERGED = "converged"
+"""Status of a path that was followed to its end."""
+
+
+class PlasticRegime(StrEnum):
+    """How far plastic strain has come."""
+
+    ELASTIC = "elastic"
+    BELOW_SURFACE = "plastic below the surface"
+    AT_SURFACE = "plastic up to the surface"
+
+
+@dataclass(frozen=True)
+class Increment:
+    """What one load of the path gave."""
+
+    load: float  # Normal load [N]
+    approach: float  # Approach of the bodies from the first touch [m]
+    contact_area: float  # Real contact area [m²]
+    max_pressure: float  # Largest pressure [Pa]
+    max_plastic_strain: float  # Largest accumulated plastic strain so far
+    plastic_volume: float  # Volume with plastic strain so far, of both bodies [m³]
+    residuals: tuple[float, ...]
+    convolutions: int  # Convolutions of the contact solver
+    step_error: float | None = None
+    offset: tuple[float, float] = (0.0, 0.0)  # Where the counter-surface was [m] and what it pulled
+    friction: float = 0.0  # Where the counter-surface was [m] and what it pulled
+    direction: float = 0.0  # Where the counter-surface was [m] and what it pulled
+
+    @property
+    def point(self) -> PathPoint:
+        """The point of the path."""
+        return PathPoint(self.load, self.offset, self.friction, self.direction)
+
+    @property
+    def travelled(self) -> bool:
+        """Whether the counter-surface had moved or slid."""
+        return bool(any(self.offset) or self.friction)
+
+    @property
+    def residual(self) -> float:
+        """Residual after the last iteration."""
+        return self.residuals[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the loop."""
+        return len(self.residuals)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ElastoplasticResult(Result):
+    """A contact after a path of loads, with the plastic strain that it left.
+
+    Parameters
+    ----------
+    solution : ContactResult
+        Pressure, gap, approach and certificate at the last load; the gap includes the residual
+        displacement.
+    residual_displacement : ndarray, shape (ny, nx)
+        What plastic strain adds to the gap [m], positive into the bodies.
+    bodies : tuple of PlasticBody or SharedBody
+        Those that yield, the rough one first; on several ranks each has its share.
+    increments : tuple of Increment
+        The loads in order, those of a run continued included.
+    yield_excess : float
+        Largest von Mises stress over the yield strength at that place, less one; negative if
+        nothing is at yield.
+    precision : {"double", "single"}
+        Arithmetic of the volume; the contact is solved in double.
+    tolerance : float
+        Residual asked for.
+    status : str
+        ``"converged"``, or why the path was left.
+    seconds : float
+        Wall time.
+    version : str
+        Of the program.
+    largest_pressure : ndarray, optional
+        Pressure at the largest load [Pa], shape (ny, nx), where the path ends at a lower one.
+    """
+
+    solution: ContactResult
+    residual_displacement: NDArray[np.float64]
+    bodies: tuple[PlasticBody | SharedBody, ...]
+    increments: tuple[Increment, ...]
+    yield_excess: float
+    precision: str
+    tolerance: float
+    status: str
+    seconds: float
+    version: str = field(default="")
+    largest_pressure: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Make the maps read-only."""
+        self.residual_displacement.flags.writeable = False
+        if self.largest_pressure is not None:
+            self.largest_pressure.flags.writeable = False
+
+    @property
+    def turns(self) -> list[float]:
+        """Loads at which the path turns, the last of all included [N]."""
+        loads = [step.load for step in self.increments]
+        return [
+            load
+            for before, load, after in zip([0.0, *loads], loads, [*loads[1:], None], strict=False)
+            if after is None or (load - before) * (after - load) < 0
+        ]
+
+    @property
+    def contact(self) -> ContactResult:
+        """The ``solution``, by its old name."""
+        return self.solution
+
+    @property
+    def whole_bodies(self) -> tuple[PlasticBody, ...]:
+        """The ``bodies``, with all of their fields.
+
+        Raises
+        ------
+        InputError
+            If they lie on several ranks.
+        """
+        whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
+        if len(whole) < len(self.bodies):
+            raise InputError(
+                "the volume lies on several ranks, and its fields are nowhere whole: save the "
+                "result as .nc, and load it where it fits"
+            )
+        return whole
+
+    @property
+    def largest(self) -> tuple[float, NDArray[np.float64]]:
+        """Largest load so far [N], and the pressure under it [Pa], if both are known."""
+        if self.largest_pressure is None:
+            return self.solution.load, self.solution.pressure
+        return max(step.load for step in self.increments), self.largest_pressure
+
+    @property
+    def travelled(self) -> bool:
+        """Whether the counter-surface moved or slid on the path."""
+        return any(step.travelled for step in self.increments)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the whole path was followed within the tolerances."""
+        return self.status == CONVERGED
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of the plastic strain along the path; see `Increment`."""
+        return max((step.residual for step in self.increments), default=0.0)
+
+    @property
+    def step_error(self) -> float | None:
+        """What the finite load steps change, as a share of approach and area; None if unknown."""
+        return self.increments[-1].step_error if self.increments else 0.0
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the loop, all loads together."""
+        return sum(step.iterations for step in self.increments)
+
+    @property
+    def max_plastic_strain(self) -> float:
+        """Largest accumulated plastic strain in any body."""
+        return max(body.max_plastic_strain for body in self.bodies)
+
+    @property
+    def plastic_volume(self) -> float:
+        """Volume with plastic strain, of all bodies [m³]."""
+        return sum(body.plastic_volume for body in self.bodies)
+
+    @property
+    def plastic_depth(self) -> float:
+        """Depth that plastic strain reaches in any body [m]."""
+        return max(body.plastic_depth for body in self.bodies)
+
+    @property
+    def flowed(self) -> NDArray[np.bool_]:
+        """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
+        first = self.bodies[0].margin
+        ny, nx = self.solution.pressure.shape
+        inside = slice(first, first + ny), slice(first, first + nx)
+        mask: NDArray[np.bool_] = np.any(
+            [body.flowed_at_top[inside] for body in self.bodies], axis=0
+        )
+        return mask
+
+    @property
+    def corrected_contact_area(self) -> float:
+        """Contact area without the excess that an elastic rim gains from the pixels [m²].
+
+        See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
+        pressure falls from the plateau to zero at once, is left alone.
+        """
+        pressed = self.solution
+        elastic = pressed.contact & ~self.flowed
+        excess = rim_excess(pressed.contact, elastic, pressed.boundary) * pressed.pixel_area
+        return max(pressed.contact_area - excess, 0.0)
+
+    @property
+    def regime(self) -> PlasticRegime:
+        """How far plastic strain has come."""
+        if not self.plastic_volume:
+            return PlasticRegime.ELASTIC
+        return PlasticRegime.AT_SURFACE if self.plastic_at_surface else PlasticRegime.BELOW_SURFACE
+
+    @property
+    def plastic_at_surface(self) -> bool:
+        """Whether plastic strain has come up to the contact, or to the free surface without one."""
+        touching, flowed = self.solution.contact, self.flowed
+        return bool((flowed & touching if touching.any() else flowed).any())
+
+    @cached_property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        result: tuple[Caution, ...] = face().volume_cautions(self)
+        return result
+
+    def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
+        """Return plastic strain and stress over the depth; see `depth.profile`."""
+        result: DepthProfile = face().profile(self, point, body)
+        return result
+
+    def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
+        """Return them on a vertical plane; see `roughcontact.elastoplastic.result.cut`."""
+        result: DepthSection = face().section(self, along, index, body)
+        return result
+
+    def layers(self, body: int = 0) -> LayerProfile:
+        """Return what each layer holds at most; see `roughcontact.elastoplastic.result.layers`."""
+        result: LayerProfile = face().layers(self, body)
+        return result
+
+
+# --- Profiles and sections through bodies that have yielded, cut from their arrays ---
+
+
+def most_strained(result: ElastoplasticResult, body: int = 0) -> tuple[int, int, int]:
+    """Return where the plastic strain is largest below the map."""
+    held = _body(result, body)
+    return held.most_strained(_map(result, held))
+
+
+def profile(
+    result: ElastoplasticResult, point: tuple[int, int] | None = None, body: int = 0
+) -> DepthProfile:
+    """Return plastic strain and stress over the depth below a point."""
+    held = _body(result, body)
+    row, column = most_strained(result, body)[1:] if point is None else point
+    shape = result.solution.pressure.shape
+    if not (0 <= row < shape[0] and 0 <= column < shape[1]):
+        raise InputError(
+            f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
+        )
+    dy, dx = result.solution.surface.pixel
+    where = row + held.margin, column + held.margin
+    return DepthProfile(
+        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *held.at(where)
+    )
+
+
+def cut(
+    result: ElastoplasticResult, along: str = "x", index: int | None = None, body: int = 0
+) -> DepthSection:
+    """Return plastic strain and stress on a vertical plane."""
+    held = _body(result, body)
+    if along not in ("x", "y"):
+        raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
+    axis = 1 if along == "x" else 0
+    pressure, pixel = result.solution.pressure, result.solution.surface.pixel
+    shape = pressure.shape
+    chosen = most_strained(result, body)[2 - axis] if index is None else index
+    if not 0 <= chosen < shape[1 - axis]:
+        line = "row" if along == "x" else "column"
+        raise InputError(
+            f"must be a {line} of {shape[1 - axis]}, got {index!r}", argument="index", value=index
+        )
+    ends = slice(held.margin, held.margin + shape[axis])
+    position = chosen + held.margin
+    on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
+    faces, *fields = held.at((position, ends) if along == "x" else (ends, position))
+    return DepthSection(
+        along,
+        int(chosen),
+        (chosen + 0.5) * pixel[1 - axis],
+        np.arange(shape[axis] + 1) * pixel[axis],
+        faces,
+        pressure[on_map],
+        result.residual_displacement[on_map],
+        *fields,
+    )
+
+
+def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
+    """Return the largest plastic strain and stresses of each layer below the map."""
+    held = _body(result, body)
+    return held.of_layers(_map(result, held))
+
+
+def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
+    if not 0 <= body < len(result.bodies):
+        raise InputError(
+            f"must be one of {len(result.bodies)} that yield, got {body!r}",
+            argument="body",
+            value=body,
+        )
+    return result.bodies[body]
+
+
+def _map(result: ElastoplasticResult, body: PlasticBody | SharedBody) -> Window:
+    """Return the rows and columns of the volume that lie below the map."""
+    ny, nx = result.solution.pressure.shape
+    first = body.margin
+    return slice(first, first + ny), slice(first, first + nx)

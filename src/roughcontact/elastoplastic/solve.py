@@ -1,0 +1,430 @@
+"""Contact with plasticity of the volume: residual displacement and stress, hardening, unloading.
+
+`solve_elastoplastic` follows a path of loads, load by load; what happens at one of them stands in
+`roughcontact.elastoplastic.increments`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._version import __version__
+from roughcontact.arguments import checked
+from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import LOAD_TOLERANCE
+from roughcontact.elastoplastic import increments as stepping, problem as memory, validation
+from roughcontact.elastoplastic.checkpoints import Checkpoint, Steps, open_step_folder
+from roughcontact.elastoplastic.increments import AUTO, IterationInfo, Loop
+from roughcontact.elastoplastic.path import PathPoint
+from roughcontact.elastoplastic.plastic_body import gathered
+from roughcontact.elastoplastic.problem import (
+    LEAST_LAYERS,
+    ContactSolver,
+    Extent,
+    Problem,
+    first_extent,
+    untouched,
+)
+from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment
+from roughcontact.errors import ConvergenceError, Sentence, message_parts
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
+from roughcontact.material.material import RIGID, Material
+from roughcontact.ranks import Ranks
+from roughcontact.solvers import bounded
+from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
+
+Array = NDArray[Any]
+
+TOLERANCE = 1e-4
+"""Residual of the plastic strain at which an increment is done."""
+
+# Points of a map from which threads share its layers: on smaller ones they wait for the
+# interpreter, and two take up to 1.6 times as long as one.
+LEAST_SHARED = 1 << 15
+
+
+@shows_progress_bar
+@checked
+def solve_elastoplastic(
+    surface: Surface,
+    *,
+    material: Material,
+    load: Quantity | Load | None = None,
+    loads: Quantities | None = None,
+    path: Sequence[PathPoint] | None = None,
+    counter_material: Material = RIGID,
+    counter_surface: Surface | None = None,
+    boundary: str = "free",
+    increments: int | str = AUTO,
+    depth: Quantity | None = None,
+    layers: Quantities | ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = 150,
+    precision: str = "single",
+    start: ElastoplasticResult | None = None,
+    on_failure: str = "raise",
+    folder: str | os.PathLike[str] | None = None,
+    progress: Tell = None,
+    on_step: Callable[[int, ElastoplasticResult], object] | None = None,
+    ranks: Any = None,
+) -> ElastoplasticResult:
+    """Press bodies together that yield in their volume, along a path of loads.
+
+    Parameters
+    ----------
+    surface : Surface
+        Heights of the rough body, without unhandled holes.
+    material, counter_material : Material
+        Of the rough body and of its counter-body: elastic without a yield strength, perfectly
+        plastic with one, hardening with ``hardening``. At least one yields.
+    load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
+        Last load [N], in any form that `roughcontact.solve` takes; give either this, ``loads`` or
+        ``path``.
+    loads : sequence of float
+        Loads one after the other [N]; zero separates the bodies.
+    path : sequence of PathPoint
+        Loads one after the other, with the place of the counter-surface and full sliding. To a
+        point without friction the counter-body rolls, without slip: plastic strain stays where it
+        is in both bodies, and the counter-surface is a form. To a point with friction it slides,
+        and takes along what has yielded in it, on a periodic map. Points are visited as they are,
+        with ``increments`` left alone.
+    counter_surface : Surface, optional
+        Heights of the counter-body on the same grid; a flat without it.
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period of an endless surface.
+    increments : int or "auto"
+        Equal steps to ``load``; ``loads`` are then visited as they are. "auto": to each of them
+        as many as it takes to keep the error by the steps below 1 % of approach and contact area,
+        48 from nothing to a load at most; see `ElastoplasticResult.step_error`, which is not
+        known otherwise.
+    depth : float, optional
+        Depth of the layers [m]; by default three radii of the largest contact spot, and more as
+        soon as plastic strain reaches the bottom.
+    layers : array_like, optional
+        Thickness of each layer [m] instead of graded ones.
+    tolerance : float
+        Residual of the plastic strain to reach, see `Increment`; the contact is solved to a
+        hundredth of it, to 1e-6 at most and 1e-10 at least.
+    max_iterations : int
+        Iterations at one load; an increment that needs more is halved.
+    precision : {"double", "single"}
+        Arithmetic of the volume; single changes pressures by about 1e-5.
+    start : ElastoplasticResult, optional
+        Result to go on from: same bodies, same boundary.
+    on_failure : {"raise", "return"}
+        What to do if the path cannot be followed to its end.
+    folder : path, optional
+        Where the state at every load asked for is saved as soon as it is reached, as
+        ``step-0001.nc`` and so on; made if it does not exist. Where the counter-surface moves or
+        slides that at the last point alone, and on the way ``latest.nc``, with what goes on from
+        the last point reached. The same call on the same folder goes
+        on after the last of them and ends with the same numbers. Loads may be added at the end as
+        long as the layers stay as they are, which the largest load sets.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress` after every iteration, and once for what stood in the folder; its
+        ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
+    on_step : callable, optional
+        ``each(number, state)`` is called at every load asked for, with those that stand whole in
+        the folder, too. The folder then keeps all of them whole.
+    ranks : mpi4py.MPI.Comm, optional
+        Of processes that share the volume, each with every so many-th layer of it. All of them
+        call this with the same arguments and a load or loads, without a folder, and get the same
+        numbers, to the bit those of one process; of the fields of the volume each has its layers,
+        see `roughcontact.elastoplastic.plastic_body.SharedBody`.
+
+    Returns
+    -------
+    ElastoplasticResult
+        The state after the last load.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used; the message names it and its value. If the folder is in use
+        or holds another run.
+    FormatError
+        If a file in the folder is damaged, or of another run.
+    CapacityError
+        If nothing can touch.
+    InsufficientMemoryError
+        If the problem does not fit into the memory that is free.
+    ConvergenceError
+        If the path was left early; its ``result`` is the state at the last load reached. The
+        loads before stay in the folder.
+
+    Notes
+    -----
+    Small strains on a half-space: contacts small against the radii of the bodies. Stress is the
+    average over a layer and, in the plane, the value at the centre of a pixel. With perfect
+    plasticity the pressure of single pixels scatters by 5 to 10 %, more at the rim of the
+    contact: a field without volume change has too few freedoms there. Means over rings or 3 × 3
+    pixels are right; a little hardening removes the scatter.
+
+    References
+    ----------
+    Jacq, Nélias, Lormand and Girodin, J. Tribol. 124 (2002) 653, doi:10.1115/1.1467920;
+    Frérot, Bonnet, Molinari and Anciaux, CMAME 351 (2019) 951, doi:10.1016/j.cma.2019.04.006
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from roughcontact import Material, Surface
+    >>> y, x = np.mgrid[-8:8, -8:8] * 1.5e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 105e-6), pixel=(1.5e-6, 1.5e-6))
+    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
+    >>> result = solve_elastoplastic(ball, material=steel, loads=[0.3, 0.0])
+    >>> result.status, str(result.regime)
+    ('converged', 'plastic up to the surface')
+    """
+    began = time.perf_counter()
+    volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
+    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    problem = Problem(pair, tolerance, max_iterations, precision)
+    validation.check_arguments(problem, increments, *volume, start, on_failure)
+    force, specified = resolve_force(load, pair)
+    points = validation.path_of(problem, (force, loads, path), increments, start)
+    automatic = increments == AUTO and path is None
+    share = _share(pair.shape, ranks, start=start, folder=folder, each=on_step, path=path)
+    solver, extent = _prepared(problem, points, *volume, start, share)
+    layered = [extent.margin, layers is None, *extent.thickness]
+    loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
+    with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
+        run = _Run(problem, points, automatic, steps, progress, began, on_step)
+        result = _told(run.finished(start, extent, loop_in), specified)
+    return _judged(result, on_failure, folder)
+
+
+def _told(result: ElastoplasticResult, specified: GivenLoad | None) -> ElastoplasticResult:
+    """Return a result that knows in which form its load was given."""
+    return replace(result, solution=replace(result.solution, given=specified))
+
+
+def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:
+    """Return which part of the volume is here: all of it without a communicator."""
+    if communicator is None:
+        return SingleProcess(Workspace(1 if math.prod(shape) < LEAST_SHARED else None))
+    validation.check_shared(**alone)
+    ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
+    return Shared(ranks, Workspace(max(1, default_workers() // ranks.beside())))
+
+
+def _prepared(
+    problem: Problem,
+    path: Sequence[PathPoint],
+    depth: float | None,
+    layers: ArrayLike | None,
+    start: ElastoplasticResult | None,
+    share: Share,
+) -> tuple[ContactSolver, Extent]:
+    """Return the solver of the contact and the volume to start with, for the loads of a path."""
+
+    def require(shape: tuple[int, int], count: int) -> None:
+        share.agreed(lambda: memory.require(shape, count, **memory.given(problem), share=share))
+
+    # Before anything of the size of the map is made; again once the volume is known.
+    require(problem.pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
+    # The contact is one rank's, and the cores of its machine are idle meanwhile.
+    solver = untouched(problem, share, share.workspace if share.count == 1 else Workspace())
+    load = max(point.load for point in path)
+    validation.check_capacity(problem, solver, load)
+    if start is None:
+        extent = first_extent(problem, solver, load, depth, layers)
+    else:
+        extent = Extent.of(start)
+    grid = extent.grid(problem.pair.shape)
+    share.require(extent.thickness.size, grid)
+    require(grid, extent.thickness.size)
+    return solver, extent
+
+
+@dataclass
+class _Run:
+    """A path of loads that is followed."""
+
+    problem: Problem  # What all loads have in common
+    path: list[PathPoint]  # Its points
+    automatic: bool  # Whether the steps to each are chosen by their error
+    steps: Steps  # What is kept of them
+    progress: Tell  # Called after every iteration
+    began: float  # When, by `time.perf_counter`
+    each: Callable[[int, ElastoplasticResult], object] | None = None
+
+    def finished(
+        self, start: ElastoplasticResult | None, extent: Extent, loop_in: Callable[[Extent], Loop]
+    ) -> ElastoplasticResult:
+        """Return the state after the last load that is reached, kept or not."""
+        number, before = self.steps.latest()
+        if before is not None:
+            self.began -= before.seconds
+            if callable(self.progress):
+                self.progress(Progress(number, len(self.path), None, kept=True))
+            for done, state in self.steps.states(number) if self.each else ():
+                self._show(done, state)
+            if number == len(self.path) and before.result is not None:
+                return before.result
+        elif start is not None:
+            before = Checkpoint.of(start)
+        loop = loop_in(extent if before is None else before.extent)
+        if before is not None:
+            loop.resume(before)
+        return self._follow(loop, number, before)
+
+    def _follow(self, loop: Loop, first: int, before: Checkpoint | None) -> ElastoplasticResult:
+        """Visit the loads from a number on."""
+        done = [] if before is None else list(before.increments)
+        largest = (0.0, None) if before is None else before.largest
+        result, status = None, CONVERGED
+        reach = stepping.reach if self.automatic else Loop.reach
+        for number in range(first, len(self.path)):
+            result = None
+            loop.thaw()
+            point = self.path[number]
+            status = reach(loop, point, done, self._watch(number))
+            if status != CONVERGED:
+                break
+            # The pressure under the largest load is kept for those who look at what it left.
+            lowered = any(p.load < point.load for p in self.path[number + 1 : number + 2])
+            whole = self.steps.whole(number, every=self.each is not None)
+            if whole or lowered or self.each:
+                result = _result(loop, done, status, self.began, largest)
+                largest = result.largest
+                self._show(number + 1, result)
+            if whole and result is not None:
+                self.steps.save(number, result, loop.carried())
+            elif self.steps:
+                seconds = time.perf_counter() - self.began
+                self.steps.note(number, loop.going(done, largest, seconds))
+        return result or _result(loop, done, status, self.began, largest)
+
+    def _show(self, number: int, state: ElastoplasticResult) -> None:
+        if self.each is not None:
+            self.each(number, state)
+
+    def _watch(self, number: int) -> Callable[[float, int, float], None]:
+        """Return what tells of iterations at one load of the path."""
+
+        def watch(load: float, iteration: int, residual: float) -> None:
+            if callable(self.progress):
+                look = IterationInfo(
+                    load, self.path[-1].load, iteration, residual, self.problem.tolerance
+                )
+                self.progress(Progress(number + 1, len(self.path), look))
+
+        return watch
+
+
+def _judged(
+    result: ElastoplasticResult, on_failure: str, folder: str | os.PathLike[str] | None
+) -> ElastoplasticResult:
+    """Return a result, or raise if its path was left early."""
+    if not result.converged and on_failure == "raise":
+        cached = "" if folder is None else f"; the loads before it are kept in {folder}"
+        raise ConvergenceError(
+            Sentence(
+                *message_parts(result.status),
+                f"; the state at {result.solution.load:.6g} N is kept{cached}",
+            ),
+            result,
+        )
+    return result
+
+
+def _result(
+    loop: Loop,
+    done: list[Increment],
+    status: str,
+    began: float,
+    largest: tuple[float, Array | None],
+) -> ElastoplasticResult:
+    """Solve the contact once more on the strain accepted, and collect all."""
+    load = done[-1].load if done else 0.0
+    pair = loop.problem.pair_at(done[-1].offset) if done else loop.problem.pair
+    problem, solver = loop.problem, loop.solver
+    before, loaded = solver.convolutions, solver.loaded
+    displacement = loop.displacement()
+    solver.press(displacement, load)
+    # The next load starts from where the loop ended, whether or not anyone looks at this one.
+    solver.loaded = loaded
+    finished = [
+        body.finished(solver.pressure, loop.pull, loop.extent.margin) for body in loop.bodies
+    ]
+    seconds = time.perf_counter() - began
+    pressed = _pressed(pair, solver, displacement, load, solver.convolutions - before, seconds)
+    if status == CONVERGED and not pressed.converged:
+        status = Sentence(
+            "the contact did not converge at the last load: ", *message_parts(pressed.status)
+        )
+    bodies: Any = tuple(body for body, _ in finished)
+    if isinstance(share := loop.share, Shared):
+        layers = loop.extent.thickness
+        bodies = tuple(gathered(body, share, layers, pair.shape) for body in bodies)
+    return ElastoplasticResult(
+        solution=pressed,
+        residual_displacement=displacement[solver.inside].copy(),
+        bodies=bodies,
+        increments=tuple(done),
+        yield_excess=max(excess for _, excess in finished),
+        precision=problem.precision,
+        tolerance=problem.tolerance,
+        status=status,
+        seconds=seconds,
+        version=__version__,
+        largest_pressure=largest[1] if largest[0] > load else None,
+    )
+
+
+def _pressed(
+    pair: Pair,
+    solver: ContactSolver,
+    displacement: Array,
+    load: float,
+    convolutions: int,
+    seconds: float,
+) -> ContactResult:
+    """Return the contact that the solver found on a displaced surface."""
+    solution = solver.solution
+    if solution is None:
+        gap = solver.initial_gap + displacement - solver.approach
+    else:
+        gap = solution.gap
+    gap = gap[solver.inside].copy()
+    gap[np.isinf(gap)] = np.nan
+    carried = float(solver.pressure.sum()) * pair.pixel[0] * pair.pixel[1]
+    load_error = abs(carried - load) / load if load else 0.0
+    status = bounded.Status.CONVERGED if solution is None else solution.status
+    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = bounded.Status.STALLED
+    return ContactResult(
+        pair=pair,
+        ceiling=None,
+        precision="double",
+        tolerance=solver.tolerance,
+        control="load",
+        load=load,
+        approach=solver.approach,
+        pressure=solver.pressure[solver.inside].copy(),
+        gap=gap,
+        certificate=0.0 if solution is None else solution.certificate,
+        load_error=load_error,
+        status=status.value,
+        iterations=0 if solution is None else solution.iterations,
+        convolutions=convolutions,
+        seconds=seconds,
+        version=__version__,
+    )

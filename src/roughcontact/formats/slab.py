@@ -1,0 +1,177 @@
+"""Maps of heights that several ranks read, each its own rows of one file."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import netcdf
+from roughcontact.contact.share import Slab, slab_rows
+from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
+from roughcontact.formats import matrices
+from roughcontact.formats.matrices import chosen
+from roughcontact.formats.scale import (
+    asked_pixel,
+    check_lengths,
+    pixel_of,
+    refuse_unit,
+    unit_in_meters,
+)
+from roughcontact.formats.source import Asked, existing, one_line
+from roughcontact.ranks import Ranks
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.units import Quantities
+
+FORMATS = {".npy": "npy", ".h5": "hdf5", ".hdf5": "hdf5", ".nc": "netcdf"}
+"""Formats of which rows can be read by themselves, by the suffix of the file."""
+
+
+class _Found(NamedTuple):
+    """Rows of a map, and what the file says of all of it."""
+
+    values: NDArray[Any]
+    shape: tuple[int, int]
+    metre: float
+    pixel: tuple[float, float]
+    format: str
+    kind: str
+
+
+def read_slab(
+    path: str | os.PathLike[str],
+    ranks: Any,
+    channel: str | int | None = None,
+    unit: str | None = None,
+    size: Quantities | str | None = None,
+    override_size: bool = False,
+    holes_masked: bool = False,
+) -> Slab:
+    """Read the rows of this rank of a map of heights; all ranks call it.
+
+    Parameters
+    ----------
+    path : str or path
+        A matrix as ``.npy`` or ``.h5``, or a map as NetCDF of this program, ``.nc``, which every
+        rank can read.
+    ranks : Ranks or mpi4py communicator
+        Those that will hold the map.
+    channel, unit, size, override_size
+        As in `roughcontact.read_surface`.
+    holes_masked : bool
+        Whether missing points are accepted as points that never touch.
+
+    Returns
+    -------
+    Slab
+        The rows of this rank.
+
+    Raises
+    ------
+    FormatError, InputError
+        As in `roughcontact.read_surface`, on all ranks.
+
+    Notes
+    -----
+    Nobody reads all of the file, so that checksums of its maps are not compared.
+    """
+    ranks = ranks if isinstance(ranks, Ranks) else Ranks(ranks)
+    requested = Asked(channel, unit, size, override_size)
+    result = ranks.agreed(lambda: _rows(Path(path), ranks, requested))
+    heights = np.array(result.values, np.float64, order="C")
+    heights *= result.metre
+    slab = Slab(heights, result.shape, result.pixel, ranks, holes_masked=holes_masked)
+    about = _about(Path(path).name, requested, result, slab)
+    slab = Slab(slab.heights, slab.shape, slab.pixel, ranks, about, holes_masked)
+    finite = slab.heights[np.isfinite(slab.heights)]
+    lowest = slab.sums.smallest(finite)
+    check_lengths(Path(path), slab.size, slab.pixel, (lowest, slab.highest))
+    return slab
+
+
+def _about(name: str, requested: Asked, result: _Found, slab: Slab) -> Provenance:
+    """Return where a map came from and how it was read."""
+    specified = {"path": name, "format": None, "channel": requested.channel, "unit": requested.unit,
+             "size": requested.size}  # fmt: skip
+    if requested.override_size:
+        specified["override_size"] = True
+    read = {"format": result.format, "size": slab.size, "notes": (), "unit": result.metre}
+    masked = (Operation("masked", found={"missing": slab.missing}),) if slab.missing else ()
+    about = Provenance(name, f"{result.kind}, rows by rank")
+    return replace(about, origin=Operation("read_surface", specified, read), operations=masked)
+
+
+def _rows(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+    kind = FORMATS.get(path.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"{path.name}: ranks read their own rows of {', '.join(FORMATS)}; save the map as one "
+            "of these first, with surface.save or numpy.save",
+            argument="path",
+        )
+    with existing(path) as file:
+        if kind == "npy":
+            return _of_npy(file, ranks, requested)
+        try:
+            return (_of_hdf5 if kind == "hdf5" else _of_netcdf)(file, ranks, requested)
+        except RoughcontactError:
+            raise
+        # h5py and xarray fail on damaged files with OSError, KeyError, ValueError and more.
+        except Exception as error:
+            raise FormatError(
+                f"{path.name} cannot be read ({one_line(error)}); check that the file is complete"
+            ) from None
+
+
+def _own(shape: tuple[int, ...], path: Path, ranks: Ranks) -> tuple[slice, tuple[int, int]]:
+    """Return the rows of this rank, and the shape of a map that is one."""
+    if len(shape) != 2 or min(shape) < 2:
+        raise FormatError(f"{path.name} holds no map of at least 2 × 2 points, but {shape}")
+    whole = shape[0], shape[1]
+    return slab_rows(whole, ranks), whole
+
+
+def _of_npy(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+    if requested.channel is not None:
+        raise InputError(
+            f"{path.name} has no channels; leave out ", ArgumentRef("channel", requested.channel)
+        )
+    arrays = matrices.opened(path, "npy")
+    head = arrays.heads[""]
+    if head.dtype.kind not in "fiu":
+        raise FormatError(f"{path.name} holds {head.dtype}, not real numbers")
+    rows, shape = _own(head.shape, path, ranks)
+    metre = unit_in_meters(path, requested.unit)
+    pixel = pixel_of(requested.size, shape, path.name)
+    return _Found(arrays.read("")[rows], shape, metre, pixel, "npy", "matrix (npy)")
+
+
+def _of_hdf5(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+    import h5py
+
+    result = matrices.channels(path, "hdf5")
+    listed = [entry.name for entry in result]
+    channel = result[listed.index(chosen(path, listed, requested.channel))]
+    rows, shape = _own(channel.shape, path, ranks)
+    if channel.unit:
+        refuse_unit(path, requested)
+    metre = unit_in_meters(path, channel.unit or requested.unit)
+    pixel = pixel_of(requested.size, shape, path.name)
+    with h5py.File(path, "r") as file:
+        return _Found(file[channel.name][rows], shape, metre, pixel, "hdf5", "matrix (hdf5)")
+
+
+def _of_netcdf(path: Path, ranks: Ranks, requested: Asked) -> _Found:
+    refuse_unit(path, requested)
+    with netcdf.opened(path) as dataset:
+        height = dataset["height"]
+        if height.dims != ("y", "x") or height.attrs.get("units") != "m":
+            raise FormatError(f"{path.name} has no variable 'height' [m] over (y, x)")
+        rows, shape = _own(height.shape, path, ranks)
+        stated = float(dataset.attrs["pixel_y"]), float(dataset.attrs["pixel_x"])
+        pixel = asked_pixel(path, stated, shape, requested)
+        return _Found(height[rows].values, shape, 1.0, pixel, "netcdf", "roughcontact NetCDF")

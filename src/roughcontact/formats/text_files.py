@@ -1,0 +1,596 @@
+"""Profiles: positions and heights in two columns of text, brought to equal distances."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import memory, units
+from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.formats import source
+from roughcontact.formats.scale import asked_pixel, in_metres, is_length, unit_in_meters
+from roughcontact.formats.source import Asked, surface_of
+from roughcontact.surface.grid import WIDTH
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering
+
+MOST_LINES = 200
+"""Lines in which a head must end."""
+
+# Characters of a line of a head.
+_LONGEST = 4096
+
+_NUMBER = r"[-+]?\d*[.,]?\d+(?:[eE][-+]?\d+)?"
+_IS = r"\s*[:=：]\s*"
+
+# Gwyddion translates what it writes.
+_CHANNEL = "Channel|Kanál|Kanal|Canal|Canale|チャネル|채널|Канал"
+_WIDTH = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Largura|Ширина"
+_HEIGHT = "Height|Výška|Höhe|Altura|Hauteur|Altezza|高さ|높이|Высота"
+_VALUES = (
+    "Value units|Jednotky hodnot|Einheiten|Unités|unità valore|値の単位|값 단위"
+    "|Unidades de valor|Единицы измерения"
+)
+
+# Key of a line -> pattern with its value.
+_KEYS = {
+    key: re.compile(pattern, re.IGNORECASE)
+    for key, pattern in {
+        "channel": rf"^\W*(?:{_CHANNEL}){_IS}(.+)$",
+        "side_x": rf"^\W*(?:{_WIDTH}|x-length){_IS}({_NUMBER}\s*\D*)$",
+        "side_y": rf"^\W*(?:{_HEIGHT}|y-length){_IS}({_NUMBER}\s*\D*)$",
+        "unit": rf"^\W*(?:{_VALUES}|z-unit|Unit Data|data unit){_IS}(.*)$",
+        "unit_x": rf"^\W*(?:Lateral units|x-unit|Unit X){_IS}(.*)$",
+        "unit_y": rf"^\W*(?:y-unit|Unit Y){_IS}(.*)$",
+        "points_x": rf"^\W*(?:x-pixels|NX){_IS}(\d+)\s*$",
+        "points_y": rf"^\W*(?:y-pixels|NY){_IS}(\d+)\s*$",
+        "points": r"^\W*h\s*=\s*(\d+)\s+w\s*=\s*(\d+)\s*$",
+        "pixel": rf"^\W*pixel\s+size\s*=\s*({_NUMBER}\s*\S*)\s*$",
+        "pixel_x": rf"^\W*Scale X{_IS}({_NUMBER})\s*$",
+        "pixel_y": rf"^\W*Scale Y{_IS}({_NUMBER})\s*$",
+        "factor": rf"^\W*Scale Data{_IS}({_NUMBER})\s*$",
+        "spip": rf"^\W*Bit2nm{_IS}({_NUMBER})\s*$",
+        "koala": rf"^\W*height\s+conversion\s+factor\s+\(->\s*(\S+)\)\s*=\s*({_NUMBER})\s*$",
+        "wyko": r"^Wyko ASCII Data File Format\s+\d+\s+(\d+)",
+        "wyko_x": r"^X Size\s+(\d+)\s*$",
+        "wyko_y": r"^Y Size\s+(\d+)\s*$",
+        "wyko_pixel": rf"^Pixel_size\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+        "wyko_aspect": rf"^Aspect\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+        "wyko_wave": rf"^Wavelength\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+        "wyko_mult": rf"^Mult\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+        "ascii": r"^\W*File Format\s*=\s*(ASCII)\s*$",
+    }.items()
+}
+
+# A number, or what stands where one is missing; a decimal comma parts it into two.
+_CELL = re.compile(
+    r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|bad|n/?a|\*+|-{2,}", re.IGNORECASE
+)
+
+# Names of three columns, each perhaps with its unit: X [mm], y (um), z/nm.
+_COLUMN = re.compile(r"\s*([xyz])\w*\s*(?:[\[(/]\s*([^\])\s]+)\s*[\])]?)?\s*", re.IGNORECASE)
+
+# What tells that a head describes a map: without one of these it is a remark.
+_TELLING = {
+    "side_x", "points", "points_x", "pixel", "pixel_x", "wyko", "unit_x", "columns",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a text file says of its numbers."""
+
+    lines: int  # Lines that it takes
+    channel: str = ""  # Name of what is in the file
+    unit: str = ""  # Unit of the heights as the file spells it
+    factor: float = 1.0  # What the numbers are multiplied with to be in that unit
+    lateral: float | None = None  # Unit [m] of coordinates of points
+    pixel: tuple[float, float] | None = None  # Pixel edges `(dy, dx)` [m]
+    sides: tuple[float, float] | None = None  # Sides `(y, x)` [m]
+    points: tuple[int, int] | None = None  # Rows and columns of the matrix
+    turned: bool = False  # Whether a line of the file runs along y
+    columns: bool = False  # Whether it names three columns x, y and z
+
+    @property
+    def is_map(self) -> bool:
+        """Whether it describes a matrix."""
+        return bool(self.points or self.sides or self.pixel)
+
+    def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
+        """Return the pixel edges [m] of a matrix of so many points, if the head tells."""
+        if self.sides is not None:
+            return self.sides[0] / shape[0], self.sides[1] / shape[1]
+        return self.pixel
+
+
+def head_of(path: Path, lines: Iterable[str]) -> Head | None:
+    """Return what the first lines of a text say of its numbers."""
+    result: dict[str, tuple[str, ...]] = {}
+    count = 0
+    for line in itertools.islice(lines, MOST_LINES):
+        if is_data(line):
+            break
+        text = line[:_LONGEST].strip()
+        count += 1
+        for key, pattern in _KEYS.items():
+            match = pattern.search(text)
+            if match is not None:
+                result.setdefault(key, match.groups())
+        columns = _columns(text)
+        if columns:
+            result["columns"] = columns
+    else:
+        return None
+    if not _TELLING & result.keys():
+        return None
+    try:
+        return _understood(path, result, count)
+    except InputError as error:
+        raise FormatError(f"{path.name} states its scale wrongly: {error}") from None
+
+
+def begins(line: str) -> bool:
+    """Return whether a line between numbers begins another map."""
+    return any(_KEYS[key].search(line) for key in ("channel", "side_x"))
+
+
+def is_data(text: str) -> bool:
+    """Return whether a line holds numbers, or words for missing points, and nothing else."""
+    cells = re.split(r"[;,\s]+", text[:_LONGEST].strip())
+    if len(text) > _LONGEST:
+        cells = cells[:-1]
+    return any(cells) and all(_CELL.fullmatch(cell) for cell in cells if cell)
+
+
+def _columns(text: str) -> tuple[str, ...]:
+    """Return the units of columns named x, y and z, empty where there is none; () for others."""
+    cells = re.split(r"[;,\t]", text.lstrip("# "))
+    matches = [_COLUMN.fullmatch(cell) for cell in cells]
+    if len(cells) != 3 or not all(matches):
+        return ()
+    named = [(match[1].lower(), match[2] or "") for match in matches if match is not None]
+    if [name for name, _ in named] != ["x", "y", "z"]:
+        return ()
+    return tuple(unit for _, unit in named)
+
+
+def _understood(path: Path, result: dict[str, tuple[str, ...]], lines: int) -> Head:
+    """Return the head that was found in words."""
+    head = Head(lines, channel=_first(result, "channel").strip())
+    if "wyko" in result:
+        return _wyko(head, result)
+    head = replace(head, points=_points(result))
+    head = _heights(path, head, result)
+    if "columns" in result:
+        x, y, z = result["columns"]
+        lateral = unit_in_meters(path, x) if x and x == y else None
+        return replace(head, unit=z or head.unit, lateral=lateral, columns=True)
+    lateral = _lateral(path, result)
+    if "side_x" in result and "side_y" in result:
+        # Of SPIP, whose lengths have no unit, they are nanometers.
+        default = lateral or (1e-9 if "ascii" in result else None)
+        if default is None and not all(_has_unit(result[f"side_{axis}"][0]) for axis in "yx"):
+            # Points rather than lengths, for all that is known.
+            return head
+        sides = [_length(result, f"side_{axis}", default) for axis in "yx"]
+        return replace(head, sides=(sides[0], sides[1]))
+    if "pixel" in result:
+        edge = _length(result, "pixel", None)
+        return replace(head, pixel=(edge, edge))
+    if "pixel_x" in result and "pixel_y" in result:
+        dy, dx = (_length(result, f"pixel_{axis}", lateral) for axis in "yx")
+        return replace(head, pixel=(dy, dx))
+    return replace(head, lateral=lateral)
+
+
+def _heights(path: Path, head: Head, result: dict[str, tuple[str, ...]]) -> Head:
+    """Return a head with the unit of its heights, and the factor to it."""
+    unit = _first(result, "unit").strip()
+    if "koala" in result and not (unit and is_length(path, unit)):
+        unit, factor = result["koala"]
+        return replace(head, unit=unit, factor=_float(factor))
+    if not unit and "spip" in result:
+        return replace(head, unit="nm", factor=_float(_first(result, "spip")))
+    if unit and not is_length(path, unit):
+        named = f" {head.channel!r}" if head.channel else ""
+        raise FormatError(f"{path.name} holds{named} in {unit!r}, no heights; export the heights")
+    return replace(head, unit=unit, factor=_float(_first(result, "factor") or "1"))
+
+
+def _wyko(head: Head, result: dict[str, tuple[str, ...]]) -> Head:
+    """Return the head of Wyko: a line for each x, pixels in mm, heights in nm or wavelengths."""
+    factor = 1.0
+    if _first(result, "wyko") == "0" and {"wyko_wave", "wyko_mult"} <= result.keys():
+        factor = _float(_first(result, "wyko_wave")) / _float(_first(result, "wyko_mult"))
+    pixel = None
+    if "wyko_pixel" in result:
+        edge = 1e-3 * _float(_first(result, "wyko_pixel"))
+        pixel = edge, edge * _float(_first(result, "wyko_aspect") or "1")
+    points = None
+    if {"wyko_x", "wyko_y"} <= result.keys():
+        points = int(_first(result, "wyko_y")), int(_first(result, "wyko_x"))
+    return replace(head, unit="nm", factor=factor, pixel=pixel, points=points, turned=True)
+
+
+def _points(result: dict[str, tuple[str, ...]]) -> tuple[int, int] | None:
+    if "points" in result:
+        rows, columns = result["points"]
+        return int(rows), int(columns)
+    if {"points_x", "points_y"} <= result.keys():
+        return int(_first(result, "points_y")), int(_first(result, "points_x"))
+    return None
+
+
+def _lateral(path: Path, result: dict[str, tuple[str, ...]]) -> float | None:
+    """Return the unit [m] of lengths along x and y."""
+    along_x, along_y = _first(result, "unit_x").strip(), _first(result, "unit_y").strip()
+    if not along_x:
+        return None
+    if along_y and along_y != along_x:
+        raise FormatError(
+            f"{path.name} has lengths along x in {along_x!r} and along y in {along_y!r}; export it "
+            "with one unit"
+        )
+    return unit_in_meters(path, along_x)
+
+
+def _length(result: dict[str, tuple[str, ...]], key: str, metre: float | None) -> float:
+    text = _first(result, key).strip()
+    number = re.match(_NUMBER, text)
+    assert number is not None
+    unit = text[number.end() :].strip()
+    if unit or metre is None:
+        return units.parse(f"{_float(number[0])!r} {unit}", "length", key)
+    return _float(number[0]) * metre
+
+
+def _has_unit(text: str) -> bool:
+    return re.fullmatch(_NUMBER, text.strip()) is None
+
+
+def _first(result: dict[str, tuple[str, ...]], key: str) -> str:
+    return result.get(key, ("",))[0]
+
+
+def _float(text: str) -> float:
+    return float(text.replace(",", "."))
+
+
+# --- Lists of points x, y, z that lie on a grid ---
+
+
+Array = NDArray[np.float64]
+
+# Part of a step by which coordinates may lie off the grid, by the digits that they are written in.
+_OFF = 0.05
+# Points of the grid for each point of the list, at most: more are missing than measured.
+_SPARSE = 4
+# Bytes that laying them on the grid takes a point.
+_EACH = 40
+
+
+def look_like_points(matrix: Array) -> bool:
+    """Return whether three columns are coordinates and heights rather than a narrow map."""
+    if matrix.shape[1] != 3 or matrix.shape[0] < 9:
+        return False
+    x, y = matrix[:, 0], matrix[:, 1]
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        return False
+    counts = [np.unique(values).size for values in (x, y)]
+    pairs = np.unique(matrix[:, :2], axis=0).shape[0]
+    # Heights of a narrow map do not come back again and again, each with each other.
+    return min(counts) > 1 and pairs == matrix.shape[0] <= counts[0] * counts[1] <= 2 * pairs
+
+
+def gridded(path: Path, matrix: Array) -> tuple[Array, tuple[float, float], int]:
+    """Return the heights of points on their grid."""
+    if not np.isfinite(matrix[:, :2]).all():
+        raise FormatError(f"{path.name} lists points whose x or y is missing; export it again")
+    (columns, dx), (rows, dy) = (_steps(path, axis, matrix[:, i]) for i, axis in enumerate("xy"))
+    shape = int(rows.max()) + 1, int(columns.max()) + 1
+    if shape[0] * shape[1] > _SPARSE * matrix.shape[0] or min(shape) < 2:
+        raise FormatError(
+            f"{path.name} lists {matrix.shape[0]} points x, y, z that fill no grid (steps of "
+            f"{dy:.6g} and {dx:.6g} would make {shape[0]} × {shape[1]}); interpolate them to a "
+            "grid first"
+        )
+    memory.require_points(path.name, shape, _EACH)
+    place = rows * shape[1] + columns
+    counted = np.bincount(place, minlength=shape[0] * shape[1])
+    if counted.max() > 1:
+        raise FormatError(
+            f"{path.name} lists {int((counted > 1).sum())} points of its grid more than once; "
+            "export it again"
+        )
+    heights = np.full(shape, np.nan)
+    heights.reshape(-1)[place] = matrix[:, 2]
+    return heights, (dy, dx), int((counted == 0).sum())
+
+
+def _steps(path: Path, axis: str, values: Array) -> tuple[NDArray[np.int64], float]:
+    """Return which step of a grid each coordinate is at, and the length of a step."""
+    known = np.unique(values)
+    extent = float(known[-1] - known[0])
+    gaps = np.diff(known)
+    # Digits are cut off: what lies a millionth of the map apart is one place.
+    separately = gaps[gaps > 1e-6 * extent]
+    if separately.size == 0:
+        raise FormatError(f"{path.name} lists points that all have one {axis}; a map was expected")
+    step = extent / max(round(extent / float(separately.min())), 1)
+    # The least gap has the largest error of digits: the mean over those alike is better.
+    alike = separately[separately < 1.5 * step]
+    step = extent / max(round(extent / float(alike.mean())), 1)
+    place = (values - known[0]) / step
+    nearest = np.rint(place)
+    if np.abs(place - nearest).max() > _OFF:
+        raise FormatError(
+            f"{path.name} lists points x, y, z whose {axis} is not evenly spaced; interpolate them "
+            "to a grid first"
+        )
+    return nearest.astype(np.int64), step
+
+
+# --- Profiles: positions and heights in two columns of text, brought to equal distances ---
+
+
+FEWEST = 9
+"""Points below which columns may as well be a narrow map, where nothing names their units."""
+
+_FEWEST_NAMED = 3
+
+# Bytes that reading takes a point, and lines in front of the first numbers, at most.
+_TRACES_EACH, _HEAD = 200, 200
+# Characters of a line, which has two numbers.
+_TRACES_LONGEST = 10_000
+# Distance from an even grid that is rounding of what is printed, over the step; steps over the
+# median from which nothing was measured in between.
+_EVEN, _GAP = 0.02, 5.0
+# Share of steps unlike the median, and deviation from an even grid over the last digit, by which
+# positions are rounded.
+_MIXED, _ROUNDED = 0.1, 1.2
+
+_TRACES_NUMBER = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
+_BLANK = r"|nan|n/?a|bad|\*+|-{2,}"
+_TRACES_CELL = re.compile(rf"\s*(?:{_TRACES_NUMBER}{_BLANK})\s*", re.IGNORECASE)
+_OF_A_MAP = "# roughcontact map"
+_FILLED = re.compile(rf"\s*{_TRACES_NUMBER}\s*")
+_BRACKETED = re.compile(r"[\[(]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]")
+_UNIT = re.compile(r"[\[(/]\s*([a-zA-Z\u00b5\u03bcÅ]+)\s*[\])]?\s*$")
+# A unit without brackets, where nothing else could be meant: "x in um", "Raw Micrometer".
+_WORD = re.compile(
+    r"(?:^|[\s_])([munp\u00b5\u03bc]?m|Å|microns?|(?:[Mm]illi|[Mm]icro|[Nn]ano)?[Mm]et(?:er|re)s?)\s*$"
+)
+
+# Names of a third column: behind the heights, or in front of the positions.
+_VALID = re.compile(r"\s*valid\s*", re.IGNORECASE)
+_NUMBERED = re.compile(r"\W*(?:index|number|point|sample|nr|no|n|i)?\W*", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Two columns of a text."""
+
+    columns: Array  # (n, 2) Positions and heights, in their units
+    units: tuple[str, str]  # Of either, as the head of the columns names it
+
+
+def found(path: Path) -> Trace | None:
+    """Return the trace in a text; None if it holds no two columns of which the first advances."""
+    head: list[str] = []
+    rows: list[tuple[float, ...]] = []
+    room, count = 0, ""
+    try:
+        with source.opened(path) as stream:
+            while line := stream.readline(_TRACES_LONGEST):
+                text = line.split("#", 1)[0].strip(" \r\n") if rows else line.strip(" \r\n")
+                cells = _cells(text)
+                numbers = all(map(_TRACES_CELL.fullmatch, cells))
+                if not (numbers and len(cells) in (2, 3)):
+                    no_head = numbers and any(map(_FILLED.fullmatch, cells))
+                    if no_head and len(cells) == 1 and not rows and not count:
+                        # How many follow.
+                        count = cells[0].strip()
+                        continue
+                    if (
+                        (rows and text)
+                        or no_head
+                        or len(line) == _TRACES_LONGEST
+                        or len(head) == _HEAD
+                    ):
+                        return None
+                    if text.startswith(_OF_A_MAP):
+                        return None
+                    head.append(text)
+                    continue
+                if len(cells) != (len(rows[0]) if rows else 3 if _third(head) else 2):
+                    return None
+                if len(rows) >= room:
+                    room = 2 * room + 1024
+                    memory.require_points(path.name, (room, len(cells)), _TRACES_EACH)
+                rows.append(tuple(map(_value, cells)))
+    # Whoever reads a map tells what is wrong with the file.
+    except (UnicodeDecodeError, OSError):
+        return None
+    if not rows or (count and count not in (str(len(rows)), str(len(rows) - 1))):
+        return None
+    return _of_rows(np.array(rows, dtype=np.float64), head)
+
+
+def _third(head: Sequence[str]) -> str:
+    """Return what the third column of a trace is by its name; empty if nothing names one."""
+    named = [cells for line in head if len(cells := _cells(line.lstrip("# "))) == 3]
+    if any(_VALID.fullmatch(cells[2]) for cells in named):
+        return "valid"
+    return "number" if any(_NUMBERED.fullmatch(cells[0]) for cells in named) else ""
+
+
+def _of_rows(values: Array, head: Sequence[str]) -> Trace | None:
+    """Return the trace in rows of two or three numbers below a head."""
+    third = _third(head) if values.shape[1] == 3 else ""
+    if third == "valid":
+        values[values[:, 2] != 1.0, 1] = np.nan
+    first = int(third == "number")
+    return in_columns(values[:, first : first + 2], _units(head, values.shape[1], first))
+
+
+def in_columns(values: NDArray[Any], units: tuple[str, str] = ("", "")) -> Trace | None:
+    """Return the trace in two columns of numbers."""
+    if values.shape[1] != 2 or len(values) < (_FEWEST_NAMED if any(units) else FEWEST):
+        return None
+    columns = values.astype(np.float64)
+    steps = np.diff(columns[:, 0])
+    return Trace(columns, units) if (steps > 0).all() or (steps < 0).all() else None
+
+
+def read(path: Path, trace: Trace, requested: Asked) -> Surface:
+    """Return the profile of a trace."""
+    along, across = _metres(path, trace.units, requested)
+    position, heights = trace.columns.T
+    even, spacing, notes = evenly(position * along, heights, _last_digit(position) * along)
+    if requested.unit is not None and all(trace.units):
+        notes += (
+            f"read: units {' and '.join(trace.units)} of the file replaced by {requested.unit}",
+        )
+    stated = (WIDTH, spacing)
+    requested.expect((1, even.size))
+    pixel = asked_pixel(path, stated, (1, even.size), requested)
+    about = Provenance(path.name, "profile (text)", "", notes)
+    return surface_of(path, in_metres(even[None], across), pixel, about, across, stated)
+
+
+def evenly(
+    position: Array, heights: Array, digit: float = 0.0
+) -> tuple[Array, float, tuple[str, ...]]:
+    """Return the heights of a trace at equal distances."""
+    if position[0] > position[-1]:
+        position, heights = position[::-1], heights[::-1]
+    steps = np.diff(position)
+    length, median = float(position[-1] - position[0]), float(np.median(steps))
+    mean = length / steps.size
+    off = position - position[0] - mean * np.arange(position.size)
+    if np.abs(off).max() <= _EVEN * mean:
+        return np.ascontiguousarray(heights), mean, ()
+    # Equal steps rounded are short and long ones in turn; one that is missing is a single long one.
+    if digit and np.mean(np.abs(steps - median) > 0.5 * digit) > _MIXED:
+        index = np.arange(position.size) - 0.5 * steps.size
+        slope = float(np.sum(index * off) / np.sum(index**2)) + mean
+        if np.ptp(position - slope * index) <= _ROUNDED * digit:
+            text = (engineering(value, "m", 3) for value in (digit, slope))
+            note = "read: positions rounded to {} are taken as {} apart".format(*text)
+            return np.ascontiguousarray(heights), slope, (note,)
+    count = round(length / median) + 1
+    memory.require_points("the profile", (1, count), _TRACES_EACH)
+    spacing = length / (count - 1)
+    place = position[0] + spacing * np.arange(count)
+    even = np.interp(place, position, heights)
+    remaining = np.clip(np.searchsorted(position, place, "right") - 1, 0, steps.size - 1)
+    reference = np.minimum(place - position[remaining], position[remaining + 1] - place)
+    even[(steps[remaining] > _GAP * median) & (reference > 0.5 * spacing)] = np.nan
+    few, many = (engineering(float(end), "m", 3) for end in (steps.min(), steps.max()))
+    note = (
+        f"read: {heights.size} points {few} to {many} apart, brought to {count} at equal distances "
+        f"of {engineering(spacing, 'm')} by linear interpolation"
+    )
+    return even, spacing, (note,)
+
+
+def _last_digit(position: Array) -> float:
+    """Return the decimal place that positions are rounded to; 0 where they have many digits."""
+    places = (p for p in range(7) if np.array_equal(np.round(position, p), position))
+    return next((10.0**-p for p in places), 0.0)
+
+
+def _cells(text: str) -> list[str]:
+    for mark in (";", "\t"):
+        if mark in text:
+            cells = text.split(mark)
+            break
+    else:
+        # A comma beside white space is a decimal one.
+        words = text.split()
+        cells = (
+            words if len(words) > 1 and all(map(_TRACES_CELL.fullmatch, words)) else text.split(",")
+        )
+        if len(cells) == 1:
+            cells = words
+    # Many programs end each row with the mark, some with several.
+    while len(cells) > 2 and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells
+
+
+def _value(cell: str) -> float:
+    text = cell.strip().replace(",", ".")
+    return float(text) if re.fullmatch(_TRACES_NUMBER, text) else math.nan
+
+
+def _units(head: Sequence[str], count: int = 2, first: int = 0) -> tuple[str, str]:
+    """Return the units that the last line in front of the numbers gives positions and heights."""
+    partly = ("", "")
+    lines = [line for line in head if line.strip()]
+    for line in reversed(lines):
+        bracketed = _BRACKETED.findall(line)
+        if len(bracketed) == 2 and all(is_length(Path(), word) for word in bracketed):
+            return bracketed[0], bracketed[1]
+        cells = _cells(line.lstrip("# "))
+        if len(cells) != count:
+            continue
+        x, z = cells[first : first + 2]
+        named = _unit_named(x), _unit_named(z)
+        plain = named[0] or x.strip(), named[1] or z.strip()
+        if all(is_length(Path(), word) for word in plain):
+            return plain
+        if line is lines[-1]:
+            partly = named
+    return partly
+
+
+def _unit_named(cell: str) -> str:
+    """Return the unit of length with which the name of a column ends; empty if with none."""
+    match = _UNIT.search(cell) or _WORD.search(cell)
+    if match is None:
+        return ""
+    word = match[1] if len(match[1]) < 4 else match[1].lower()
+    return word if is_length(Path(), word) else ""
+
+
+def _metres(path: Path, stated: tuple[str, str], requested: Asked) -> tuple[float, float]:
+    """Return the units of positions and heights [m]: as said of the file, or else by its head."""
+    said = [] if requested.unit is None else [word.strip() for word in requested.unit.split(",")]
+    if len(said) == 1:
+        said = [stated[0], *said]
+    words = said or list(stated)
+    if len(words) == 2 and all(words):
+        return unit_in_meters(path, words[0]), unit_in_meters(path, words[1])
+    if requested.unit is None and stated[0]:
+        raise InputError(
+            f"{path.name} is a profile with positions in {stated[0]}, but gives no unit of its "
+            "heights; give it, e.g. ", ArgumentRef("unit", "um"),
+        )  # fmt: skip
+    problem = "gives no units of its positions and heights"
+    if requested.unit is not None:
+        problem = f"needs two units, of its positions and heights, got {requested.unit!r}"
+    raise InputError(
+        f"{path.name} is a profile and {problem}; give both in this order, e.g. ",
+        ArgumentRef("unit", "mm, um"),
+    )
+
+
+def column(path: Path, heights: Array, requested: Asked) -> Surface:
+    """Return the profile that a single column or a single row of heights is."""
+    if heights.size < 2:
+        raise FormatError(f"{path.name} holds one number, no heights of a map or a profile")
+    metre = unit_in_meters(path, requested.unit)
+    requested.expect((1, heights.size))
+    pixel = asked_pixel(path, None, (1, heights.size), requested)
+    about = Provenance(path.name, "profile (text)")
+    return surface_of(path, in_metres(heights[None], metre), pixel, about, metre)

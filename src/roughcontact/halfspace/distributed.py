@@ -1,0 +1,656 @@
+"""The displacement operator of a map whose rows lie on several ranks.
+
+Each rank transforms its own rows. Then columns are shared out: every rank gets the same columns of
+all rows, for which the waves along y are its own affair, and gives them back. Rows without load
+are neither transformed nor sent. Columns travel in blocks, the next while one is transformed, so
+that the memory for what is on its way does not grow with the map; what came back stands where it
+was taken from.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import require_pixel, require_positive
+from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace.convolution import (
+    APART,
+    BAND,
+    Found,
+    LocalSums,
+    Part,
+    Visit,
+    joined,
+    multiply_columns,
+)
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.ranks import Exchange, Ranks
+
+Array = NDArray[np.float64]
+
+TRAVELLING = 1 << 23
+"""Bytes of the columns of all rows that one rank transforms at a time."""
+
+# Rows that one thread copies at a time.
+_ROWS = 512
+
+
+class SlabSums:
+    """Sums and extremes over all pixels of a map on several ranks.
+
+    What each finds by itself they tell each other, and each adds it up in the same order.
+
+    Parameters
+    ----------
+    ranks : Ranks
+        Those that hold the map.
+    """
+
+    def __init__(self, ranks: Ranks) -> None:
+        self.ranks, self._here = ranks, LocalSums()
+
+    def size(self, values: NDArray[Any]) -> int:
+        """Return how many there are."""
+        return int(self.ranks.total(values.size))
+
+    def total(self, values: NDArray[Any]) -> float:
+        """Return their sum."""
+        return self.ranks.total(self._here.total(values))
+
+    def dot(self, first: Array, second: Array) -> float:
+        """Return the inner product of two rows."""
+        return self.ranks.total(self._here.dot(first, second))
+
+    def count(self, chosen: NDArray[np.bool_]) -> int:
+        """Return how many are true."""
+        return int(self.ranks.total(self._here.count(chosen)))
+
+    def largest(self, values: NDArray[Any], least: float = -math.inf) -> float:
+        """Return the largest, or ``least`` where none is larger."""
+        return float(self.ranks.everyone(self._here.largest(values, least)).max())
+
+    def smallest(self, values: NDArray[Any], most: float = math.inf) -> float:
+        """Return the smallest, or ``most`` where none is smaller."""
+        return float(self.ranks.everyone(self._here.smallest(values, most)).min())
+
+    def added(self, parts: NDArray[Any]) -> NDArray[Any]:
+        """Return the sums, entry by entry, of what the ranks made of their own pixels."""
+        return self.ranks.added(parts)
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return the result of a task of each rank, or raise the error of one on all."""
+        return self.ranks.agreed(task)
+
+    def following(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the same rows of the next rank, and of the first one after the last."""
+        return self.ranks.following(rows)
+
+    def workers(self) -> int:
+        """Return the number of threads of this rank: its part of the cores of its machine."""
+        return max(1, fft.default_workers() // self.ranks.beside())
+
+    def cost(self) -> Array:
+        """Return time in communication [s] and bytes sent, up to now, mean of all ranks."""
+        return self.added(np.array([self.ranks.seconds, self.ranks.sent])) / self.ranks.count
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Who holds what of a map.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the map.
+    padded : (int, int)
+        Period of the convolution.
+    edges : tuple of int
+        First row of each rank, and ``ny``.
+    columns : tuple of int
+        First wave along x of each rank, and their number.
+    """
+
+    shape: tuple[int, int]
+    padded: tuple[int, int]
+    edges: tuple[int, ...]
+    columns: tuple[int, ...]
+
+    def rows(self, rank: int) -> slice:
+        """Return the rows of a rank."""
+        return slice(self.edges[rank], self.edges[rank + 1])
+
+    def waves(self, rank: int, block: slice = slice(None)) -> slice:
+        """Return the columns of a rank, or the block of them that travels together."""
+        first, last = self.columns[rank], self.columns[rank + 1]
+        if block.stop is None:
+            return slice(first, last)
+        return slice(min(first + block.start, last), min(first + block.stop, last))
+
+
+@dataclass(frozen=True, eq=False)
+class SlabSupport:
+    """The pixels of a map that matter, and which rows of all ranks hold them.
+
+    Parameters
+    ----------
+    index, position, starts
+        As for `roughcontact.halfspace.convolution.Support`, of this rank.
+    runs : tuple of list of slice
+        Of each rank the rows of its row blocks that hold any, joined where they touch.
+    """
+
+    index: NDArray[np.int64]
+    position: NDArray[np.int64]
+    starts: NDArray[np.int64]
+    runs: tuple[list[slice], ...]
+
+
+class SlabConvolution:
+    """`Convolution` of a map on several ranks; it keeps the protocol of the solvers.
+
+    Parameters
+    ----------
+    spectrum : ndarray, shape (my//2 + 1, columns)
+        Transform of the kernel, of the waves along x that this rank handles.
+    layout : Layout
+        Who holds what.
+    ranks : Ranks
+        Those that hold the map.
+    workspace : Workspace
+        Threads and memory of this rank.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    softness : float
+        Factor of the spectrum.
+    self_displacement : float, optional
+        K₀₀ [m/Pa]; without it it is taken from the spectrum.
+    """
+
+    wrapped = (True, True)
+
+    def __init__(
+        self,
+        spectrum: NDArray[Any],
+        layout: Layout,
+        ranks: Ranks,
+        workspace: Workspace,
+        *,
+        precision: str = "double",
+        softness: float = 1.0,
+        self_displacement: float | None = None,
+    ) -> None:
+        self.real: type = np.float32 if precision == "single" else np.float64
+        self._complex: type = np.complex64 if precision == "single" else np.complex128
+        self.layout, self.ranks, self.workspace = layout, ranks, workspace
+        self.shape, self.sums = layout.shape, SlabSums(ranks)
+        self.rows = layout.rows(ranks.number)
+        if self_displacement is None:
+            columns = layout.waves(ranks.number)
+            part = _part_at_origin(spectrum, layout.padded, columns)
+            self_displacement = softness * ranks.total(part)
+        self.self_displacement = self_displacement
+        self.spectrum = spectrum.astype(self.real, copy=False)
+        self.softness = softness
+        itemsize = np.dtype(self._complex).itemsize
+        workspace.reserve(self._held[0] * self._held[1] * itemsize)
+        (my, mx), (ny, _) = layout.padded, layout.shape
+        self._step = max(1, min(ny, fft.ROW_BYTES // (mx * itemsize // 2)))
+        self._blocks = cut_up(self._height, self._step)
+        self._column_step = max(4, fft.COLUMN_BYTES // (my * itemsize))
+        widest = max(np.diff(layout.columns))
+        travelling = max(self._column_step, TRAVELLING // (ny * itemsize))
+        self._travels = cut_up(int(widest), int(travelling))
+
+    @property
+    def _height(self) -> int:
+        return _height([self.rows])
+
+    @property
+    def _held(self) -> tuple[int, int]:
+        return self._height, self.layout.columns[-1]
+
+    def support(self, index: NDArray[np.int64]) -> SlabSupport:
+        """Return where the pixels with these ascending flat indices of this rank lie."""
+        nx, mx = self.shape[1], self.layout.padded[1]
+        tops = [rows.start * nx for rows in self._blocks] + [self._height * nx]
+        position = index
+        if mx > nx:
+            position = index // nx
+            position *= mx - nx
+            position += index
+        starts = np.searchsorted(index, tops)
+        blocks = [cut_up(int(height), self._step) for height in np.diff(self.layout.edges)]
+        loaded = np.diff(starts).astype(bool).view(np.uint8)
+        everyone = self.ranks.joined(loaded, [len(own) for own in blocks])
+        runs, place = [], 0
+        for first, own in zip(self.layout.edges, blocks, strict=False):
+            numbers = np.flatnonzero(everyone[place : place + len(own)])
+            place += len(own)
+            runs.append([_moved(rows, first) for rows in joined(own, numbers)])
+        return SlabSupport(index, position, starts, tuple(runs))
+
+    def each_block(self, task: Callable[[int, slice], None]) -> None:
+        """Call ``task(number, rows)`` for every row block of this rank, on all its threads."""
+        numbers = range(len(self._blocks))
+        self.workspace.each(lambda number: task(number, self._blocks[number]), numbers)
+
+    def spread(self, support: SlabSupport, pressure: NDArray[Any], visit: Visit) -> None:
+        """Show the displacement of the rows of this rank; see `Convolution.spread`."""
+
+        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+            visit(number, rows, padded[:, : self.shape[1]])
+
+        everything = tuple([self.layout.rows(rank)] for rank in range(self.ranks.count))
+        self._apply(support, pressure, show, range(len(self._blocks)), everything)
+
+    def gather(self, support: SlabSupport, pressure: NDArray[Any]) -> NDArray[Any]:
+        """Return the displacement of the loaded pixels of this rank themselves."""
+        displacement = np.empty(support.index.size)
+        starts = support.starts
+
+        def show(number: int, rows: slice, padded: NDArray[Any]) -> None:
+            part = slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * self.layout.padded[1]
+            displacement[part] = padded.ravel()[positions]
+
+        self._apply(support, pressure, show, np.flatnonzero(np.diff(starts)), support.runs)
+        return displacement
+
+    def __call__(self, pressure: NDArray[Any]) -> NDArray[Any]:
+        """Return the displacement of a small map, which every rank holds as a whole."""
+        displacement: NDArray[Any] = np.empty((self._height, self.shape[1]), self.real)
+
+        def visit(number: int, rows: slice, block: NDArray[Any]) -> None:
+            displacement[rows] = block
+
+        here = pressure[self.rows]
+        index = np.flatnonzero(here)
+        self.spread(self.support(index), here.ravel()[index], visit)
+        return self.ranks.joined(displacement, np.diff(self.layout.edges).tolist())
+
+    def in_single(self) -> SlabConvolution:
+        """Return the same in single precision; itself where it is so."""
+        if self.real is np.float32:
+            return self
+        return SlabConvolution(
+            self.spectrum, self.layout, self.ranks, self.workspace,
+            precision="single", softness=self.softness, self_displacement=self.self_displacement,
+        )  # fmt: skip
+
+    def approximate_inverse(self) -> SlabConvolution:
+        """Return ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
+
+        The waves along x stay where the spectrum of their nearest waves is.
+        """
+        layout = self.layout
+        period = [
+            points if long == points else 2 * fft.fast_length(points // 2 + APART)
+            for points, long in zip(self.shape, layout.padded, strict=True)
+        ]
+        waves_y, waves_x = (
+            np.rint(np.arange(short // 2 + 1) * (long / short)).astype(np.int64)
+            for short, long in zip(period, layout.padded, strict=True)
+        )
+        columns = tuple(np.searchsorted(waves_x, layout.columns).tolist())
+        inverse = replace(layout, padded=(period[0], period[1]), columns=columns)
+        here = waves_x[inverse.waves(self.ranks.number)] - layout.columns[self.ranks.number]
+        spectrum = self.spectrum[np.ix_(waves_y, here)].astype(np.float64)
+        spectrum[spectrum <= 0] = self.sums.largest(spectrum)
+        np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
+        return SlabConvolution(spectrum, inverse, self.ranks, self.workspace, precision="single")
+
+    def _apply(
+        self,
+        support: SlabSupport,
+        values: NDArray[Any],
+        show: Visit,
+        shown: Sequence[int] | NDArray[Any],
+        wanted: tuple[list[slice], ...],
+    ) -> None:
+        (my, mx), blocks, starts = self.layout.padded, self._blocks, support.starts
+        spectra = self.workspace.shared(self._held, self._complex)
+        scratch_array, each = self.workspace.scratch, self.workspace.each
+        scale = self.softness / (my * mx)
+
+        def forward(number: int) -> None:
+            rows = blocks[number]
+            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
+            padded[...] = 0
+            part = slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * mx
+            padded.ravel()[positions] = values[part] * scale
+            fft.rfft_rows(padded, spectra[rows])
+
+        each(forward, np.flatnonzero(np.diff(starts)))
+        self._columns(spectra, support.runs, wanted)
+
+        def backward(number: int) -> None:
+            rows = blocks[number]
+            padded = scratch_array("row", (rows.stop - rows.start, mx), self.real)
+            show(number, rows, fft.irfft_rows(spectra[rows], mx, padded))
+
+        each(backward, shown)
+
+    def _columns(
+        self,
+        spectra: NDArray[Any],
+        loaded: tuple[list[slice], ...],
+        wanted: tuple[list[slice], ...],
+    ) -> None:
+        """Put in place of the spectra of rows those of their displacement."""
+        returning: Exchange | None = None
+        ahead = self._send(spectra, loaded, 0)
+        for number in range(len(self._travels)):
+            arriving = ahead
+            if number + 1 < len(self._travels):
+                ahead = self._send(spectra, loaded, number + 1)
+            answer = self._answer(spectra, arriving, loaded, wanted, number)
+            if returning is not None:
+                self._take(spectra, returning, wanted, number - 1)
+            returning = answer
+        assert returning is not None
+        self._take(spectra, returning, wanted, len(self._travels) - 1)
+
+    def _send(
+        self, spectra: NDArray[Any], loaded: tuple[list[slice], ...], number: int
+    ) -> Exchange:
+        """Send the columns of a block to those who transform them, from the loaded rows."""
+        block, me = self._travels[number], self.ranks.number
+        own = loaded[me]
+        widths = [self._width(rank, block) for rank in range(self.ranks.count)]
+        parts = [_height(own) * width * (rank != me) for rank, width in enumerate(widths)]
+        sizes = [_height(rows) * widths[me] * (rank != me) for rank, rows in enumerate(loaded)]
+        going = self._memory("sent", number, sum(parts))
+        copies, index = [], 0
+        for rank in (rank for rank in range(self.ranks.count) if rank != me):
+            columns = self.layout.waves(rank, block)
+            for rows in own:
+                part, index = _cut(going, index, rows, widths[rank])
+                copies += _pieces(part, spectra[self._here(rows), columns])
+        self._copy(copies)
+        return self.ranks.exchange(going, parts, self._memory("coming", number, sum(sizes)), sizes)
+
+    def _answer(
+        self,
+        spectra: NDArray[Any],
+        arriving: Exchange,
+        loaded: tuple[list[slice], ...],
+        wanted: tuple[list[slice], ...],
+        number: int,
+    ) -> Exchange:
+        """Transform the columns of a block, multiply, transform back, and return what is wanted."""
+        block, me = self._travels[number], self.ranks.number
+        columns, width = self.layout.waves(me, block), self._width(me, block)
+        parts = [_height(rows) * width * (rank != me) for rank, rows in enumerate(wanted)]
+        back = self._memory("back", number, sum(parts))
+        coming = self._shares(spectra, loaded, columns, arriving.arrived())
+        going = self._shares(spectra, wanted, columns, np.split(back, np.cumsum(parts)[:-1]))
+        my, first = self.layout.padded[0], columns.start - self.layout.columns[me]
+
+        def transform(remaining: int) -> None:
+            index = slice(remaining, min(remaining + self._column_step, width))
+            multiply_columns(
+                [(rows, part[:, index]) for rows, part in coming],
+                [(rows, part[:, index]) for rows, part in going],
+                self.spectrum[:, first + index.start : first + index.stop],
+                self.workspace.scratch("column", (my, index.stop - index.start), self._complex),
+            )
+
+        self.workspace.each(transform, range(0, width, self._column_step))
+        own = _height(wanted[me])
+        sizes = [own * self._width(rank, block) * (rank != me) for rank in range(len(parts))]
+        return self.ranks.exchange(back, parts, self._memory("taken", number, sum(sizes)), sizes)
+
+    def _take(
+        self,
+        spectra: NDArray[Any],
+        returning: Exchange,
+        wanted: tuple[list[slice], ...],
+        number: int,
+    ) -> None:
+        """Put what came back where it was taken from."""
+        block, me, copies = self._travels[number], self.ranks.number, []
+        for rank, part in enumerate(returning.arrived()):
+            columns, width, index = self.layout.waves(rank, block), self._width(rank, block), 0
+            for rows in wanted[me] if rank != me else ():
+                piece, index = _cut(part, index, rows, width)
+                copies += _pieces(spectra[self._here(rows), columns], piece)
+        self._copy(copies)
+
+    def _shares(
+        self,
+        spectra: NDArray[Any],
+        runs: tuple[list[slice], ...],
+        columns: slice,
+        parts: list[NDArray[Any]],
+    ) -> list[Part]:
+        """Return the rows of some columns, as they lie in what travels, or here."""
+        result: list[Part] = []
+        width = columns.stop - columns.start
+        for rank, (own, part) in enumerate(zip(runs, parts, strict=True)):
+            index = 0
+            for rows in own:
+                if rank == self.ranks.number:
+                    result.append((rows, spectra[self._here(rows), columns]))
+                    continue
+                piece, index = _cut(part, index, rows, width)
+                result.append((rows, piece))
+        return result
+
+    def _width(self, rank: int, block: slice) -> int:
+        return _height([self.layout.waves(rank, block)])
+
+    def _here(self, rows: slice) -> slice:
+        """Return where rows of the map lie among those of this rank."""
+        return _moved(rows, -self.rows.start)
+
+    def _memory(self, name: str, number: int, size: int) -> NDArray[Any]:
+        """Return an array for what travels; that of the block before is still on its way."""
+        memory: NDArray[Any] = self.workspace.scratch(
+            f"{name}{number % 2}", (1, size), self._complex
+        )[0]
+        return memory
+
+    def _copy(self, copies: list[tuple[NDArray[Any], NDArray[Any]]]) -> None:
+        self.workspace.each(lambda pair: np.copyto(*pair), copies)
+
+
+def cut_up(points: int, step: int) -> list[slice]:
+    """Return slices of as many points, the last of them shorter."""
+    return [slice(first, min(first + step, points)) for first in range(0, points, step)]
+
+
+def _moved(rows: slice, by: int) -> slice:
+    return slice(rows.start + by, rows.stop + by)
+
+
+def _height(runs: Sequence[slice]) -> int:
+    return sum(rows.stop - rows.start for rows in runs)
+
+
+def _cut(flat: NDArray[Any], index: int, rows: slice, width: int) -> tuple[NDArray[Any], int]:
+    """Return the part of what travels that belongs to some rows, and where the next begins."""
+    height = rows.stop - rows.start
+    end = index + height * width
+    return flat[index:end].reshape(height, width), end
+
+
+def _pieces(target: NDArray[Any], source: NDArray[Any]) -> list[tuple[NDArray[Any], NDArray[Any]]]:
+    """Return what is to be copied, in parts for several threads."""
+    return [(target[rows], source[rows]) for rows in cut_up(len(source), _ROWS)]
+
+
+def _part_at_origin(spectrum: Array, padded: tuple[int, int], columns: slice) -> float:
+    """Return what some waves along x add to the kernel at the origin."""
+    # Waves of the other quadrants count again; those at 0 and at Nyquist have no other.
+    weights = []
+    for points, waves in zip(padded, (slice(0, padded[0] // 2 + 1), columns), strict=True):
+        number = np.arange(waves.start, waves.stop)
+        weights.append(np.where((number == 0) | (2 * number == points), 1.0, 2.0))
+    lines = np.einsum("ij,i->j", spectrum, weights[0])
+    return float(np.einsum("j,j->", lines, weights[1])) / (padded[0] * padded[1])
+
+
+# Who makes the displacement operators of a map on several ranks: each the waves of its own.
+
+
+def operators(
+    symbol: Callable[..., tuple[Array, float]],
+    free_axes: Sequence[int],
+    datum: float,
+    edges: Sequence[int],
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    ranks: Ranks,
+    *,
+    precision: str = "double",
+    workspace: Workspace,
+) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
+    """Return what makes the operator of a map on several ranks, and that of coarser grids.
+
+    Parameters
+    ----------
+    symbol : callable
+        ``symbol(layout, pixel, ranks, workspace, datum)`` makes the share of a rank: `free`,
+        `periodic`, `strip_x` or `strip_y`.
+    free_axes : sequence of int
+        Axes along which the map ends at its edges.
+    datum : float
+        Where strips take the displacement as zero [m].
+    edges : sequence of int
+        First row of each rank, and ``ny``; they stay rows on coarser grids where they are
+        multiples of the coarsening.
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the whole map.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    contact_modulus : float
+        E* [Pa].
+    ranks : Ranks
+        Those that hold the map.
+    precision : {"double", "single"}
+        Arithmetic on the grid of the map.
+    workspace : Workspace
+        Threads and memory of this rank.
+
+    Returns
+    -------
+    callable
+        ``operator(shape, (ky, kx))`` as `bounded.solve` wants it; all ranks call it together.
+    """
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus)
+
+    def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> SlabConvolution:
+        coarse = (coarsening[0] * pixel[0], coarsening[1] * pixel[1])
+        rows = (*(edge // coarsening[0] for edge in edges[:-1]), shape[0])
+        padded = _period(free_axes, shape)
+        waves = padded[1] // 2 + 1
+        columns = _shared_out(waves, ranks.count)
+        layout = Layout(shape, padded, rows, columns)
+        own, softness = symbol(layout, coarse, ranks, workspace, datum)
+        return SlabConvolution(
+            own, layout, ranks, workspace,
+            # On coarse grids the error of the grid outweighs that of the arithmetic.
+            precision=precision if coarsening == (1, 1) else "single",
+            softness=softness / contact_modulus,
+        )  # fmt: skip
+
+    return operator
+
+
+def _shared_out(lines: int, count: int) -> tuple[int, ...]:
+    """Return the first line of each rank, and their number."""
+    return tuple(lines * rank // count for rank in range(count + 1))
+
+
+def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]:
+    ny, nx = (
+        2 * fft.fast_length(points) if axis in free_axes else points
+        for axis, points in enumerate(shape)
+    )
+    return ny, nx
+
+
+# What a rank makes of the symbol: that of its own columns, for E* = 1 Pa over a factor.
+
+
+def free(
+    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+) -> tuple[Array, float]:
+    """Return the share of a rank of the symbol of a free map, and the factor before it."""
+    points, width = layout.padded[0] // 2 + 1, layout.padded[1] // 2 + 1
+    bands = -(-points // BAND)
+    tops = [min(BAND * (bands * rank // ranks.count), points) for rank in range(ranks.count)]
+    tops.append(points)
+    first, last = tops[ranks.number : ranks.number + 2]
+    quadrant = np.empty((last - first, width))
+    edges = (1.0, pixel[1] / pixel[0])
+
+    def fill(top: int) -> None:
+        rows = quadrant[top : top + BAND]
+        rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=first + top)
+
+    work.each(fill, range(0, last - first, BAND))
+    fft.even_spectrum(quadrant, work, axes=(1,))
+    symbol = _transposed(quadrant, tops, layout.columns, ranks)
+    return fft.even_spectrum(symbol, work, axes=(0,)), pixel[0]
+
+
+def periodic(
+    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+) -> tuple[Array, float]:
+    """Return the share of a rank of the symbol of a period, and the factor before it."""
+    return kernels.periodic(layout.shape, pixel, 1.0, layout.waves(ranks.number)), 1.0
+
+
+def strip_x(
+    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+) -> tuple[Array, float]:
+    """Return the share of a rank for a strip along x, and the factor before it."""
+    shape, edges = (layout.padded[0] // 2 + 1, layout.padded[1]), (1.0, pixel[1] / pixel[0])
+    own = layout.waves(ranks.number)
+    table = kernels.strip(shape, edges, 1.0, datum / pixel[0], own)
+    return fft.even_spectrum(table, work, axes=(0,)), pixel[0]
+
+
+def strip_y(
+    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+) -> tuple[Array, float]:
+    """Return the share of a rank for a strip along y, and the factor before it."""
+    # The kernel knows x as the periodic axis.
+    shape, edges = (layout.padded[1] // 2 + 1, layout.padded[0]), (1.0, pixel[0] / pixel[1])
+    waves = layout.padded[0] // 2 + 1
+    tops = _shared_out(waves, ranks.count)
+    own = slice(tops[ranks.number], tops[ranks.number + 1])
+    table = kernels.strip(shape, edges, 1.0, datum / pixel[1], own)
+    rows = fft.even_spectrum(np.ascontiguousarray(table.T), work, axes=(1,))
+    return _transposed(rows, tops, layout.columns, ranks), pixel[1]
+
+
+def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks) -> Array:
+    """Return all rows of the columns of this rank, from its rows of all columns."""
+    me = ranks.number
+    first, last = columns[me], columns[me + 1]
+    result = np.empty((tops[-1], last - first))
+    step = max(1, TRAVELLING // (8 * tops[-1]))
+    for block in cut_up(int(max(np.diff(columns))), step):
+        parts = [
+            rows[:, min(start + block.start, end) : min(start + block.stop, end)].ravel()
+            for start, end in pairwise(columns)
+        ]
+        index = slice(min(block.start, last - first), min(block.stop, last - first))
+        sizes = [height * (index.stop - index.start) for height in np.diff(tops).tolist()]
+        going = np.concatenate(parts)
+        exchange = ranks.exchange(going, [part.size for part in parts], np.empty(sum(sizes)), sizes)
+        for top, bottom, part in zip(tops, tops[1:], exchange.arrived(), strict=False):
+            result[top:bottom, index] = part.reshape(bottom - top, index.stop - index.start)
+    return result

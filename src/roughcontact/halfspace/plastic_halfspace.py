@@ -1,0 +1,352 @@
+"""How a free surface differs from a periodic one: its images, removed on coarse cells."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace, fast_length
+from roughcontact.halfspace.layers import NO_PULL, Fill, Layers, Pull, Visit
+from roughcontact.halfspace.volume_partition import Share
+
+Array = NDArray[Any]
+
+# Periods of the three transforms of a free boundary, over the edge of the map.
+_NEAR = 1.5
+_FAR = 6.0
+# Coarse cells along the shorter edge of the map, at most; cells beyond the map on each side, so
+# that the interpolation stays central: an extrapolating one costs the operator its sign.
+_COARSE = 20
+_GUARD = 2
+# Coarse layers over coarse cells, at least.
+_COARSE_DEPTH = 0.5
+
+
+def coarse_grid(shape: tuple[int, int]) -> tuple[int, tuple[int, int]]:
+    """Return points per coarse cell, and the cells ``(my, mx)`` with guards around the map."""
+    coarse = -(-min(shape) // _COARSE)
+    cells = [-(-n // coarse) + 2 * _GUARD for n in shape]
+    return coarse, (cells[0], cells[1])
+
+
+def periods(
+    shape: tuple[int, int], coarse: int, cells: tuple[int, int]
+) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return the coarse cells of the near and of the far period.
+
+    The near one is a whole number of coarse cells, and the same on both grids.
+    """
+    near = [
+        fast_length(max(cell, math.ceil(_NEAR * n / coarse)))
+        for n, cell in zip(shape, cells, strict=True)
+    ]
+    far = [fast_length(math.ceil(_FAR * cell)) for cell in cells]
+    return (near[0], near[1]), (far[0], far[1])
+
+
+def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
+    """Return the matrix, shape (points, cells), of the interpolation by cubics (Lagrange)."""
+    # Where the points lie, counted in cells from the centre of the first one.
+    place = (np.arange(points) + 0.5) / coarse - 0.5 + _GUARD
+    remaining = np.floor(place).astype(int)
+    t = place - remaining
+    weights = (
+        -t * (t - 1) * (t - 2) / 6,
+        (t + 1) * (t - 1) * (t - 2) / 2,
+        -(t + 1) * t * (t - 2) / 2,
+        (t + 1) * t * (t - 1) / 6,
+    )
+    matrix = np.zeros((points, cells))
+    for offset, weight in zip((-1, 0, 1, 2), weights, strict=True):
+        matrix[np.arange(points), remaining + offset] = weight
+    return matrix
+
+
+def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrix (nz, mz) that interpolates between the centres of two sets of layers."""
+    below = np.cumsum(coarse) - coarse / 2
+    index = np.cumsum(fine) - fine / 2
+    remaining = np.clip(np.searchsorted(below, index) - 1, 0, max(0, below.size - 2))
+    matrix = np.zeros((fine.size, coarse.size))
+    rows = np.arange(fine.size)
+    if coarse.size == 1:
+        matrix[:, 0] = 1
+        return matrix
+    share = (index - below[remaining]) / (below[remaining + 1] - below[remaining])
+    matrix[rows, remaining] = 1 - share
+    matrix[rows, remaining + 1] = share
+    return matrix
+
+
+def _merged(thickness: NDArray[np.float64], minimum: float) -> NDArray[np.float64]:
+    """Return sums of neighbouring layers, all but the last of at least some thickness."""
+    merged, current = [], 0.0
+    for layer in thickness:
+        current += layer
+        if current >= minimum:
+            merged.append(current)
+            current = 0.0
+    if current:
+        merged.append(current)
+    return np.array(merged)
+
+
+class Images:
+    """How an infinite surface differs from a periodic one, on coarse cells."""
+
+    def __init__(
+        self,
+        fine: Layers,
+        pixel: tuple[float, float],
+        coarse: int,
+        cells: tuple[int, int],
+        near: tuple[int, int],
+        far: tuple[int, int],
+        precision: str,
+    ) -> None:
+        import scipy.sparse
+
+        workspace = fine._workspace
+        self._workspace, self._fine = workspace, fine
+        edges = pixel[0] * coarse, pixel[1] * coarse
+        thickness = _merged(fine.thickness, _COARSE_DEPTH * min(edges))
+        arguments = (cells, edges, thickness, fine.body.shear_modulus, fine.body.poisson)
+        more: dict[str, Any] = dict(
+            isolated=True, workspace=workspace, precision=precision, smooth=True
+        )
+        self._near = Layers(*arguments, near, **more)
+        self._far = Layers(*arguments, far, **more)
+        matrix = scipy.sparse.csr_array
+        self._up_y = matrix(_cubic(fine.shape[0], coarse, cells[0]).astype(fine.real))
+        self._up_x = matrix(_cubic(fine.shape[1], coarse, cells[1]).astype(fine.real))
+        self._down_y, self._down_x = self._up_y.T.tocsr(), self._up_x.T.tocsr()
+        self._up_z = _linear(fine.thickness, thickness)
+        # The transpose under the inner products of both grids: cells times thickness.
+        self._down_z = (self._up_z * fine.thickness[:, None]).T / thickness[:, None] / coarse**2
+        self._scale = 1 / coarse**2
+        # Which of the fine layers are here.
+        self._here = fine.share.layers(fine.thickness.size)
+        self._parts: Array = np.zeros((len(self._here), 5, *cells), fine.real)
+        self._strain: Array = np.zeros((thickness.size, 5, *cells), fine.real)
+        self._stress = np.zeros_like(self._strain)
+        self._cells = cells
+
+    def clear(self) -> None:
+        """Forget the strain."""
+        self._parts[...] = 0
+
+    def _restricted(self, values: Array) -> Array:
+        halfway = self._down_y @ values
+        coarse: Array = (self._down_x @ halfway.T).T
+        return coarse
+
+    def take(self, layer: int, strain: Array) -> None:
+        """Restrict the strain of one layer of those here."""
+        for component, values in enumerate(strain):
+            self._parts[layer, component] = self._restricted(values)
+
+    def displacement(self, *, trace: bool) -> Array:
+        """Return the correction of the displacement by the strain taken."""
+        self._strain[...] = 0
+        parts = self._fine.share.whole(self._parts, self._fine.thickness.size)
+        for layer in np.flatnonzero(parts.any(axis=(1, 2, 3))):
+            part = parts[layer]
+            for into in np.flatnonzero(self._down_z[:, layer]):
+                self._strain[into] += self._down_z[into, layer] * part
+        rows = slice(0, self._cells[0])
+
+        def fill(layer: int, out: Array) -> slice | None:
+            out[...] = self._strain[layer]
+            return rows if self._strain[layer].any() else None
+
+        far = self._far.displacement(fill, trace=trace)
+        far -= self._near.displacement(fill, trace=trace)
+        return self._prolonged(far.astype(self._fine.real))
+
+    def stress(self, pressure: Array, pull: Pull) -> None:
+        """Work out the correction of the stress on the coarse layers."""
+        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        self._far.stress(coarse, lambda layer, values: np.copyto(self._stress[layer], values), pull)
+
+        def subtract(layer: int, values: Array) -> None:
+            self._stress[layer] -= values
+
+        self._near.stress(coarse, subtract, pull)
+
+    def mean_stress(self, pressure: Array, pull: Pull) -> None:
+        """Work out the correction of the mean stress on the coarse layers."""
+        coarse = self._restricted(pressure.astype(self._fine.real)) * self._scale
+        first = self._stress[:, 0]
+        self._far.mean_stress(coarse, lambda layer, values: np.copyto(first[layer], values), pull)
+
+        def subtract(layer: int, values: Array) -> None:
+            first[layer] -= values
+
+        self._near.mean_stress(coarse, subtract, pull)
+
+    def on_layer(self, layer: int, component: int) -> Array:
+        """Return the correction on one fine layer of those here."""
+        weights = self._up_z[self._here[layer]]
+        near = np.flatnonzero(weights)
+        coarse = np.einsum("z,zyx->yx", weights[near], self._stress[near, component])
+        return self._prolonged(coarse.astype(self._fine.real))
+
+    def _prolonged(self, coarse: Array) -> Array:
+        halfway = self._up_y @ coarse
+        result: Array = (self._up_x @ halfway.T).T
+        return result
+
+
+# The elastic half-space with plastic strain, free or periodic: strain and pressure in, stress …
+
+
+class HalfSpace:
+    """A half-space that deforms plastically: strain and pressure in, displacement and stress out.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the surface.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    thickness : array_like, shape (nz,)
+        Thickness of each layer [m], from the surface down; the body is elastic below.
+    shear_modulus : float
+        μ [Pa].
+    poisson : float
+        ν.
+    boundary : {"free", "periodic"}
+        Whether the map is all there is, or one period of an endless surface.
+    workspace : Workspace, optional
+        Threads to use instead of new ones.
+    precision : {"double", "single"}
+        Arithmetic of transforms and sweeps.
+    share : Share, optional
+        As for `Layers`.
+
+    Raises
+    ------
+    InputError
+        If an argument is not positive and finite, or the choice is unknown.
+
+    Notes
+    -----
+    With a free boundary the map is padded with zeros to 1.5 times its edges. What its
+    periodic images still add, which falls with the third power of the period and varies on its
+    scale, is removed by the difference of two operators on coarse cells and coarse layers, one
+    of the same period and one of six times the edge of the map, both of long waves only.
+    Restriction is the transpose of the interpolation, which keeps the symmetries.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        thickness: ArrayLike,
+        *,
+        shear_modulus: float,
+        poisson: float,
+        boundary: str = "free",
+        workspace: Workspace | None = None,
+        precision: str = "double",
+        share: Share | None = None,
+    ) -> None:
+        require_pixel(pixel)
+        require_positive(shear_modulus=shear_modulus)
+        layers = np.asarray(thickness, np.float64)
+        if layers.ndim != 1 or not layers.size or not (layers > 0).all():
+            raise InputError(
+                f"must be a row of positive numbers [m], got {thickness!r}",
+                argument="thickness",
+                value=thickness,
+            )
+        boundary = Boundary(boundary)
+        boundary.require_volume()
+        self.shape, self.thickness = shape, layers
+        self.workspace = workspace or Workspace()
+        free = not boundary.periodic_axes
+        padded = shape
+        self._images: Images | None = None
+        if free:
+            coarse, cells = coarse_grid(shape)
+            near, far = periods(shape, coarse, cells)
+            padded = near[0] * coarse, near[1] * coarse
+        self._fine = Layers(
+            shape, pixel, layers, float(shear_modulus), float(poisson), padded,
+            isolated=free, workspace=self.workspace, precision=precision, share=share,
+        )  # fmt: skip
+        self.real = self._fine.real
+        if free:
+            self._images = Images(self._fine, pixel, coarse, cells, near, far, precision)
+
+    def displacement(self, fill: Fill, *, trace: bool = False) -> NDArray[np.float64]:
+        """Take in a plastic strain and return the surface displacement that it causes.
+
+        Parameters
+        ----------
+        fill, trace
+            As for `Layers.displacement`.
+
+        Returns
+        -------
+        ndarray, shape (ny, nx)
+            Normal displacement [m], positive into the body.
+        """
+        if self._images is None:
+            return self._fine.displacement(fill, trace=trace)
+        self._images.clear()
+        displacement = self._fine.displacement(fill, trace=trace, see=self._images.take)
+        return displacement + self._images.displacement(trace=trace)
+
+    def stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
+        """Show the deviator of the stress, layer by layer; see `Layers.stress`."""
+        images = self._images
+        if images is None:
+            self._fine.stress(pressure, visit, pull)
+            return
+        images.stress(pressure, pull)
+
+        def corrected(layer: int, stress: Array) -> None:
+            for component in range(5):
+                stress[component] += images.on_layer(layer, component)
+            visit(layer, stress)
+
+        self._fine.stress(pressure, corrected, pull)
+
+    def mean_stress(self, pressure: Array, visit: Visit, pull: Pull = NO_PULL) -> None:
+        """Show the mean stress, layer by layer, after ``displacement(..., trace=True)``."""
+        images = self._images
+        if images is None:
+            self._fine.mean_stress(pressure, visit, pull)
+            return
+        images.mean_stress(pressure, pull)
+        self._fine.mean_stress(
+            pressure, lambda layer, mean: visit(layer, mean + images.on_layer(layer, 0)), pull
+        )
+
+
+def points_transformed(shape: tuple[int, int], boundary: str) -> int:
+    """Return the points of all periods in which a `HalfSpace` transforms a layer.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Grid points ``(ny, nx)`` of the surface.
+    boundary : {"free", "periodic"}
+        As for `HalfSpace`.
+
+    Returns
+    -------
+    int
+        Points; those of the coarse grids of a free boundary too, as if it had all the layers.
+    """
+    if not Boundary(boundary).free_axes:
+        return shape[0] * shape[1]
+    coarse, cells = coarse_grid(shape)
+    near, far = periods(shape, coarse, cells)
+    return near[0] * near[1] * (coarse**2 + 1) + far[0] * far[1]

@@ -1,0 +1,461 @@
+"""Who holds which layers and which waves of a volume: one process all, or each rank a share.
+
+A layer is transformed where it lies. Then waves are shared out: every rank gets the same columns
+of the spectra of all layers, sweeps them over the depth, which exchanges nothing, and gives them
+back. Layers lie on the ranks by turns, so that those that yield, which are neighbours, are spread
+over all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.ranks import Exchange, Ranks
+
+Array = NDArray[Any]
+Found = TypeVar("Found")
+
+Write = Callable[[int, int, Array], None]
+"""``write(layer, component, parts)`` writes the spectrum of the waves that are here."""
+
+Parts = Callable[[int], Array]
+"""``parts(component)`` returns the spectrum of all waves; it may be overwritten."""
+
+TRAVELLING = 1 << 23
+"""Bytes of the spectra of layers that travel from a rank at a time, if one layer has no more."""
+
+
+class Share(Protocol):
+    """Which layers and which waves a process holds, and how it comes to those of others.
+
+    Attributes
+    ----------
+    workspace : Workspace
+        Its threads.
+    count, beside : int
+        Processes that hold the volume together, and those of them on this machine.
+    """
+
+    workspace: Workspace
+    count: int
+    beside: int
+
+    def layers(self, count: int) -> range:
+        """Return which of so many layers are here."""
+
+    def waves(self, width: int) -> slice:
+        """Return which of so many waves along x are here."""
+
+    def spread(
+        self, transform: Callable[[int, Array], bool], spectra: Array, width: int
+    ) -> NDArray[np.bool_]:
+        """Transform the layers that are here, and give everyone the waves that it holds.
+
+        Parameters
+        ----------
+        transform : callable
+            ``transform(number, out)`` writes the spectrum of a layer that is here, of all waves,
+            shape ``(components, 2, my, width)``, and returns whether there is any; called from
+            several threads.
+        spectra : ndarray, shape (nz, components, 2, my, columns)
+            Takes on the waves that are here, of all layers; those without any get zeros.
+        width : int
+            Waves along x.
+
+        Returns
+        -------
+        ndarray of bool, shape (nz,)
+            The layers that have any.
+        """
+
+    def collect(
+        self,
+        write: Write,
+        read: Callable[[int, Parts], None],
+        shape: tuple[int, int, int, int],
+        dtype: type,
+    ) -> None:
+        """Give everyone the spectra of its layers, of all waves.
+
+        Parameters
+        ----------
+        write : callable
+            See `Write`; of all layers, called from several threads.
+        read : callable
+            ``read(number, parts)`` takes them in for a layer that is here; see `Parts`.
+        shape : (int, int, int, int)
+            Layers, components, rows and waves along x.
+        dtype : type
+            Of the numbers.
+        """
+
+    def columns(self, spectrum: Array, width: int) -> Array:
+        """Return a spectrum of all waves, shape (my, width), of the columns that are here."""
+
+    def whole(self, values: Array, count: int) -> Array:
+        """Return an array over all layers, so many, of one over those that are here."""
+
+    def any(self, found: bool) -> bool:
+        """Return whether any process has found something."""
+
+    def require(self, layers: int, shape: tuple[int, int]) -> None:
+        """Raise `InputError` where there is not a layer and a wave for everyone."""
+
+    def largest(self, value: float) -> float:
+        """Return the largest value that a process gives."""
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return what a task gives that each does, or raise on all what one raises."""
+
+    def by_first(self, task: Callable[[], Found]) -> Found:
+        """Return on all what a task gives that the first does."""
+
+
+class SingleProcess:
+    """All layers and waves are here.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        Threads of this process.
+    """
+
+    count = beside = 1
+
+    def __init__(self, workspace: Workspace) -> None:
+        self.workspace = workspace
+
+    def layers(self, count: int) -> range:
+        """Return which of so many layers are here: all."""
+        return range(count)
+
+    def waves(self, width: int) -> slice:
+        """Return which of so many waves along x are here: all."""
+        return slice(0, width)
+
+    def spread(
+        self, transform: Callable[[int, Array], bool], spectra: Array, width: int
+    ) -> NDArray[np.bool_]:
+        """Transform all layers; see `Share.spread`."""
+        loud = np.zeros(len(spectra), bool)
+
+        def forward(layer: int) -> None:
+            loud[layer] = transform(layer, spectra[layer])
+            if not loud[layer]:
+                spectra[layer] = 0
+
+        self.workspace.each(forward, range(len(spectra)))
+        return loud
+
+    def collect(
+        self,
+        write: Write,
+        read: Callable[[int, Parts], None],
+        shape: tuple[int, int, int, int],
+        dtype: type,
+    ) -> None:
+        """Give the spectra of all layers; see `Share.collect`."""
+        layers, _, my, width = shape
+
+        def backward(layer: int) -> None:
+            def parts(component: int) -> Array:
+                out = _scratch(self.workspace, (2, my, width), dtype)
+                write(layer, component, out)
+                return out
+
+            read(layer, parts)
+
+        self.workspace.each(backward, range(layers))
+
+    def columns(self, spectrum: Array, width: int) -> Array:
+        """Return the spectrum."""
+        return spectrum
+
+    def whole(self, values: Array, count: int) -> Array:
+        """Return the array."""
+        return values
+
+    def require(self, layers: int, shape: tuple[int, int]) -> None:
+        """Ask for nothing."""
+
+    def any(self, result: bool) -> bool:
+        """Return what was found."""
+        return bool(result)
+
+    def largest(self, value: float) -> float:
+        """Return the value."""
+        return value
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return what a task gives."""
+        return task()
+
+    def by_first(self, task: Callable[[], Found]) -> Found:
+        """Return what a task gives."""
+        return task()
+
+
+class Shared:
+    """Layers and waves that lie on several ranks, which all call the same in the same order.
+
+    Parameters
+    ----------
+    ranks : Ranks
+        Those that hold the volume.
+    workspace : Workspace
+        Threads of this rank.
+    """
+
+    def __init__(self, ranks: Ranks, workspace: Workspace) -> None:
+        self.ranks, self.workspace = ranks, workspace
+        self.count, self.beside = ranks.count, ranks.beside()
+
+    def layers(self, count: int) -> range:
+        """Return which of so many layers are here: every so many-th."""
+        return self._layers(self.ranks.number, count)
+
+    def _layers(self, rank: int, count: int) -> range:
+        return range(rank, count, self.count)
+
+    def waves(self, width: int) -> slice:
+        """Return which of so many waves along x are here."""
+        return self._waves(self.ranks.number, width)
+
+    def _waves(self, rank: int, width: int) -> slice:
+        return slice(rank * width // self.count, (rank + 1) * width // self.count)
+
+    def require(self, layers: int, shape: tuple[int, int]) -> None:
+        """Raise `InputError` where a volume has less than a layer and a wave for each rank."""
+        maximum = min(layers, shape[1] // 2)
+        if self.count > maximum:
+            raise InputError(
+                f"{self.count} ranks share {layers} layers of {shape[0]} × {shape[1]} points: "
+                f"start {maximum} ranks at most"
+            )
+
+    def spread(
+        self, transform: Callable[[int, Array], bool], spectra: Array, width: int
+    ) -> NDArray[np.bool_]:
+        """Transform the layers that are here, and share out waves; see `Share.spread`."""
+        batches = self._batches(len(spectra), 10 * spectra.shape[-2] * width * spectra.itemsize)
+        loud = np.zeros(len(spectra), bool)
+        spectra[...] = 0
+        before: tuple[Exchange, list[list[int]]] | None = None
+        for number, batch in enumerate(batches):
+            begun = self._send(transform, batch, loud, spectra, width, number)
+            if before is not None:
+                self._take(*before, spectra)
+            before = begun
+        assert before is not None
+        self._take(*before, spectra)
+        return loud
+
+    def _batches(self, layers: int, size: int) -> list[list[list[int]]]:
+        """Return for each round the layers of each rank that travel."""
+        step = max(self.workspace.workers, TRAVELLING // size, 1)
+        # The same on all ranks, whose threads may differ.
+        step = int(self.largest(step))
+        rounds = -(-len(self._layers(0, layers)) // step)
+        return [
+            [list(self._layers(rank, layers))[i * step : (i + 1) * step]
+             for rank in range(self.count)]
+            for i in range(rounds)
+        ]  # fmt: skip
+
+    def _send(
+        self,
+        transform: Callable[[int, Array], bool],
+        batch: list[list[int]],
+        loud: NDArray[np.bool_],
+        spectra: Array,
+        width: int,
+        number: int,
+    ) -> tuple[Exchange, list[list[int]]]:
+        """Transform the layers of a round, and send off those that have any strain."""
+        own = batch[self.ranks.number]
+        shape = spectra.shape[1:-1]
+        planes: Array = self._memory("planes", 0, (len(own), *shape, width), spectra.dtype)
+        result = np.zeros(len(own), np.uint8)
+
+        def forward(place: int) -> None:
+            result[place] = transform(own[place] // self.count, planes[place])
+
+        self.workspace.each(forward, range(len(own)))
+        text = self.ranks.joined(result, [len(layers) for layers in batch])
+        for layer, any_strain in zip((n for layers in batch for n in layers), text, strict=True):
+            loud[layer] = any_strain
+        me, places = self.ranks.number, np.flatnonzero(result)
+        moving = [
+            [layer for layer in layers if loud[layer] and rank != me]
+            for rank, layers in enumerate(batch)
+        ]
+        entries = math.prod(shape)
+        parts = [
+            len(places) * entries * self._width(rank, width) * (rank != me)
+            for rank in range(self.count)
+        ]
+        going: Array = self._memory("going", number % 2, (sum(parts),), spectra.dtype)
+
+        def pack(task: tuple[int, Array, int]) -> None:
+            rank, out, place = task
+            out[...] = planes[place][..., self._waves(rank, width)]
+
+        tasks: list[tuple[int, Array, int]] = []
+        for rank, part in enumerate(np.split(going, np.cumsum(parts)[:-1])):
+            outs: Any = [spectra[own[place]] for place in places]
+            if rank != me:
+                outs = part.reshape(len(places), *shape, self._width(rank, width))
+            tasks += [(rank, out, place) for out, place in zip(outs, places.tolist(), strict=True)]
+        self.workspace.each(pack, tasks)
+        sizes = [len(layers) * entries * spectra.shape[-1] for layers in moving]
+        coming = self._memory("coming", number % 2, (sum(sizes),), spectra.dtype)
+        return self.ranks.exchange(going, parts, coming, sizes), moving
+
+    def _take(self, exchange: Exchange, moving: list[list[int]], spectra: Array) -> None:
+        """Put what has arrived into its place."""
+        arrived = exchange.arrived()
+        tasks = [
+            (layer, plane)
+            for layers, part in zip(moving, arrived, strict=True)
+            for layer, plane in zip(layers, part.reshape(len(layers), *spectra.shape[1:]),
+                                    strict=True)
+        ]  # fmt: skip
+
+        def put(task: tuple[int, Array]) -> None:
+            layer, plane = task
+            spectra[layer] = plane
+
+        self.workspace.each(put, tasks)
+
+    def collect(
+        self,
+        write: Write,
+        read: Callable[[int, Parts], None],
+        shape: tuple[int, int, int, int],
+        dtype: type,
+    ) -> None:
+        """Give everyone the spectra of its layers; see `Share.collect`."""
+        layers, components, my, width = shape
+        size = 2 * components * my * width * np.dtype(dtype).itemsize
+        before: tuple[Exchange, Array] | None = None
+        for number, batch in enumerate(batches := self._batches(layers, size)):
+            begun = self._return(write, batch, (components, my, width), dtype, number)
+            if before is not None:
+                self._read(*before, batches[number - 1], read, width)
+            before = begun
+        assert before is not None
+        self._read(*before, batches[-1], read, width)
+
+    def _return(
+        self,
+        write: Write,
+        batch: list[list[int]],
+        shape: tuple[int, int, int],
+        dtype: type,
+        number: int,
+    ) -> tuple[Exchange, Array]:
+        """Write the waves that are here of the layers of a round, and send off those of others."""
+        (components, my, width), me = shape, self.ranks.number
+        here, own = self._width(me, width), batch[me]
+        entries = 2 * components * my
+        parts = [len(layers) * entries * here for layers in batch]
+        cached = self._memory("kept", number % 2, (parts[me],), np.dtype(dtype))
+        parts[me] = 0
+        going = self._memory("going", number % 2, (sum(parts),), np.dtype(dtype))
+        blocks = np.split(going, np.cumsum(parts)[:-1])
+        blocks[me] = cached
+        tasks = []
+        for layers, part in zip(batch, blocks, strict=True):
+            block = part.reshape(len(layers), components, 2, my, here)
+            tasks += [
+                (layer, component, block[place, component])
+                for place, layer in enumerate(layers)
+                for component in range(components)
+            ]
+        self.workspace.each(lambda task: write(*task), tasks)
+        sizes = [
+            len(own) * entries * self._width(rank, width) * (rank != me)
+            for rank in range(self.count)
+        ]
+        coming = self._memory("coming", number % 2, (sum(sizes),), np.dtype(dtype))
+        cached = cached.reshape(len(own), components, 2, my, here)
+        return self.ranks.exchange(going, parts, coming, sizes), cached
+
+    def _read(
+        self,
+        exchange: Exchange,
+        cached: Array,
+        batch: list[list[int]],
+        read: Callable[[int, Parts], None],
+        width: int,
+    ) -> None:
+        """Show the layers of a round that have arrived, with what was kept of them."""
+        own, (my, _) = batch[self.ranks.number], cached.shape[-2:]
+        blocks = [
+            cached
+            if rank == self.ranks.number
+            else part.reshape(*cached.shape[:-1], self._width(rank, width))
+            for rank, part in enumerate(exchange.arrived())
+        ]
+
+        def backward(place: int) -> None:
+            def parts(component: int) -> Array:
+                out = _scratch(self.workspace, (2, my, width), cached.dtype.type)
+                for rank, block in enumerate(blocks):
+                    out[..., self._waves(rank, width)] = block[place, component]
+                return out
+
+            read(own[place] // self.count, parts)
+
+        self.workspace.each(backward, range(len(own)))
+
+    def _width(self, rank: int, width: int) -> int:
+        return len(range(*self._waves(rank, width).indices(width)))
+
+    def _memory(self, name: str, number: int, shape: Sequence[int], dtype: np.dtype[Any]) -> Array:
+        """Return memory of what is under way, one for this round and one for the next."""
+        flat = self.workspace.scratch(f"{name} {number}", (1, math.prod(shape)), dtype.type)
+        array: Array = flat.reshape(shape)
+        return array
+
+    def columns(self, spectrum: Array, width: int) -> Array:
+        """Return a spectrum of all waves of the columns that are here."""
+        counts = [self._width(rank, width) for rank in range(self.count)]
+        return np.ascontiguousarray(self.ranks.joined(spectrum.T, counts).T)
+
+    def whole(self, values: Array, count: int) -> Array:
+        """Return an array over all layers of one over those that are here."""
+        layers = [self._layers(rank, count) for rank in range(self.count)]
+        by_rank = self.ranks.joined(values, [len(own) for own in layers])
+        ordered = np.empty_like(by_rank)
+        ordered[[layer for own in layers for layer in own]] = by_rank
+        return ordered
+
+    def any(self, result: bool) -> bool:
+        """Return whether any rank has found something."""
+        return bool(self.ranks.everyone(float(result)).any())
+
+    def largest(self, value: float) -> float:
+        """Return the largest value that a rank gives."""
+        return float(self.ranks.everyone(value).max())
+
+    def agreed(self, task: Callable[[], Found]) -> Found:
+        """Return what a task gives that each rank does, or raise on all what one raises."""
+        return self.ranks.agreed(task)
+
+    def by_first(self, task: Callable[[], Found]) -> Found:
+        """Return on all ranks what a task gives that the first does."""
+        return self.ranks.by_first(task)
+
+
+def _scratch(workspace: Workspace, shape: tuple[int, ...], dtype: type) -> Array:
+    """Return memory of this thread for one component."""
+    array: Array = workspace.scratch("parts", (1, math.prod(shape)), dtype).reshape(shape)
+    return array

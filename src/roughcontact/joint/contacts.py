@@ -1,0 +1,152 @@
+"""Contacts of one joint under several loads, looked at one at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ArgumentRef, InputError, Part
+from roughcontact.material.material import Material
+from roughcontact.surface import spectrum
+from roughcontact.units import engineering, lengths
+
+# Edges of pixels that differ by less than this part are one.
+_SAME = 1e-6
+
+
+def of_one_pair(
+    contacts: ContactResult | Iterable[ContactResult], what: str
+) -> Iterator[ContactResult]:
+    """Yield the contacts, once each is known to be one more of the same bodies."""
+    # Not the contact itself, so that its maps are free again.
+    first: tuple[Pair, bool] | None = None
+    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
+        result.pair.require_map(what)
+        pair, is_elastic = result.pair, result.ceiling is None
+        first = first or (pair, is_elastic)
+        advice = "; give one pair of bodies under several loads"
+        require_alike(first[0], pair, "contacts", advice)
+        require_one_model(first[1], is_elastic)
+        if not same_heights(first[0], pair):
+            raise InputError(f"are of different maps{advice}", argument="contacts")
+        yield result
+    if first is None:
+        raise InputError("is empty: give at least one contact", argument="contacts")
+
+
+def require_alike(
+    first: Pair, other: Pair, argument: str, *advice: Part, only_elastic: bool = False
+) -> None:
+    """Refuse two pairs of bodies that differ in more than their heights."""
+    pixels = np.allclose(first.pixel, other.pixel, rtol=_SAME, atol=0)
+    if first.shape != other.shape or not pixels:
+        item, two = (f"{p.shape[0]} × {p.shape[1]} points of {lengths(p.pixel)}"
+                    for p in (first, other))  # fmt: skip
+        raise InputError(f"are of different grids, {item} and {two}", *advice, argument=argument)
+    if first.boundary != other.boundary:
+        text = f"differ in boundary, {first.boundary} and {other.boundary}"
+        raise InputError(text, *advice, argument=argument)
+    if only_elastic and first.contact_modulus == other.contact_modulus:
+        return
+    for name, whose in (("material", "body"), ("counter_material", "counter-body")):
+        own, others = _constants(getattr(first, name)), _constants(getattr(other, name))
+        if own != others:
+            raise InputError(
+                f"differ in the material of the {whose}, {own} and {others}",
+                *advice,
+                argument=argument,
+            )
+
+
+def require_one_model(first: bool, other: bool) -> None:
+    """Refuse contacts of which one was solved with a ceiling and another elastic."""
+    if first != other:
+        raise InputError(
+            "are some with a ceiling and some elastic; give contacts of one model",
+            argument="contacts",
+        )
+
+
+def same_heights(first: Pair, second: Pair) -> bool:
+    """Return whether two pairs on one grid have the same maps."""
+    if (first.counter_surface is None) != (second.counter_surface is None):
+        return False
+    return all(
+        item is two or np.array_equal(item, two, equal_nan=True)
+        for item, two in (
+            (first.surface.heights, second.surface.heights), (first.heights, second.heights)
+        )
+    )  # fmt: skip
+
+
+def _constants(material: Material) -> str:
+    """Return all constants of a material in words; its name is none of them."""
+    if math.isinf(material.young):
+        return "rigid"
+    text = [f"E {engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]
+    for symbol, value in (("σ_Y", material.yield_strength), ("H", material.hardness)):
+        if value is not None:
+            text.append(f"{symbol} {engineering(value, 'Pa', 12)}")
+    if material.hardening is not None:
+        text.append(repr(material.hardening))
+    return ", ".join(text)
+
+
+# --- The part of a map that stands for a wide joint: without the rim of a free one ---
+
+
+RIM = 3.0
+"""Autocorrelation lengths that a rim is wide.
+
+Beyond the edge of a free map nothing touches. What lacks there, the local relation of pressure and
+gap feels as far as its longest waves reach: on self-affine maps with a roll-off, three lengths Sal
+are about its longest wave, and what is left inside follows the relation of the same map made
+periodic to some 2 %, whatever pressure the edge takes on (``tests/physics/test_interface_law``).
+"""
+
+LEAST_POINTS = 16
+"""Points along each side below which a part of a map has no law."""
+
+# Part of each side that the rims may take at most.
+_MOST = 0.5
+
+Window = tuple[slice, slice]
+
+
+def window_of(pair: Pair) -> tuple[Window | None, float]:
+    """Return the part of a map inside its rim, and how wide that rim is."""
+    if min(pair.shape) < LEAST_POINTS:
+        ny, nx = pair.shape
+        raise InputError(
+            f"has {ny} × {nx} points: an interface law needs {LEAST_POINTS} along each side",
+            argument="surface",
+        )
+    free = pair.boundary.free_axes
+    if not free:
+        return None, 0.0
+    length, _, _ = spectrum.texture(pair.initial_gap, pair.pixel)
+    rim = RIM * length
+    slices = [slice(0, points) for points in pair.shape]
+    for axis in free:
+        side = pair.size[axis]
+        if math.isnan(rim) or 2 * rim > _MOST * side:
+            raise _nothing_left(pair, rim)
+        margin = math.ceil(rim / pair.pixel[axis])
+        slices[axis] = slice(margin, pair.shape[axis] - margin)
+    if min(part.stop - part.start for part in slices) < LEAST_POINTS:
+        raise _nothing_left(pair, rim)
+    return (slices[0], slices[1]), rim
+
+
+def _nothing_left(pair: Pair, rim: float) -> InputError:
+    wide = "without end" if math.isnan(rim) else f"of {engineering(rim, 'm', 3)}"
+    return InputError(
+        f"of {lengths(pair.size)} is too small for a free boundary: a rim {wide} along each edge, "
+        f"{RIM:.0f} autocorrelation lengths, leaves less than half of a side; take long waves out "
+        "with ", ArgumentRef("l"), ", give a larger map, or ", ArgumentRef("boundary", "periodic"),
+        argument="surface",
+    )  # fmt: skip

@@ -1,0 +1,704 @@
+"""What is known of a nominally flat joint: pressure, separation, contact and stiffness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import statistics
+from roughcontact.arguments import checked
+from roughcontact.cautions import Caution, Kind, ordered
+from roughcontact.contact import spots
+from roughcontact.contact.nominal_hertz import shape_of
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.stiffness import local_stiffness
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.joint import law_curve
+from roughcontact.joint.conductance import conductor_of
+from roughcontact.joint.contacts import (
+    Window,
+    require_alike,
+    require_one_model,
+    same_heights,
+    window_of,
+)
+from roughcontact.joint.law_curve import ERROR, Asperities, Curve, Resolved, asperities
+from roughcontact.material.material import Conductor
+from roughcontact.result import Result
+from roughcontact.statistics import Mean
+from roughcontact.surface import roughness, spectrum
+from roughcontact.theory import persson
+from roughcontact.units import Quantity, quantity
+
+Array = NDArray[np.float64]
+
+LOADING, UNLOADING = "loading", "unloading"
+"""Branches of a law: first loading, and unloading from it or loading again up to it."""
+
+# Pressures of two maps that differ by less than this part are one.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class LawPoint:
+    """One map under one nominal pressure; all means are over the part inside its rim."""
+
+    pressure: float  # Nominal pressure p̄: mean of the contact pressure [Pa]
+    separation: float  # [m]
+    mean_gap: float  # Mean open gap [m]
+    contact_fraction: float  # Shares of the area that touch, and that are at the ceiling
+    saturated_fraction: float  # Shares of the area that touch, and that are at the ceiling
+    stiffness: float  # -dp̄/dū [Pa/m] as the load grows and as it begins to fall
+    unloading_stiffness: float  # -dp̄/dū [Pa/m] as the load grows and as it begins to fall
+    spots: int  # Contact spots, and points of the map that touch and that do not
+    contact_points: int  # Contact spots, and points of the map that touch and that do not
+    open_points: int  # Contact spots, and points of the map that touch and that do not
+
+
+@dataclass(frozen=True, eq=False)
+class MapLaw:
+    """The law that one map shows."""
+
+    name: str  # What the map is called
+    pair: Pair  # The bodies
+    window: Window | None  # The part inside the rim
+    first_touch: float  # [m]
+    unloading_touch: float  # [m]
+    loading: tuple[LawPoint, ...]  # The branches by ascending pressure
+    unloading: tuple[LawPoint, ...]  # The branches by ascending pressure
+    wave_numbers: Array  # Spectrum of the gap, as `theory.persson.persson_separation` takes it
+    variances: Array  # Spectrum of the gap, as `theory.persson.persson_separation` takes it
+
+    def points(self, branch: str) -> tuple[LawPoint, ...]:
+        """Return the points of a branch."""
+        return self.loading if branch == LOADING else self.unloading
+
+    def column(self, branch: str, name: str) -> Array:
+        """Return one field of all points of a branch, shape (n,)."""
+        return np.array([getattr(point, name) for point in self.points(branch)], dtype=float)
+
+    def curve(self, branch: str) -> Curve:
+        """Return pressure over separation."""
+        touch = self.first_touch if branch == LOADING else self.unloading_touch
+        flows = branch == LOADING and any(point.saturated_fraction for point in self.loading)
+        stiffness = None if flows else self.column(branch, "unloading_stiffness")
+        return _curve(
+            self.column(branch, "pressure"), self.column(branch, "separation"), stiffness, touch
+        )
+
+    def at(self, branch: str, name: str, pressures: Array) -> Array:
+        """Return a field at nominal pressures between the first and the last of a branch."""
+        own = self.column(branch, "pressure")
+        if own.size == pressures.size and np.allclose(own, pressures, rtol=_SAME, atol=0):
+            return self.column(branch, name)
+        if name == "separation":
+            return self.curve(branch).separation_at(pressures)
+        result: Array = np.interp(np.log(pressures), np.log(own), self.column(branch, name))
+        return result
+
+    @property
+    def gap(self) -> Array:
+        """Gap at first touch inside the rim [m]."""
+        gap = self.pair.initial_gap
+        return gap if self.window is None else gap[self.window]
+
+
+@dataclass(frozen=True)
+class LawStep:
+    """All maps under one nominal pressure: means over the maps and how they scatter."""
+
+    branch: str  # `LOADING` or `UNLOADING`
+    pressure: float  # p̄ [Pa]
+    separation: float  # Means over the maps
+    mean_gap: float  # Means over the maps
+    contact_fraction: float  # Means over the maps
+    saturated_fraction: float  # Means over the maps
+    stiffness: float  # Means over the maps
+    unloading_stiffness: float  # Means over the maps
+    separation_deviation: float  # Standard deviations over the maps
+    contact_deviation: float  # Standard deviations over the maps
+    stiffness_deviation: float  # Standard deviations over the maps
+    separation_half: float
+    contact_half: float
+    stiffness_half: float
+    persson_separation: float  # [m]
+    resolved: bool  # Whether the maps resolve the law under this pressure
+    thermal_conductance: float  # Of the contact per area [W/(m² K)]
+
+
+@dataclass(frozen=True)
+class LawTable:
+    """A branch as rows for other programs, straight lines between which are right to an error."""
+
+    branch: str  # `LOADING` or `UNLOADING`
+    error: float  # Part of the pressure that a straight line between two rows may be off
+    pressure: Array  # (n,) p̄ [Pa], strictly ascending
+    separation: Array  # (n,) ū [m], strictly descending
+    mean_gap: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
+    contact_fraction: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
+    thermal_conductance: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
+
+    @property
+    def overclosure(self) -> Array:
+        """-ū, as finite-element programs have it [m], shape (n,)."""
+        return -self.separation
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InterfaceLaw(Result):
+    """Pressure, separation, contact and stiffness of a nominally flat joint.
+
+    Parameters
+    ----------
+    maps : tuple of MapLaw
+        What each map shows.
+    rim : float
+        Width of the rim that is left out along free edges [m]; the mean over the maps.
+    largest : ContactResult
+        The contact of the first map under its largest load.
+    found : tuple of Caution
+        What the contacts give cause for.
+    remarks : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    parts : InterfaceLaw or None
+        The law of equal parts of the maps, if it was asked for: whether the maps are large enough.
+    bodies : (Conductor, Conductor) or None
+        What both bodies conduct, for decks that hold a conductance.
+    thermal_film : float
+        Thermal resistance of a film on the contact times its area [m² K/W].
+    """
+
+    maps: tuple[MapLaw, ...]
+    rim: float
+    largest: ContactResult
+    found: tuple[Caution, ...] = ()
+    remarks: tuple[Caution, ...] = ()
+    parts: InterfaceLaw | None = None
+    bodies: tuple[Conductor, Conductor] | None = None
+    thermal_film: float = 0.0
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* [Pa]."""
+        return self.largest.contact_modulus
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether nothing was saturated, so that unloading is the way of loading back."""
+        return not any(p.saturated_fraction for law in self.maps for p in law.loading)
+
+    @property
+    def branches(self) -> tuple[str, ...]:
+        """The branches that differ and were solved."""
+        both = not self.is_elastic and all(law.unloading for law in self.maps)
+        return (LOADING, UNLOADING) if both else (LOADING,)
+
+    def pressures(self, branch: str = LOADING) -> Array:
+        """Return the nominal pressures at which the maps are averaged [Pa], shape (n,).
+
+        Those that were solved where all maps have the same; inside rims each map has its own, and
+        these are as many in equal ratios over what all of them cover.
+        """
+        own = [law.column(branch, "pressure") for law in self.maps]
+        first = own[0]
+        if all(p.size == first.size and np.allclose(p, first, rtol=_SAME) for p in own):
+            return first
+        low, high = max(p[0] for p in own), min(p[-1] for p in own)
+        result: Array = np.geomspace(low, high, max(p.size for p in own))
+        # Exactly, so that no map has to tell more than it covers.
+        result[0], result[-1] = low, high
+        return result
+
+    def values(self, branch: str, name: str) -> Array:
+        """Return a field of `LawPoint` of all maps at `pressures`, shape (maps, n)."""
+        pressures = self.pressures(branch)
+        return np.array([law.at(branch, name, pressures) for law in self.maps])
+
+    def mean(self, branch: str, name: str) -> list[Mean]:
+        """Return the mean of a field over the maps at each of `pressures`, with its interval."""
+        return [_mean(values) for values in self.values(branch, name).T]
+
+    @cached_property
+    def steps(self) -> tuple[LawStep, ...]:
+        """All that is told of each branch and pressure."""
+        return tuple(step for branch in self.branches for step in self._steps(branch))
+
+    def of_branch(self, branch: str) -> list[LawStep]:
+        """Return the `steps` of one branch."""
+        return [step for step in self.steps if step.branch == branch]
+
+    def _steps(self, branch: str) -> Iterator[LawStep]:
+        pressures = self.pressures(branch)
+        names = ("separation", "mean_gap", "contact_fraction", "saturated_fraction", "stiffness",
+                 "unloading_stiffness")  # fmt: skip
+        means = {name: self.mean(branch, name) for name in names}
+        theory, resolved = self.persson(pressures), self.resolved
+        conductance = self.thermal_conductance(branch)
+        for number, pressure in enumerate(pressures.tolist()):
+            index = {name: result[number] for name, result in means.items()}
+            scatter = {
+                "separation": index["separation"], "contact": index["contact_fraction"],
+                "stiffness": index[_stiffness_of(branch)],
+            }  # fmt: skip
+            yield LawStep(
+                branch=branch,
+                pressure=pressure,
+                **{name: index[name].value for name in names},
+                **{f"{name}_deviation": item.deviation for name, item in scatter.items()},
+                **{f"{name}_half": item.high - item.value for name, item in scatter.items()},
+                persson_separation=float(theory[number]),
+                resolved=resolved.low <= pressure <= resolved.high,
+                thermal_conductance=float(conductance[number]),
+            )
+
+    def curve(self, branch: str = LOADING) -> Curve:
+        """Return the mean of the maps as a curve; see `Curve`."""
+        flows = branch == LOADING and not self.is_elastic
+        stiffness = None if flows else self.values(branch, "unloading_stiffness")
+        touch = [law.first_touch if branch == LOADING else law.unloading_touch for law in self.maps]
+        separation = self.values(branch, "separation").mean(axis=0)
+        return _curve(self.pressures(branch), separation, stiffness, math.fsum(touch) / len(touch))
+
+    def table(self, branch: str = LOADING, error: float = ERROR) -> LawTable:
+        """Return a branch as rows for other programs; see `LawTable`."""
+        pressure, separation = self.curve(branch).table(error)
+        log, own = np.log(pressure[1:]), np.log(self.pressures(branch))
+        more = []
+        for name, start in (("mean_gap", separation[0]), ("contact_fraction", 0.0)):
+            values = np.interp(log, own, self.values(branch, name).mean(axis=0))
+            more.append(np.concatenate([[start], values]))
+        values = self._conductance_between(branch, log)
+        more.append(np.concatenate([[math.nan if self.bodies is None else 0.0], values]))
+        return LawTable(branch, error, pressure, separation, *more)
+
+    @cached_property
+    def resolved(self) -> Resolved:
+        """The range of nominal pressures that the maps resolve, and what ends it."""
+        return law_curve.resolved(
+            self.pressures(),
+            {
+                name: self.values(LOADING, name).mean(axis=0)
+                for name in ("spots", "contact_points", "open_points", "contact_fraction")
+            },
+            self.contact_modulus * self.rms_gradient / 2,
+        )
+
+    @cached_property
+    def rms_gradient(self) -> float:
+        """h′ of the gap at first touch, mean over the maps."""
+        result = [roughness.rms_gradient(law.gap, law.pair.pixel) for law in self.maps]
+        return math.fsum(result) / len(result)
+
+    @cached_property
+    def asperities(self) -> Asperities:
+        """Moments of the gap at first touch after Greenwood and Tripp, means over the maps."""
+        result = [asperities(law.gap, law.pair.pixel) for law in self.maps]
+        means = (
+            math.fsum(getattr(item, name) for item in result) / len(result)
+            for name in ("m0", "m2", "m4")
+        )
+        return Asperities(*means)
+
+    def persson(self, pressures: Array) -> Array:
+        """Return the separation by Persson's theory of the elastic joint [m], shape (n,).
+
+        The mean over the maps; NaN where one has missing points.
+        """
+        if not all(law.wave_numbers.size for law in self.maps):
+            return np.full(np.shape(pressures), math.nan)
+        result: Array = np.mean(
+            [
+                persson.persson_separation(
+                    pressures, self.contact_modulus, law.wave_numbers, law.variances
+                )
+                for law in self.maps
+            ],
+            axis=0,
+        )
+        return result
+
+    @cached_property
+    def persson_length(self) -> float:
+        """u₀ of Persson's p̄ ∝ exp(-ū/u₀) from the spectra of the maps [m]; see `persson`."""
+        if not all(law.wave_numbers.size for law in self.maps):
+            return math.nan
+        result = [persson.persson_decay(law.wave_numbers, law.variances) for law in self.maps]
+        return math.fsum(result) / len(result)
+
+    def thermal_conductance(self, branch: str = LOADING) -> Array:
+        """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
+
+        From the unloading stiffness of the contacts of the branch, as that of `joint.conductance`;
+        the mean over the maps. NaN without `bodies`, infinite where a map is closed.
+        """
+        if self.bodies is None:
+            return np.full(self.pressures(branch).shape, math.nan)
+        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in self.bodies)
+        with np.errstate(divide="ignore"):
+            constriction = (
+                resistivity
+                * self.contact_modulus
+                / (2 * self.values(branch, "unloading_stiffness"))
+            )
+            film = self.thermal_film / self.values(branch, "contact_fraction")
+            mean: Array = np.mean(1 / (constriction + film), axis=0)
+        return mean
+
+    def _conductance_between(self, branch: str, log: Array) -> Array:
+        """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
+        own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
+        there = np.isfinite(values)
+        if not there.any():
+            return np.full(log.shape, values[0])
+        result = np.exp(np.interp(log, own[there], np.log(values[there])))
+        # A map that is closed resists no more.
+        return np.where(log > own[there][-1], values[-1], result)
+
+    @property
+    def conductance(self) -> Array:
+        """`thermal_conductance` of first loading [W/(m² K)], shape (n,)."""
+        return self.thermal_conductance(LOADING)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        errors = [self.curve(branch).error for branch in self.branches]
+        own = [
+            *law_curve.cautions(
+                len(self.maps), self.pressures(), self.resolved, self.rim, max(errors)
+            )
+        ]
+        if self.parts is not None:
+            parts = self.parts
+            half = np.array([item.high - item.value for item in parts.mean(LOADING, "separation")])
+            own.append(
+                law_curve.judge_part_size(
+                    self.curve(), parts.curve(), half, len(parts.maps), self.resolved
+                )
+            )
+        return ordered(dict.fromkeys([*self.found, *own, *self.remarks]))
+
+
+def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
+    """Return a curve with the slopes that were computed, of one map or the mean of several."""
+    if stiffness is None:
+        return Curve(pressure, separation, None, touch)
+    with np.errstate(divide="ignore"):
+        compliance = np.atleast_2d(1 / stiffness).mean(axis=0)
+    return Curve(pressure, separation, compliance, touch)
+
+
+def _mean(values: Array) -> Mean:
+    # A map that is closed does not yield: its stiffness has no bound, and no scatter either.
+    if not np.isfinite(values).all():
+        return Mean(values.size, float(values.mean()), math.nan, math.nan, math.nan)
+    return statistics.mean(values)
+
+
+def _stiffness_of(branch: str) -> str:
+    """Return which stiffness is the slope of a branch."""
+    return "stiffness" if branch == LOADING else "unloading_stiffness"
+
+
+# --- The law of an interface from contacts that were solved ---
+
+
+OF = "an interface law"
+"""What needs maps, in messages."""
+
+# Heights that were lowered by this part of the largest gap are no rounding.
+_ROUNDING = 1e-9
+
+
+@checked
+def interface_law(
+    contacts: Iterable[ContactResult],
+    unloading: Iterable[ContactResult] = (),
+    *,
+    body: Conductor | str | None = None,
+    counter_body: Conductor | str | None = None,
+    thermal_film: Quantity = 0.0,
+) -> InterfaceLaw:
+    """Return the law of a nominally flat joint: pressure, contact and stiffness over separation.
+
+    Parameters
+    ----------
+    contacts : iterable of ContactResult
+        Solutions of one map or several of one surface, each under two loads at least, one map
+        after the other. One at a time is looked at.
+    unloading : iterable of ContactResult
+        Solutions under loads up to the largest of the maps as that left them
+        (`roughcontact.indented_surface`), the maps in the same order. Without them, the law has no
+        second branch; where nothing was saturated it needs none.
+    body, counter_body : Conductor or str, optional
+        What the bodies conduct, or their names in the catalogue of materials, for the thermal
+        conductance over pressure.
+    thermal_film : float, str or quantity of pint
+        Thermal resistance of a film on the contact times its area [m² K/W].
+
+    Returns
+    -------
+    InterfaceLaw
+        Each map's law, their mean and scatter, what they resolve, tables for other programs.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two contacts of a map, the maps are profiles, curved, too small or
+        of different grids, or the bodies differ in more than their maps.
+    ConvergenceError, InsufficientMemoryError
+        As for `roughcontact.contact.stiffness.local_stiffness`.
+
+    Notes
+    -----
+    The *separation* ū is the distance of the mean planes of the two rough surfaces, each displaced
+    by its elastic deformation: the mean of the gap where what is indented counts as negative. Far
+    above and below the joint, bodies move towards each other by as much as ū falls and by their own
+    compression. At *first touch*, under no load, ū is the height of the highest summit above the
+    mean plane. *Overclosure*, as finite-element programs have it, is -ū: zero where the mean planes
+    meet, negative before.
+
+    On first loading the stiffness is that of the elastic contact alone, saturated points going on
+    to flow; in unloading, and loading again up to the largest load, all of the contact resists.
+
+    With a periodic boundary all of the map counts. On a free one, a rim along its edges is left
+    out (`roughcontact.joint.contacts`), and p̄ and ū are means inside it, which follow the same local
+    relation although the pressure of a flat body rises towards its edges.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> rough = rc.Surface(*rc.reference_map(64))
+    >>> law = rc.interface_law(
+    ...     rc.solve(rough, material=steel, load=rc.NominalPressure(p), boundary="periodic")
+    ...     for p in ("100 MPa", "300 MPa", "1 GPa")
+    ... )
+    >>> first, *_, last = law.steps
+    >>> first.separation > last.separation, first.stiffness < last.stiffness
+    (True, True)
+    """
+    collected = _collected(contacts)
+    for number, (samples, after) in enumerate(
+        zip(collected, _after(unloading, collected), strict=True), start=1
+    ):
+        if len(samples.points) < 2:
+            raise InputError(
+                f"has {len(samples.points)} pressure at which map {number} touches inside its rim: "
+                "a law needs two at least",
+                argument="contacts",
+            )
+        samples.unloading = after
+    film = quantity(thermal_film, "thermal film", "thermal_film")
+    bodies = None
+    if body is not None and counter_body is not None:
+        bodies = (conductor_of(body), conductor_of(counter_body))
+    rims = [samples.rim for samples in collected]
+    return InterfaceLaw(
+        maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
+        rim=math.fsum(rims) / len(rims),
+        largest=collected[0].largest,
+        found=_judged(collected),
+        bodies=bodies,
+        thermal_film=float(film),
+    )
+
+
+@dataclass(eq=False)
+class _Samples:
+    """What was seen of one map so far."""
+
+    pair: Pair
+    window: Window | None
+    rim: float
+    largest: ContactResult
+    points: list[tuple[LawPoint, float]] = field(default_factory=list)
+    judged: list[tuple[float, tuple[Caution, ...]]] = field(default_factory=list)
+    unloading: list[tuple[LawPoint, float]] = field(default_factory=list)
+
+    @property
+    def loads(self) -> list[float]:
+        """The loads that were seen [N]."""
+        return [load for load, _ in self.judged]
+
+    def add(self, result: ContactResult) -> None:
+        point = _point(result, self.window, 0.0)
+        self.judged.append((result.load, result.cautions))
+        if point.contact_points and point.pressure > 0:
+            self.points.append((point, 0.0))
+        if result.load >= self.largest.load:
+            self.largest = result
+
+
+def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
+    """Return what the contacts show, map by map."""
+    answer: list[_Samples] = []
+    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
+        # Under a load that a map has had, it is another that is the same.
+        known = (item for item in answer if result.load not in item.loads)
+        _check(result, answer[0].largest if answer else result)
+        samples = next((item for item in known if same_heights(item.pair, result.pair)), None)
+        if samples is None:
+            samples = _Samples(result.pair, *window_of(result.pair), result)
+            answer.append(samples)
+        samples.add(result)
+    if not answer:
+        raise InputError("is empty: give two contacts at least", argument="contacts")
+    return answer
+
+
+def _after(
+    unloading: Iterable[ContactResult], collected: Sequence[_Samples]
+) -> list[list[tuple[LawPoint, float]]]:
+    """Return the points of the second branch of each map, with the separation of first touch."""
+    pairs: list[Pair] = []
+    points: list[list[tuple[LawPoint, float]]] = []
+    loads: set[float] = set()
+    for result in unloading:
+        again = result.load in loads
+        require_alike(
+            collected[0].pair, result.pair, "unloading", "; give the maps pressed alike",
+            only_elastic=True,
+        )  # fmt: skip
+        if not pairs or again or not same_heights(pairs[-1], result.pair):
+            loads.clear()
+            if len(pairs) == len(collected):
+                raise _stranger(len(pairs) + 1)
+            pairs.append(result.pair)
+            points.append([])
+        loads.add(result.load)
+        samples = collected[len(pairs) - 1]
+        lowered = _lowered(samples, result.pair, len(pairs))
+        point = _point(result, samples.window, lowered)
+        if point.contact_points and point.pressure > 0:
+            points[-1].append((point, _first_touch(result.pair, samples.window) - lowered))
+    if pairs and len(pairs) < len(collected):
+        raise InputError(
+            f"has {len(pairs)} maps, and there are {len(collected)}: give all of them, or none",
+            argument="unloading",
+        )
+    return points or [[] for _ in collected]
+
+
+def _lowered(samples: _Samples, pair: Pair, number: int) -> float:
+    """Return the mean depth by which the largest load of a map indented it inside its rim [m]."""
+    depth = samples.pair.heights - pair.heights
+    scale = float(np.nanmax(np.abs(samples.pair.heights)))
+    if np.nanmin(depth) < -_ROUNDING * scale:
+        raise _stranger(number)
+    return float(np.nanmean(_inside(depth, samples.window)))
+
+
+def _stranger(number: int) -> InputError:
+    return InputError(
+        f"map {number} is not map {number} of the contacts as its largest load left it: give the "
+        "maps in their order, each from ", ArgumentRef("indented_surface"), argument="unloading",
+    )  # fmt: skip
+
+
+def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
+    """Return what one contact shows inside its rim."""
+    pressure, gap = _inside(result.pressure, window), _inside(result.gap, window)
+    contact = pressure > 0
+    loading, whole = local_stiffness(result, window)
+    axes = result.boundary.periodic_axes if window is None else ()
+    return LawPoint(
+        pressure=float(pressure.mean()),
+        separation=float(np.nanmean(gap)) - lowered,
+        mean_gap=float(np.nanmean(np.maximum(gap, 0))),
+        contact_fraction=float(contact.mean()),
+        saturated_fraction=float(_inside(result.saturated, window).mean()),
+        # What has flowed before resists like all else.
+        stiffness=whole if lowered else loading,
+        unloading_stiffness=whole,
+        spots=spots.find(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
+        contact_points=int(contact.sum()),
+        open_points=int(np.count_nonzero(~contact & ~np.isnan(gap))),
+    )
+
+
+def _inside(values: NDArray[Any], window: Window | None) -> NDArray[Any]:
+    return values if window is None else values[window]
+
+
+def _first_touch(pair: Pair, window: Window | None) -> float:
+    """Return the separation at which the bodies first touch inside the rim [m]."""
+    gap = _inside(pair.initial_gap, window)
+    return float(np.nanmean(gap) - np.nanmin(gap))
+
+
+def _law(samples: _Samples, number: int, all_of_them: Sequence[_Samples]) -> MapLaw:
+    pair = samples.pair
+    source = pair.surface.provenance.source
+    alone = [item.pair.surface.provenance.source for item in all_of_them].count(source) == 1
+    first = _first_touch(pair, samples.window)
+    loading, after = (
+        tuple(sorted((point for point, _ in points), key=lambda point: point.pressure))
+        for points in (samples.points, samples.unloading)
+    )
+    return MapLaw(
+        name=source if source and alone else f"{source or 'map'} {number}".strip(),
+        pair=pair,
+        window=samples.window,
+        first_touch=first,
+        unloading_touch=samples.unloading[0][1] if samples.unloading else first,
+        loading=loading,
+        unloading=after,
+        **_spectrum(pair, samples.window),
+    )
+
+
+def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
+    """Return wave numbers and variances of the gap for Persson's theory."""
+    gap = np.array(_inside(pair.initial_gap, window), dtype=np.float64)
+    if np.isnan(gap).any():
+        return {"wave_numbers": np.empty(0), "variances": np.empty(0)}
+    gap -= gap.mean()
+    if window is not None:
+        variance = gap.var()
+        for axis in pair.boundary.free_axes:
+            taper = np.hanning(gap.shape[axis] + 2)[1:-1]
+            gap *= taper[:, None] if axis == 0 else taper
+        gap -= gap.mean()
+        gap *= math.sqrt(variance / gap.var())
+    q, density, waves = spectrum.radial_spectrum(gap, pair.pixel)
+    area = gap.size * pair.pixel_area
+    return {"wave_numbers": q, "variances": density * waves / area}
+
+
+def _check(result: ContactResult, first: ContactResult) -> None:
+    """Refuse a map that has no law, or no part in that of the first."""
+    pair, other = result.pair, first.pair
+    pair.require_map(OF)
+    if shape_of(pair) is not None:
+        raise InputError(
+            "are of curved bodies, and an interface law is one of nominally flat ones: take the "
+            "form away, or leave the nominal bodies out",
+            argument="contacts",
+        )
+    require_alike(
+        other, pair, "contacts",
+        "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
+        ArgumentRef("pixel"), "), pressed alike",
+    )  # fmt: skip
+    require_one_model(first.ceiling is None, result.ceiling is None)
+
+
+def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
+    """Return the cautions of all contacts, one of each kind."""
+    judged = sorted(
+        (item for samples in collected for item in samples.judged), key=lambda text: text[0]
+    )
+    # That a flat body is loaded up to its edges is why a rim is left out.
+    result = tuple(text for text in over_loads(judged, "N") if text.kind != Kind.EDGE)
+    if collected[0].pair.counter_surface is not None:
+        return result
+    return (*result, law_curve.SMOOTH)

@@ -1,0 +1,138 @@
+"""Materials of machines, each value with its source, from ``catalogue.toml``.
+
+The values are typical ones of the condition named, not guaranteed ones: heat treatment, size and
+supplier move a yield strength by a tenth and more.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from roughcontact.errors import InputError, shown
+from roughcontact.material import hardness
+from roughcontact.material.hardening import Swift
+from roughcontact.material.material import Conductor, Material
+
+STORED = Path(__file__).with_name("catalogue.toml")
+
+# Plastic strain of a proof stress, in millionths.
+_PROOF = 2000.0
+
+
+class Value(NamedTuple):
+    """A number in SI units and where it was found."""
+
+    value: float
+    source: str
+
+
+class Number(NamedTuple):
+    """A hardness as `hardness.parse` reads it, and where it was found."""
+
+    text: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A material of the catalogue."""
+
+    key: str  # Its name in reports: the European designation where there is one
+    names: tuple[str, ...]  # Other names
+    condition: str  # Heat treatment or form that the values belong to
+    young: Value  # Young's modulus E [Pa]
+    poisson: Value  # Poisson's ratio ν
+    yield_strength: Value | None = None  # [Pa]
+    hardness: Number | None = None  # Hardness with its scale
+    note: str = ""  # What a user should know
+    resistivity: Value | None = None  # Electrical resistivity at room temperature [Ω m]
+    conductivity: Value | None = None  # Thermal conductivity at room temperature [W/(m K)]
+    exponent: Value | None = None
+    caveat: str = ""  # What the material does that no contact here includes, for `Material`
+
+    @property
+    def material(self) -> Material:
+        """The constants alone, for a calculation."""
+        strength, number = self.yield_strength, self.hardness
+        return Material(
+            young=self.young.value,
+            poisson=self.poisson.value,
+            yield_strength=None if strength is None else strength.value,
+            name=self.key,
+            hardness=None if number is None else hardness.ceiling(number.text),
+            hardening=self.hardening,
+            caveat=self.caveat,
+        )
+
+    @property
+    def hardening(self) -> Swift | None:
+        """The law of hardening, if its exponent is known."""
+        if self.yield_strength is None or self.exponent is None:
+            return None
+        strength, exponent = self.yield_strength.value, self.exponent.value
+        return Swift(strength / _PROOF**exponent, _PROOF, exponent)
+
+    @property
+    def conductor(self) -> Conductor:
+        """What it conducts, as far as it is known."""
+        return Conductor(
+            resistivity=None if self.resistivity is None else self.resistivity.value,
+            conductivity=None if self.conductivity is None else self.conductivity.value,
+            name=self.key,
+        )
+
+
+@cache
+def entries() -> tuple[Entry, ...]:
+    """Return all entries of the catalogue."""
+    stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
+
+    def field(name: str, specified: Any) -> Any:
+        if isinstance(specified, str):
+            return specified.format_map(stored["texts"])
+        if name == "names":
+            return tuple(specified)
+        number, source = specified
+        read = Number if name == "hardness" else Value
+        return read(number, source.format_map(stored["texts"]))
+
+    rows = stored["material"]
+    return tuple(Entry(**{name: field(name, row[name]) for name in row}) for row in rows)
+
+
+def entry(name: str) -> Entry:
+    """Return a material with the sources of its values."""
+    if not isinstance(name, str):
+        raise InputError(f"must be a name, got {shown(name)}", argument="material", value=name)
+    result = _index()
+    plain = _plain(name)
+    if plain in result:
+        return result[plain]
+    from difflib import get_close_matches
+
+    close = get_close_matches(plain, result, n=3, cutoff=0.5)
+    keys = dict.fromkeys(result[match].key for match in close) or [item.key for item in entries()]
+    text = name if len(name) <= 60 else name[:59] + "…"
+    raise InputError(
+        f"{text!r} is not in the catalogue; "
+        f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}",
+        argument="material",
+        value=name,
+    )
+
+
+def material(name: str) -> Material:
+    """Return the constants of a material."""
+    return entry(name).material
+
+
+def _plain(name: str) -> str:
+    return "".join(letter for letter in name.casefold() if letter.isalnum())
+
+
+def _index() -> dict[str, Entry]:
+    return {_plain(name): item for item in entries() for name in (item.key, *item.names)}

@@ -1,0 +1,92 @@
+"""Figures of what a contact conducts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.joint.conductance import CASES, CORRELATED
+from roughcontact.plots.style import (
+    DPI,
+    LABEL,
+    NEUTRAL,
+    SERIES,
+    TICK,
+    TITLE,
+    layout,
+    plain_axes,
+    prefixed,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from roughcontact.joint.conductance import Conductance
+
+Array = NDArray[np.float64]
+
+_LINES = (
+    ("length", "o-", SERIES[0], "computed"),
+    ("greenwood_length", "s--", SERIES[1], "Greenwood's formula"),
+    ("correlation_length", ":", NEUTRAL, "correlation for flat joints"),
+)
+
+
+def _band(axes: Axes, load: Array, correlated: Array) -> None:
+    """Draw between which resistances 95 % of rough maps were, by their correlation."""
+    known = np.isfinite(correlated) & (correlated > 0)
+    if np.count_nonzero(known) > 1:
+        low, high = (factor * correlated[known] for factor in CORRELATED)
+        label = f"95 % of {CASES} rough maps about it"
+        axes.fill_between(load[known], low, high, color=NEUTRAL, alpha=0.2, lw=0, label=label)
+
+
+def conductance(found: Conductance) -> Figure:
+    """Draw the resistances of a contact over the load.
+
+    Parameters
+    ----------
+    found : Conductance
+        The resistances.
+
+    Returns
+    -------
+    Figure
+        One panel for each kind that is known, electrical and thermal. Beside what was computed
+        stand the estimates from radii and places of the spots, and from roughness, slope and
+        nominal pressure, the latter with the scatter that it had on other maps.
+    """
+    from matplotlib.figure import Figure
+
+    kinds = [
+        (title, unit, kind)
+        for title, unit, kind in (
+            ("Electrical resistance", "Ω", "electrical"), ("Thermal resistance", "K/W", "thermal")
+        )
+        if not np.isnan(found.resistance(kind)).all()
+    ]  # fmt: skip
+    figure = Figure(figsize=(5.6 * len(kinds), 4.6), dpi=DPI, layout=layout())
+    load = found.column("load")
+    factor, load_unit = prefixed(float(load.max()), "N")
+    for axes, (title, unit, kind) in zip(
+        figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True
+    ):
+        for name, marker, colour, label in _LINES:
+            values = found.resistance(kind, name)
+            values[~(np.isfinite(values) & (values > 0))] = np.nan
+            if not np.isnan(values).all():
+                style = marker if load.size > 1 else "o"
+                axes.plot(load * factor, values, style, color=colour, label=label)
+                axes.set_yscale("log")
+        _band(axes, load * factor, found.resistance(kind, "correlation_length"))
+        axes.set_xscale("log")
+        axes.set_xlabel(f"load [{load_unit}]", fontsize=LABEL)
+        axes.set_ylabel(f"resistance [{unit}]", fontsize=LABEL)
+        axes.set_title(title, fontsize=TITLE)
+        plain_axes(axes)
+        if axes.lines:
+            axes.legend(fontsize=TICK, frameon=False)
+    return figure

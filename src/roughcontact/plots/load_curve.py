@@ -1,0 +1,248 @@
+"""Curves over many loads: a load curve, a load history."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from roughcontact.plots.style import (
+    DPI,
+    ELASTIC,
+    LABEL,
+    NEUTRAL,
+    SATURATED,
+    SERIES,
+    TICK,
+    TITLE,
+    in_unit,
+    layout,
+    plain_axes,
+    prefixed,
+)
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.load_history import SHAKEN_DOWN, LoadHistory
+from roughcontact.units import counted
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def hysteresis(history: LoadHistory) -> Figure:
+    """Draw load against approach along a history, and what each step dissipates.
+
+    Parameters
+    ----------
+    history : LoadHistory
+        A solved path.
+
+    Returns
+    -------
+    Figure
+        The computed points, joined where they lie on one curve: those of one shape of the bodies
+        at one position are elastic, in one colour, and a new indentation has another. Below it the
+        dissipated energy of every step and the volume indented so far.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=layout())
+    upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
+    _draw_loop(upper, history)
+
+    number = np.arange(1, len(history.steps) + 1)
+    energy = history.column("dissipated_energy")
+    volume = np.cumsum(history.column("indentation_volume"))
+    factor, unit = prefixed(float(energy.max()), "J")
+    lower.bar(number, energy * factor, width=0.7, color=SATURATED)
+    lower.set_xlabel("step", fontsize=LABEL)
+    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=LABEL, color=SATURATED)
+    lower.xaxis.set_major_locator(MaxNLocator(integer=True))
+    lower.set_xlim(0.3, number[-1] + 0.7)
+    lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
+    # Cubic micrometres: prefixes of m³ mislead.
+    total = lower.twinx()
+    total.plot(number, volume * 1e18, color=SERIES[0], marker="o", markersize=4, linewidth=1.8)
+    total.set_ylabel("indented volume so far [µm³]", fontsize=LABEL, color=SERIES[0])
+    total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
+    for axes in (lower, total):
+        axes.tick_params(labelsize=TICK)
+        axes.spines["top"].set_visible(False)
+    lower.set_title(
+        f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
+        + ("shaken down" if history.shaken_down else "shakedown not shown"),
+        fontsize=TITLE,
+    )
+    return figure
+
+
+def load_curve(curve: LoadCurve) -> Figure:
+    """Draw a load curve: areas, approach and mean gap, stiffness, and number of spots.
+
+    Parameters
+    ----------
+    curve : LoadCurve
+        The solved loads.
+
+    Returns
+    -------
+    Figure
+        Four panels over the load. Beside the areas stand Persson's theory and simple laws: the
+        line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
+        ceiling, where a ceiling is reached.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
+    grid = figure.subplots(2, 2)
+    load = curve.column("load")
+    factor, unit = prefixed(float(load.max()), "N")
+    _draw_areas(grid[0, 0], curve, factor)
+    lengths = {
+        "approach": (curve.column("approach"), SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), SERIES[1], "s-"),
+    }
+    longest = max(float(values.max()) for values, *_ in lengths.values())
+    scale, length_unit = prefixed(longest, "m")
+    for name, (values, colour, marker) in lengths.items():
+        grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
+    grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
+    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=LABEL)
+    grid[0, 1].set_title("Approach and mean open gap", fontsize=TITLE)
+    stiffness = curve.column("stiffness")
+    # Nothing but saturated pixels has none, full periodic contact has no bound.
+    stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
+    if np.isfinite(stiffness).any():
+        grid[1, 0].set_yscale("log")
+    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=LABEL)
+    grid[1, 0].set_title("Contact stiffness", fontsize=TITLE)
+    number = curve.column("spots")
+    grid[1, 1].plot(load * factor, number, "o-", color=SERIES[0])
+    grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
+    grid[1, 1].set_ylabel("number of contact spots", fontsize=LABEL)
+    grid[1, 1].set_title("Contact spots", fontsize=TITLE)
+    for axes in grid.ravel():
+        axes.set_xscale("log")
+        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
+        plain_axes(axes)
+    for axes in grid[0]:
+        axes.legend(fontsize=TICK, frameon=False)
+    return figure
+
+
+def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
+    load, nominal, slope = curve.column("load"), curve.nominal_area, curve.low_load_slope
+    contact, saturated = curve.column("contact_area"), curve.column("saturated_area")
+    contact_theory, saturated_theory = curve.persson
+    # The law is one of elastic contact; the area of a saturated one is load over ceiling.
+    law = slope * load / (curve.contact_modulus * curve.rms_gradient)
+    low = curve.low_loads.any()
+    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
+    if isinstance(curve.ceiling, float) and saturated.any():
+        lines.append((load / curve.ceiling, ":", NEUTRAL, "load / ceiling"))
+    lines += [
+        (contact_theory, "--", SERIES[5], "contact, Persson"),
+        (saturated_theory, "--", SERIES[3], "saturated, Persson"),
+        (contact, "o-", SERIES[0], "contact"),
+        (saturated, "s-", SATURATED, "saturated"),
+    ]
+    computed = 100 * np.concatenate([contact, saturated]) / nominal
+    computed = computed[computed > 0]
+    # What was computed sets the axis: theory has shares of the area down to 1e-300.
+    lowest = 0.5 * float(computed.min(initial=100.0))
+    for values, marker, colour, name in lines:
+        share = 100 * values / nominal
+        share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
+        if (share >= lowest).any():
+            axes.plot(load * factor, share, marker, color=colour, label=name)
+    axes.set_yscale("log")
+    if computed.size:
+        axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
+    axes.set_ylabel("share of the map [%]", fontsize=LABEL)
+    axes.set_title("Contact and saturated area", fontsize=TITLE)
+
+
+class State(NamedTuple):
+    """A computed point of a path, or its first touch: where it is, and which shape it has."""
+
+    approach: float
+    load: float
+    shift: tuple[float, float]
+    shape: int
+
+
+def states(history: LoadHistory) -> list[State]:
+    """Return the points of a path in order; every new indentation gives a new shape."""
+    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    result = []
+    if not any(history.path[0].shift):
+        # The bodies touch at the first position before the first step.
+        result.append(State(0.0, 0.0, history.path[0].shift, 0))
+    for step, stage, shape in zip(history.steps, history.path, np.cumsum(indents), strict=True):
+        result.append(State(step.approach, step.load, stage.shift, int(shape)))
+    return result
+
+
+def branches(points: list[State]) -> dict[str, list[list[State]]]:
+    """Return which points lie on one curve, whatever their order along the path.
+
+    Elastic ones are those of one shape at one position, the way down that up again. A new
+    indentation goes on from where the shape before it was loaded most.
+    """
+    elastic: dict[tuple[int, tuple[float, float]], list[State]] = {}
+    indenting = []
+    shape = 0
+    for state in points:
+        if state.shape > shape:
+            before = elastic.get((shape, state.shift))
+            shape = state.shape
+            if before:
+                indenting.append([max(before, key=_by_load), state])
+        elastic.setdefault((state.shape, state.shift), []).append(state)
+    several = [sorted(branch, key=_by_load) for branch in elastic.values() if len(branch) > 1]
+    return {"elastic": several, "new indentation": indenting}
+
+
+def _by_load(state: State) -> tuple[float, float]:
+    return state.load, state.approach
+
+
+def _draw_loop(axes: Axes, history: LoadHistory) -> None:
+    result = states(history)
+    approach, load = (
+        np.array([getattr(state, name) for state in result]) for name in ("approach", "load")
+    )
+    across, unit_across = prefixed(float(np.abs(approach).max()), "m")
+    up, unit_up = prefixed(float(load.max()), "N")
+    x, y = approach * across, load * up
+    lines = branches(result)
+    for name, colour, width in (("elastic", ELASTIC, 1.8), ("new indentation", SATURATED, 2.2)):
+        if not lines[name]:
+            continue
+        # One line with gaps, so that the legend names each kind once.
+        points = [
+            (state.approach * across, state.load * up) if state else (math.nan, math.nan)
+            for branch in lines[name]
+            for state in (*branch, None)
+        ]
+        axes.plot(*np.array(points).T, color=colour, linewidth=width, label=name)
+    axes.plot(x, y, "o", color=NEUTRAL, markersize=4)
+    for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
+        axes.annotate(
+            text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
+            fontsize=TICK, color=NEUTRAL,
+        )  # fmt: skip
+    axes.margins(x=0.1)
+    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
+    axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
+    axes.set_ylim(bottom=0)
+    plain_axes(axes)
+    if any(lines.values()):
+        axes.legend(fontsize=TICK, frameon=False, loc="upper left")
+    positions = len({stage.shift for stage in history.path})
+    where = f", {positions} lateral positions" if positions > 1 else ""
+    steps = counted(len(history.steps), "step")
+    axes.set_title(f"Load history, {steps}{where}", fontsize=TITLE)

@@ -1,0 +1,196 @@
+"""The papers behind a result: those of what was used for it, and no others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.nominal_hertz import ELLIPSE
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.formats import instruments
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.hardening import Hardening, Kinematic, Swift
+from roughcontact.references import NO_REFERENCES, Reference, References, cited
+from roughcontact.report.kind import Kind, Use
+from roughcontact.report.page import Chapter, ExtraChapter
+from roughcontact.studies.comparison import Comparison
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.surface.provenance import Operation, Provenance
+
+Uses = Iterator[Use]
+
+# What was done to a map, by method of `Surface` or what made it.
+_STEPS = {
+    "filtered": ("filter of the map", "ISO16610-61"),
+    "filled": ("missing points of the map", "Vanek1996"),
+    "generate": ("generated surface", "Schreiber1996", "Grigoriu1984", "JohnsonNL1949"),
+    "reference_map": ("generated surface", "Persson2005", "Jacobs2017"),
+}
+
+_CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+_RECOMMENDED = cited("recommended ceiling", "Jackson2005")
+
+
+def of(kind: Kind, result: Any) -> References:
+    """Return the works behind a result, by what they were used for."""
+    contact = () if kind.contact is None else of_contact(kind.contact(result))
+    return _gathered([*contact, *kind.works(result)])
+
+
+def added(kind: Kind, result: Any) -> References:
+    """Return what a further chapter of a report cites besides the contact that it is of."""
+    return _gathered(kind.works(result))
+
+
+def chapter(works: References, additions: Sequence[ExtraChapter] = ()) -> Chapter:
+    """Return the chapter of a report that lists its works, as text and as BibTeX."""
+    for addition in additions:
+        works += addition.references
+    result = Chapter("References")
+    result.add("text", "The works behind what was used here, by what they were used for.")
+    for purpose, listed in works.uses:
+        result.add("text", f"{purpose[:1].upper()}{purpose[1:]}:")
+        result.add("steps", [work.text for work in listed])
+    result.add("text", "The same for BibTeX:")
+    result.add("code", works.bibtex.rstrip())
+    return result
+
+
+def _gathered(uses: Iterable[Use]) -> References:
+    result = NO_REFERENCES
+    for use in uses:
+        result += References((use,))
+    return result
+
+
+def of_contact(result: ContactResult) -> Uses:
+    """Yield the works of a contact."""
+    yield from _elastic(result)
+    if result.ceiling is not None:
+        yield _CEILING
+    if result.recommended is not None or result.calibrated is not None:
+        yield _RECOMMENDED
+    if result.smooth is not None:
+        ellipse = result.smooth.shape.kind == ELLIPSE
+        yield cited("smooth bodies beside it", "Johnson1985", *(["Carlson1995"] * ellipse))
+    if result.estimate is not None:
+        yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
+
+
+def _elastic(result: ContactResult) -> Uses:
+    """Yield what any contact is solved by, with or without a ceiling."""
+    pair = result.pair
+    known = pair.softer is not None and pair.softer.yield_strength is not None
+    if pair.is_shared:
+        # Parameters of a map are those of all of it.
+        yield from _of_provenance(result.share.provenance)
+    else:
+        yield from _of_maps(pair.origins, pair.is_profile)
+    yield from _solved(result.boundary, pair.is_profile, known)
+    if result.moments is not None:
+        yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
+
+
+def _of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
+    for origin in origins:
+        yield from _of_provenance(origin)
+    if is_profile:
+        yield cited("parameters of the profile", "ISO21920-2", "ISO4287")
+    else:
+        yield cited("parameters of the map", "ISO25178-2")
+
+
+def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
+    """Yield kernel and solver; ``yields`` where a yield strength is known."""
+    # Of a profile that of plane strain.
+    yield cited("response of the half-space", *(("Johnson1985",) if is_profile else boundary.works))
+    yield cited("principle of minimum", "Kalker1977")
+    yield cited(
+        "solver", "Polonsky1999", "Hintermueller2002", "Pardalos1990", "Birgin2000", "More1991",
+        "Golub1999",
+    )  # fmt: skip
+    if yields:
+        yield cited("first yield", "Green2005" if is_profile else "Jackson2005")
+    if not is_profile:
+        yield cited("contact area without the excess of its rim", "Yastrebov2017")
+    yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
+
+
+def of_curve(curve: LoadCurve) -> Uses:
+    """Yield the works of a load curve."""
+    known = curve.softer is not None and curve.softer.yield_strength is not None
+    yield from _of_maps(curve.origins, curve.is_profile)
+    yield from _solved(curve.boundary, curve.is_profile, known)
+    if curve.ceiling is not None:
+        yield _CEILING
+    if isinstance(curve.ceiling, str) and curve.ceiling == RECOMMENDED:
+        yield _RECOMMENDED
+    if not curve.is_profile:
+        yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
+    yield cited("conductance from the stiffness", "Barber2003")
+
+
+def of_comparison(result: Comparison) -> Uses:
+    """Yield the works of maps that are compared."""
+    for sample in result.samples:
+        yield from of_curve(sample.curve)
+    yield cited("intervals of the means", "Student1908")
+    if len(result.groups) > 1 and not result.paired:
+        wide = len(result.groups) > 2
+        yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
+    if any(result.components(name) for name in result.names):
+        yield cited("scatter between groups and within", "Searle1992")
+
+
+def _of_provenance(provenance: Provenance) -> Uses:
+    origin = provenance.origin
+    created = () if origin is None else (origin,)
+    for step in (*created, *provenance.operations):
+        yield from _of_step(step)
+
+
+def _of_step(step: Operation) -> Uses:
+    if step.method in _STEPS:
+        yield cited(*_STEPS[step.method])
+    name = step.found.get("format")
+    if step.method == "read_surface" and name in instruments.SUFFIXES:
+        norm = ("ISO25178-72",) if name == "x3p" else ()
+        yield cited("reader of the file", "Rottger2022", *norm)
+    for other in step.arguments.values():
+        if isinstance(other, Provenance):
+            yield from _of_provenance(other)
+
+
+def of_stress(result: StressResult) -> Uses:
+    """Yield the works of the stress, besides the contact."""
+    yield below(result.solution.boundary)
+    if result.friction:
+        yield cited("stress by friction", "Johnson1985", "Hamilton1983")
+
+
+def below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:
+    """Return the works behind stress below the surface."""
+    free = () if boundary.periodic_axes else ("Love1929", "Liu2002")
+    return cited("stress below the surface", "Johnson1985", *free)
+
+
+def of_volume(result: ElastoplasticResult) -> Uses:
+    """Yield the works of a contact with plasticity of the volume."""
+    yield from _elastic(result.solution)
+    yield cited("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
+    yield cited("acceleration of the loop", "Anderson1965")
+    if result.travelled:
+        yield cited("bodies that move", "Boucly2007")
+    for body in result.bodies:
+        yield from _of_law(body.material.law)
+
+
+def _of_law(law: Hardening) -> Uses:
+    if isinstance(law, Kinematic):
+        yield cited("kinematic hardening", "Prager1955", "Simo1998")
+        law = law.isotropic
+    if isinstance(law, Swift):
+        yield cited("hardening law", "Swift1952")

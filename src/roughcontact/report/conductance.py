@@ -1,0 +1,241 @@
+"""What is told of what a contact conducts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from roughcontact.joint.conductance import CASES, CORRELATED, EVEN_FLOW, SPOTTED, Conductance
+from roughcontact.material.material import Conductor
+from roughcontact.references import cited
+from roughcontact.report import contact_fields, figures
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
+from roughcontact.report.kind import Kind
+from roughcontact.units import changed_by, engineering, percent
+
+TITLE = "What the contact conducts"
+"""Of the chapter in a report."""
+
+
+def _body(number: int) -> Callable[[Conductance], dict[str, Any]]:
+    def told(result: Conductance) -> dict[str, Any]:
+        body = result.bodies[number]
+        return {
+            "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
+        }  # fmt: skip
+
+    return told
+
+
+def _words(body: Conductor) -> str:
+    """Return what a body conducts."""
+    parts = [body.name] if body.name else []
+    if body.resistivity is not None:
+        parts.append(f"ρ {engineering(body.resistivity, 'Ω m')}")
+    if body.conductivity is not None:
+        parts.append(f"k {body.conductivity:.4g} W/(m K)")
+    return ", ".join(parts)
+
+
+def _electrical(result: Conductance) -> bool:
+    return not math.isnan(result.electrical_resistivity)
+
+
+def _thermal(result: Conductance) -> bool:
+    return not math.isnan(result.thermal_resistivity)
+
+
+def _by_area(result: Conductance) -> bool:
+    """Return whether what the joint conducts goes with its area."""
+    return len(result.largest.boundary.periodic_axes) == 2
+
+
+def _filled(result: Conductance) -> bool:
+    """Return whether it is known what a filled gap adds."""
+    return _thermal(result) and _by_area(result)
+
+
+def _in_gap(filling: str) -> Callable[[Conductance], str]:
+    """Return h with the gap filled under the smallest and the largest load, and what it adds."""
+
+    def told(result: Conductance) -> str:
+        whole = result.filled_conductance(filling)
+        with np.errstate(divide="ignore"):
+            added = result.column(f"{filling}_gap") / result.thermal_conductance
+        return " to ".join(
+            f"{engineering(whole[end], 'W/(m² K)', 3)} ({changed_by(added[end])})"
+            for end in sorted({0, len(result.steps) - 1})
+        )
+
+    return told
+
+
+def _filled_by(name: str) -> Callable[[Conductance], list[float]]:
+    return lambda result: result.filled_conductance(name).tolist()
+
+
+def _fillings() -> tuple[Quantity, ...]:
+    return tuple(
+        Quantity(
+            f"with_{name}", f"with {name} in the gap", unit="W/(m² K)", stored=False, when=_filled,
+            of=_filled_by(name), text=_in_gap(name),
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
+def _filled_columns() -> Columns:
+    return tuple(
+        Column(
+            f"thermal_conductance_{name}", f"with {name}", unit="W/(m² K)", brief=False,
+            of=_filled_by(name), when=_filled,
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
+def _ratio(name: str) -> Callable[[Conductance], list[str]]:
+    """Return how far an estimate of the constriction length is off, a resistance being over it."""
+
+    def shown(result: Conductance) -> list[str]:
+        ratios = result.column(name) / result.column("length")
+        return ["–" if math.isnan(ratio) else f"{ratio:.3g}" for ratio in ratios.tolist()]
+
+    return shown
+
+
+def _share(name: str) -> Callable[[Conductance], list[str]]:
+    return lambda result: [
+        percent(value) for value in (result.column(name) / result.nominal_area).tolist()
+    ]
+
+
+CONDUCTANCE: Table = (
+    *PAIR,
+    Quantity("nominal_area", unit="m²"),
+    Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
+    Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
+    Quantity(
+        "film", "film", unit="Ω m²", form=lambda v: f"{v:.4g} Ω m²" if v else "none",
+        when=_electrical,
+    ),
+    Quantity(
+        "thermal_film", "thermal film", unit="m² K/W",
+        form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
+    ),
+    *_fillings(),
+    Quantity(
+        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        text=lambda r: (
+            f"pixels of {engineering(r.coarser.pixel, 'm')}: length {changed_by(r.coarser.length)},"
+            f" contact area {changed_by(r.coarser.contact_area)}"
+        ), when=lambda r: r.coarser is not None,
+    ),
+    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+)  # fmt: skip
+"""Of a `Conductance`."""
+
+CONDUCTANCE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("contact_area", "contact", unit="m²", shown=_share("contact_area")),
+    Column(
+        "saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), brief=False,
+    ),
+    Column("spots", "spots", brief=False),
+    Column("length", "length", unit="m"),
+    Column(
+        "electrical_resistance", "resistance", unit="Ω", when=_electrical,
+        of=lambda r: r.electrical_resistance.tolist(),
+    ),
+    Column(
+        "thermal_resistance", unit="K/W", when=_thermal,
+        of=lambda r: r.thermal_resistance.tolist(),
+    ),
+    Column(
+        "electrical_conductance", unit="S/m²", when=_electrical,
+        of=lambda r: r.electrical_conductance.tolist(),
+    ),
+    Column(
+        "thermal_conductance", unit="W/(m² K)", when=_thermal,
+        of=lambda r: r.thermal_conductance.tolist(),
+    ),
+    # Shown is the one that says something with this boundary.
+    Column(
+        "thermal_resistance", "thermal", unit="K/W", stored=False,
+        of=lambda r: r.thermal_resistance.tolist(),
+        when=lambda r: _thermal(r) and not _by_area(r),
+    ),
+    Column(
+        "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
+        of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
+    ),
+    *_filled_columns(),
+    Column(
+        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length"),
+    ),
+    Column(
+        "correlation_length", "correlation", unit="m", shown=_ratio("correlation_length"),
+    ),
+)  # fmt: skip
+"""Of the loads of a `Conductance`."""
+
+_MEANING = {
+    (): "The resistance is that between points far away in both bodies: the spreading from all of "
+    "the map is in it, and a larger map has less, though not in proportion to its area.",
+    (0, 1): "The resistance is what the joint adds to the bodies of one period, and goes with one "
+    "over the area.",
+}
+_STRIP = (
+    "The resistance is that of one period up to a distance of the longer side of the map: the "
+    "potential of an endless strip has no bound."
+)
+
+
+def _span(spread: tuple[float, float]) -> str:
+    return f"{spread[0]:g} to {spread[1]:g}"
+
+
+def sentences(result: Conductance) -> tuple[str, ...]:
+    """Return what a reader of the resistances has to know."""
+    meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
+    film = result.film or result.thermal_film
+    return (
+        "The constriction length over the sum of the resistivities of the two bodies, or of their "
+        "1/k, is the conductance.",
+        meaning,
+        "All of the contact conducts, what has flowed included; the gap conducts nothing"
+        + (", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct "
+           "side by side." if _filled(result) else "."),
+        *(
+            ("The film is added over the contact area; as it evens the flow out, the true "
+             f"resistance is a little larger, on a disc by at most {percent(EVEN_FLOW)} of the "
+             "constriction.",)
+            if film else ()
+        ),
+        "The resistance of an elastic contact hangs on its coarse outline, where the current "
+        "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
+        "film on it, hang on the finest scales; under a ceiling, which bounds the area, more and "
+        "smaller spots conduct better.",
+        "The last two columns are estimates of the constriction length over that computed: "
+        "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
+        f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
+        f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}.",
+    )  # fmt: skip
+
+
+KIND = Kind(
+    Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, title=TITLE, sentences=sentences,
+    figures=figures.CONDUCTANCE, contact=attrgetter("largest"),
+    works=lambda _: (
+        cited("conductance from the stiffness", "Barber2003"),
+        cited("resistance of the spots", "Holm1967", "Greenwood1966"),
+        cited("correlations of flat joints", "Cooper1969", "Mikic1974"),
+        cited("gas in the gap", "Song1993"),
+    ),
+)  # fmt: skip

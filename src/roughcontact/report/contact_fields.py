@@ -1,0 +1,804 @@
+"""What a result tells, worded once.
+
+Every kind of result has a table of quantities. Console, report, JSON and CSV are made from these
+tables: a quantity that is added to one is told by all of them, with the same digits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from roughcontact._version import __version__
+from roughcontact.contact.pair import BODIES
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
+from roughcontact.contact.spots import Spots
+from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.report import estimate, hertz_comparison, phrases
+from roughcontact.report.fields import (
+    HEADLINE,
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    sizable,
+    stored_columns,
+    tiny,
+    within,
+)
+from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.studies.load_history import VOLUME_ACCOUNT, LoadHistory
+from roughcontact.units import counted, engineering, percent
+
+# The contact
+
+
+def _ceiling_stored(result: Any) -> Any:
+    return "per pixel" if isinstance(result.ceiling, np.ndarray) else result.ceiling
+
+
+def _status(result: Any) -> str:
+    return "converged" if result.converged else f"NOT CONVERGED: {result.status}"
+
+
+def _given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
+    def text(result: ContactResult) -> str:
+        value = engineering(getattr(result, quantity), unit)
+        return f"{value} (given)" if result.control == quantity else value
+
+    return text
+
+
+def _tilts(result: ContactResult) -> bool:
+    return result.moments is not None
+
+
+def _limited(result: ContactResult) -> bool:
+    return result.ceiling is not None
+
+
+def _touches(result: ContactResult) -> bool:
+    return result.contact_area > 0
+
+
+def _area_and_share(result: ContactResult) -> str:
+    return f"{engineering(result.contact_area, 'm²')} ({percent(result.contact_fraction)})"
+
+
+def _up_to(value: float) -> str:
+    return f"up to {engineering(value, 'm')}" if value else "none"
+
+
+def _saturated_share(result: ContactResult) -> float:
+    return result.saturated_fraction / result.contact_fraction
+
+
+def _load_error(result: ContactResult) -> str:
+    free = result.control == "approach"
+    aim = "the approach was given" if free else f"at most {LOAD_TOLERANCE:.0e}"
+    return f"{tiny(result.load_error)} ({aim})"
+
+
+def _within(key: str) -> Callable[[Any], str]:
+    return lambda result: f"{tiny(getattr(result, key))} (tolerance {result.tolerance:.0e})"
+
+
+def _cautions() -> Table:
+    """Return what files keep of the cautions of any result."""
+    return (
+        Quantity("warnings", of=lambda r: list(r.warnings)),
+        Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    )
+
+
+CONTACT: Table = (
+    Quantity("status", "status", part=TRUST, text=_status),
+    Quantity("certificate", "certificate", symbol="ε", part=TRUST, text=_within("certificate")),
+    Quantity("load_error", "load error", part=TRUST, text=_load_error),
+    Quantity("tolerance"),
+    Quantity(
+        "load", "load", symbol="W", unit="N", meaning="normal force that the pressure adds up to",
+        text=_given("load", "N"),
+    ),
+    Quantity(
+        "approach", "approach", symbol="ω", unit="m", meaning="of the bodies from the first touch",
+        text=_given("approach", "m"),
+    ),
+    Quantity("control"),
+    Quantity(
+        "given_load", "load given as", part=PROBLEM, of=lambda r: r.given and r.given.summary(),
+        text=lambda r: phrases.given_load(r.given, r), when=lambda r: r.given is not None,
+    ),
+    Quantity(
+        "moments", "moments", symbol="W·y, W·x", unit="N m",
+        meaning="of the load about the middle of the map, as given",
+        of=lambda r: None if r.moments is None else list(r.moments), part=PROBLEM, when=_tilts,
+    ),
+    Quantity(
+        "moment_error", "moment error", part=TRUST, when=_tilts,
+        form=lambda v: f"{tiny(v)} of load × size (at most {MOMENT_TOLERANCE:.0e})",
+    ),
+    Quantity(
+        "tilt", "tilt (y, x)", unit="rad",
+        meaning="by which the counter-body is turned away, about the middle",
+        of=lambda r: list(r.tilt), when=_tilts,
+    ),
+    Quantity(
+        "centre_of_pressure", "centre of pressure (y, x)", unit="m",
+        meaning="from the middle of the map", of=lambda r: list(r.centre_of_pressure), when=_tilts,
+        stored=False,
+    ),
+    Quantity(
+        "boundary", "boundary", of=lambda r: str(r.boundary), part=PROBLEM,
+        text=lambda r: f"{r.boundary}: {r.boundary.meaning}",
+    ),
+    Quantity(
+        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+    ),
+    Quantity(
+        "ceiling", "pressure ceiling", unit="Pa", of=_ceiling_stored, part=PROBLEM,
+        text=phrases.ceiling,
+    ),
+    Quantity(
+        "nominal_area", "nominal area", unit="m²", meaning="of the whole map",
+        stored=False, brief=False,
+    ),
+    Quantity(
+        "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over nominal area",
+        of=lambda r: r.load / r.nominal_area, stored=False, brief=False,
+    ),
+    Quantity(
+        "contact_area", "contact area", unit="m²",
+        meaning="pixels with pressure, and their share of the map", text=_area_and_share,
+    ),
+    Quantity(
+        "contact_fraction", "real contact", meaning="share of the map that touches", form=percent,
+        part=HEADLINE,
+    ),
+    Quantity(
+        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        meaning="less what whole pixels at the rim of spots add",
+    ),
+    Quantity(
+        "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
+        form=percent, when=_limited,
+    ),
+    Quantity(
+        "saturated_share", "saturated share", meaning="of the contact area that is at the ceiling",
+        of=_saturated_share, form=percent, stored=False, brief=False,
+        when=lambda r: _limited(r) and _touches(r),
+    ),
+    Quantity(
+        "mean_pressure", "mean pressure", unit="Pa", meaning="load over contact area",
+        of=lambda r: r.load / r.contact_area, stored=False, when=_touches,
+    ),
+    Quantity(
+        "max_pressure", "largest pressure", unit="Pa", meaning="on any pixel",
+        text=phrases.largest_pressure,
+    ),
+    Quantity("mean_gap", "mean gap", unit="m", meaning="of the open gap; closed points count 0"),
+    Quantity(
+        "max_residual_indentation", "residual indentation", unit="m",
+        meaning="depth that saturated points keep",
+        of="totals.max_indentation", form=_up_to, when=_limited,
+    ),
+    Quantity(
+        "recommended", "with three yield strengths",
+        of=lambda r: r.recommended and r.recommended.summary(),
+        meaning="before the ceiling was recommended, and by how much it differs",
+        text=phrases.with_usual_ceiling, when=lambda r: r.recommended is not None,
+    ),
+    Quantity(
+        "regime", "regime", meaning="how far the softer body is from elastic",
+        of=lambda r: str(r.regime),
+    ),
+    Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
+    *estimate.BESIDE,
+    Quantity("hertz", of=hertz_comparison.record),
+    *_cautions(),
+    Quantity("shape", of=lambda r: list(r.share.shape)),
+    Quantity("pixel", unit="m", of=lambda r: list(r.share.pixel)),
+    Quantity("source", of=lambda r: r.share.provenance.source),
+    Quantity("preparation", of=lambda r: list(r.share.provenance.steps)),
+    Quantity("iterations", "iterations", part=TRUST, brief=False),
+    Quantity("convolutions", "convolutions on the full grid", part=TRUST),
+    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity(
+        "precision", "arithmetic of the transforms", part=TRUST, form=lambda v: f"{v} precision",
+        stored=False, brief=False,
+    ),
+    Quantity("version"),
+)  # fmt: skip
+"""Of a `ContactResult`."""
+
+SHARED: Table = (
+    *CONTACT,
+    Quantity("ranks", "ranks", of="share.ranks.count", part=TRUST),
+    Quantity("communication", "communication", unit="s", part=TRUST,
+             text=lambda r: f"{percent(r.communication / r.seconds)} of the time"),
+    Quantity("sent"),
+)  # fmt: skip
+"""Of a `ContactResult` whose map several ranks hold."""
+
+HEADLINES = ("contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
+"""What a report on a contact says first."""
+
+
+# The volume model
+
+
+def _loaded(result: ElastoplasticResult) -> bool:
+    return bool(result.solution.load)
+
+
+def largest_load(result: ElastoplasticResult) -> float:
+    """Return the largest load of the path [N]."""
+    return max((step.load for step in result.increments), default=0.0)
+
+
+def _path_of_loads(result: ElastoplasticResult) -> str:
+    load, largest = result.solution.load, largest_load(result)
+    after = f" after {engineering(largest, 'N')}," if largest > load else ""
+    return f"{engineering(load, 'N')}{after} in {counted(len(result.increments), 'increment')}"
+
+
+def _raised(result: ElastoplasticResult) -> float:
+    return max(-float(result.residual_displacement.min()), 0.0)
+
+
+def _of_contact(key: str, **changes: Any) -> Quantity:
+    """Return a quantity of the contact as one of the volume model."""
+    return within("solution", quantity_of(CONTACT, key), **changes)
+
+
+def _laws(result: ElastoplasticResult) -> str:
+    contact = result.solution
+    law = phrases.hardening(contact.material)
+    if contact.material.yield_strength is None:
+        law = f"of the counter-body: {phrases.hardening(contact.counter_material)}"
+    return law
+
+
+VOLUME: Table = (
+    Quantity(
+        "turns", "loads", symbol="W", unit="N", part=PROBLEM, stored=False, brief=False,
+        form=lambda loads: " → ".join(engineering(load, "N") for load in [0.0, *loads]),
+        meaning="as given",
+    ),
+    Quantity("status", "status", part=TRUST, text=_status),
+    Quantity("residual", "residual of the plastic strain", part=TRUST,
+             text=lambda r: f"{_within('residual')(r)}, the worst of all increments"),
+    Quantity("step_error", "error of the load steps", part=TRUST, text=phrases.step_error),
+    Quantity("yield_excess", "yield excess", part=TRUST, form=lambda v: f"{v:+.1e}", brief=False),
+    Quantity("tolerance"),
+    _of_contact("certificate", name="certificate of the contact", when=_loaded),
+    _of_contact("load", text=_path_of_loads),
+    _of_contact("load_error", when=_loaded, brief=False),
+    _of_contact("given_load"),
+    _of_contact("approach", text=None),
+    _of_contact("nominal_area"),
+    _of_contact("contact_area", when=_loaded),
+    _of_contact("contact_fraction"),
+    Quantity(
+        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        meaning="less what whole pixels at the elastic rim of spots add", when=_loaded,
+        stored=False, brief=False,
+    ),
+    _of_contact("max_pressure", when=_loaded),
+    _of_contact("mean_pressure", when=_loaded),
+    _of_contact("mean_gap", stored=False, brief=False),
+    Quantity(
+        "max_residual_displacement", "residual displacement", unit="m",
+        meaning="what plastic strain adds to the gap",
+        of=lambda r: float(r.residual_displacement.max()), form=_up_to,
+    ),
+    Quantity(
+        "raised", "raised surface", unit="m", meaning="by which it takes from the gap (pile-up)",
+        of=_raised, form=_up_to, stored=False, brief=False,
+    ),
+    Quantity(
+        "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
+        of=lambda r: max(body.max_residual_von_mises for body in r.bodies), stored=False,
+        part=HEADLINE,
+    ),
+    Quantity("max_plastic_strain", "plastic strain", meaning="accumulated, at most", form=percent),
+    Quantity("plastic_volume", "plastic volume", unit="m³", meaning="with any plastic strain"),
+    Quantity("plastic_depth", "plastic depth", unit="m", meaning="that plastic strain reaches"),
+    Quantity(
+        "regime", "regime", meaning="how far the bodies are from elastic",
+        of=lambda r: str(r.regime),
+    ),
+    *_cautions(),
+    _of_contact("boundary"),
+    Quantity(
+        "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
+        brief=False,
+    ),
+    Quantity("layers", of=lambda r: [body.thickness.size for body in r.bodies]),
+    _of_contact("shape"),
+    _of_contact("pixel"),
+    Quantity("increments", "increments", of=lambda r: len(r.increments), part=PROBLEM, brief=False),
+    _of_contact("contact_modulus", stored=False),
+    Quantity(
+        "plasticity", "plasticity", of=_laws, part=PROBLEM, stored=False,
+        meaning="in the volume: von Mises, radial return, and how each body hardens",
+    ),
+    Quantity(
+        "iterations", "iterations", part=TRUST,
+        text=lambda r: f"{r.iterations} in {counted(len(r.increments), 'increment')}",
+    ),
+    Quantity(
+        "convolutions", "convolutions of the contact",
+        of=lambda r: sum(step.convolutions for step in r.increments), part=TRUST, stored=False,
+        brief=False,
+    ),
+    Quantity("seconds", "time of the solve", unit="s", part=TRUST),
+    Quantity("version"),
+)  # fmt: skip
+"""Of an `ElastoplasticResult`."""
+
+VOLUME_HEADLINES = (
+    "max_pressure", "contact_fraction", "max_plastic_strain", "plastic_depth", "approach"
+)  # fmt: skip
+"""What a report on plasticity of the volume says first."""
+RELEASED_HEADLINES = (
+    "max_residual_displacement", "max_residual_stress", "max_plastic_strain", "plastic_depth"
+)  # fmt: skip
+"""What it says first where the load is gone."""
+
+
+def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
+    return lambda result: [step.offset[axis] for step in result.increments]
+
+
+_TRAVELLED = attrgetter("travelled")
+INCREMENTS: Columns = (
+    Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1), stored=False),
+    Column("load", "load", unit="N", steps="increments", stored=False),
+    Column("offset_y", "moved along y", unit="m", of=_offset(0), stored=False, when=_TRAVELLED),
+    Column("offset_x", "moved along x", unit="m", of=_offset(1), stored=False, when=_TRAVELLED),
+    Column("friction", "friction", steps="increments", stored=False, when=_TRAVELLED),
+    Column(
+        "direction", "towards", unit="degree", steps="increments", stored=False, when=_TRAVELLED
+    ),
+    Column("approach", "approach", unit="m", steps="increments", stored=False),
+    Column("contact_area", "contact area", unit="m²", steps="increments", stored=False),
+    Column("max_pressure", "largest pressure", unit="Pa", steps="increments", stored=False),
+    Column("max_plastic_strain", "plastic strain", steps="increments", stored=False, form=percent),
+    Column("plastic_volume", "plastic volume", unit="m³", steps="increments", stored=False),
+    Column("residual", "residual", steps="increments", stored=False, form=tiny),
+    Column("iterations", "iterations", steps="increments", stored=False),
+)  # fmt: skip
+"""Of the increments of an `ElastoplasticResult`."""
+
+
+# Stress below the surface
+
+
+def _bears(key: str) -> Callable[[StressResult], bool]:
+    return lambda stress: getattr(stress.profile, key) is not None
+
+
+def _place(stress: StressResult) -> str:
+    depth, y, x = (engineering(length, "m") for length in stress.place)
+    return f"{depth} deep, at y, x = {y}, {x}"
+
+
+def _over_pressure(stress: StressResult) -> str:
+    ratio = stress.max_von_mises / stress.solution.max_pressure
+    return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
+
+
+def _shear(axis: int) -> Callable[[StressResult], float]:
+    return lambda stress: stress.profile.max_orthogonal_shear[axis]
+
+
+STRESS: Table = (
+    Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
+    Quantity(
+        "friction", "friction", symbol="μ", meaning="traction over pressure",
+        when=lambda stress: bool(stress.friction),
+    ),
+    Quantity(
+        "direction", "direction of friction", unit="°", form=lambda v: f"{v:g}°",
+        meaning="from x, counter-clockwise", when=lambda stress: bool(stress.friction),
+    ),
+    Quantity("load", unit="N", of="solution.load"),
+    Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
+    Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
+    Quantity(
+        "max_von_mises_place", "its place", unit="m", of=lambda stress: list(stress.place),
+        text=_place,
+    ),
+    Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
+    Quantity(
+        "max_orthogonal_shear_along_y", "orthogonal shear amplitude, pass along y", unit="Pa",
+        of=_shear(0),
+    ),
+    Quantity(
+        "max_orthogonal_shear_along_x", "orthogonal shear amplitude, pass along x", unit="Pa",
+        of=_shear(1),
+    ),
+    Quantity("yield_strength", unit="Pa", of="profile.yield_strength"),
+    Quantity(
+        "yield_factor", "yield strength over largest stress", of="profile.yield_factor",
+        when=_bears("yield_factor"),
+    ),
+    Quantity(
+        "yielded_volume", "volume above the yield strength", unit="m³", of="profile.yielded_volume",
+        when=_bears("yielded_volume"),
+    ),
+    Quantity(
+        "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
+    ),
+    *_cautions(),
+    Quantity("precision"),
+    Quantity("version"),
+)  # fmt: skip
+"""Of a `StressResult`."""
+
+FIRST_YIELD: Table = (
+    Quantity("load", "load of first yield", unit="N", of="solution.load"),
+    Quantity(
+        "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure",
+    ),
+)  # fmt: skip
+"""Of the `StressResult` at which the first point yields."""
+
+
+# Many loads
+
+
+def _share(key: str) -> Callable[[LoadCurve | LoadHistory], list[float]]:
+    return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
+
+
+def _nominal(result: LoadCurve | LoadHistory) -> float:
+    if isinstance(result, LoadCurve):
+        return result.nominal_area
+    return result.last.nominal_area
+
+
+def _worst(result: LoadCurve | LoadHistory) -> float:
+    return max(step.certificate for step in result.steps)
+
+
+def _certificates() -> Quantity:
+    return Quantity(
+        "worst_certificate", "certificates", symbol="ε", of=_worst,
+        form=lambda v: f"{v:.1e} at most", part=TRUST, stored=False,
+    )  # fmt: skip
+
+
+def _slope(curve: LoadCurve) -> str:
+    slope = f"{curve.low_load_slope:.4g}"
+    if curve.low_loads.any():
+        return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+    return f"{slope} at the smallest load; none is low (5 % of the map) and elastic"
+
+
+def _given_loads(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
+    return Quantity(
+        "given_loads", "loads given as", of=lambda r: [item.summary() for item in r.given],
+        text=lambda r: phrases.given_loads(r.given, unit(r)), when=lambda r: bool(r.given),
+    )  # fmt: skip
+
+
+CURVE: Table = (
+    Quantity("source"),
+    Quantity("preparation", of=lambda curve: list(curve.preparation)),
+    Quantity("control"),
+    _given_loads(lambda curve: "N/m" if curve.is_profile else "N"),
+    Quantity("boundary", of=lambda curve: str(curve.boundary)),
+    Quantity("nominal_area", unit="m²"),
+    Quantity("contact_modulus", unit="Pa"),
+    Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
+    Quantity("ceiling", unit="Pa", of=_ceiling_stored),
+    Quantity(
+        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
+        when=lambda curve: math.isfinite(curve.low_load_slope),
+    ),
+    *_cautions(),
+    _certificates(),
+)  # fmt: skip
+"""Of a `LoadCurve`."""
+
+CURVE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("approach", "approach", unit="m"),
+    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
+    Column("corrected_contact_area", unit="m²"),
+    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa", brief=False),
+    Column("mean_gap", "mean gap", unit="m"),
+    Column("stiffness", "stiffness", unit="N/m"),
+    Column("unloading_stiffness", unit="N/m"),
+    Column("spots", "spots"),
+    Column("mean_spot_area", unit="m²"),
+    Column("largest_spot_area", unit="m²"),
+    Column("certificate", "certificate", form=tiny, brief=False),
+    Column("load_error"),
+    Column(
+        "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
+        when=lambda c: isinstance(c.ceiling, str),
+    ),
+    Column("convolutions"),
+    Column("seconds", unit="s"),
+    Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
+    Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
+    Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
+)  # fmt: skip
+"""Of the steps of a `LoadCurve`."""
+
+HISTORY_COLUMNS: Columns = (
+    Column(
+        "number", "step", of=lambda h: range(1, len(h.steps) + 1), stored=False, brief=False
+    ),
+    Column("load", "load", unit="N"),
+    Column("approach", "approach", unit="m"),
+    Column("shift_y", unit="m"),
+    Column("shift_x", unit="m"),
+    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
+    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa"),
+    Column("indentation_volume", "newly indented", unit="m³", shown=sizable("indentation_volume")),
+    Column("dissipated_energy", "dissipated", unit="J", shown=sizable("dissipated_energy")),
+    Column("elastic_energy", unit="J"),
+    Column("certificate"),
+    Column("load_error"),
+    Column("convolutions"),
+    Column("seconds", unit="s"),
+)  # fmt: skip
+"""Of the steps of a `LoadHistory`."""
+
+
+HISTORY: Table = (
+    Quantity("source", of=lambda history: history.last.surface.provenance.source),
+    Quantity("preparation", of=lambda history: list(history.last.surface.provenance.steps)),
+    _given_loads(),
+    Quantity("boundary", of=lambda history: str(history.last.boundary)),
+    Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
+    Quantity(
+        "ceiling", "pressure ceiling", unit="Pa", of=lambda h: _ceiling_stored(h.last),
+        text=lambda h: phrases.ceiling(h.under_largest),
+    ),
+    Quantity("recommended", of=lambda h: h.recommended and h.recommended.summary()),
+    Quantity("tolerance", of="last.tolerance"),
+    Quantity("indented_body"),
+    Quantity("passes", "passes", text=phrases.passes, when=lambda h: h.requested_passes > 1),
+    Quantity("requested_passes"),
+    Quantity("indentation_volume", "indented volume", unit="m³"),
+    Quantity(
+        "max_indentation", "indentation", unit="m",
+        of=lambda history: float(history.indentation.max()), form=_up_to,
+    ),
+    Quantity("dissipated_energy", "dissipated energy", unit="J"),
+    Quantity(
+        "shaken_down", "shaken down",
+        form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
+    ),
+    Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
+    *_cautions(),
+    Quantity("control", of=lambda h: ["approach" if s.load is None else "load" for s in h.path]),
+    Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
+    Quantity("version", of=lambda _: __version__),
+    _certificates(),
+)  # fmt: skip
+"""Of a `LoadHistory`."""
+
+HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "shaken_down")
+"""What a report on a load history says first."""
+
+
+# --- What is told of the bodies of contacts under several loads: that of the largest of them ---
+
+
+def of_largest(key: str) -> Quantity:
+    """Return a quantity of the contact under the largest load as one of all; in files alone."""
+    return within("largest", quantity_of(CONTACT, key), name="", part=PROBLEM)
+
+
+PAIR: Table = tuple(
+    of_largest(key) for key in ("source", "preparation", "boundary", "contact_modulus")
+)
+"""What is pressed on what."""
+
+
+# --- What is told of contacts of profiles: the quantities of maps, per metre of their width ---
+
+
+LOAD = "N/m"
+
+BOUNDARY = {
+    Boundary.PERIODIC_Y: ("free", "the profile is all that touches, alike along y without end"),
+    Boundary.PERIODIC: (
+        "periodic", "the profile is one period of an endless one, alike along y without end"
+    ),
+}  # fmt: skip
+"""What lies beyond the ends of a profile: its name, and in a few words."""
+
+REFERENCE = (
+    "from the first touch; of a free profile a line load displaces nothing at a distance of the "
+    "length of the profile"
+)
+"""What the approach counts from."""
+
+
+def beyond(result: ContactResult) -> str:
+    """Return what lies beyond the ends of a profile, by name."""
+    return BOUNDARY[result.boundary][0]
+
+
+def _of(key: str, **changes: Any) -> Quantity:
+    return replace(quantity_of(CONTACT, key), **changes)
+
+
+def _profile_given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
+    def text(result: ContactResult) -> str:
+        value = engineering(getattr(result, quantity), unit)
+        return f"{value} (given)" if result.control == quantity else value
+
+    return text
+
+
+def _length(result: ContactResult) -> str:
+    return f"{engineering(result.contact_area, 'm')} ({percent(result.contact_fraction)})"
+
+
+PROFILE_CONTACT: Table = (
+    *(_of(key) for key in ("status", "certificate", "load_error", "tolerance")),
+    Quantity("kind", of=lambda _: "profile"),
+    _of(
+        "load", name="load per length", symbol="W′", unit=LOAD, text=_profile_given("load", LOAD),
+        meaning="normal force that the pressure adds up to, per metre along y",
+    ),
+    Quantity("load_unit", of=lambda _: LOAD),
+    _of("approach", meaning=REFERENCE),
+    *(_of(key) for key in ("control", "given_load")),
+    _of(
+        "boundary", of=beyond, part=PROBLEM,
+        text=lambda r: ": ".join(BOUNDARY[r.boundary]),
+    ),
+    _of("contact_modulus"),
+    _of("ceiling"),
+    Quantity(
+        "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over length",
+        of=lambda r: r.load / r.surface.size[1], stored=False, brief=False,
+    ),
+    Quantity(
+        "contact_length", "contact length", unit="m", of="contact_area", text=_length,
+        meaning="points with pressure, and their share of the profile",
+    ),
+    _of("contact_fraction", name="contact", meaning="share of the profile that touches"),
+    _of(
+        "saturated_fraction", name="saturated length", meaning="share of the profile at the ceiling"
+    ),
+    _of("saturated_share", meaning="of the contact length that is at the ceiling"),
+    _of("max_pressure", meaning="on any point"),
+    _of("mean_pressure", meaning="load over contact length"),
+    *(_of(key) for key in ("mean_gap", "max_residual_indentation", "regime", "hertz")),
+    *(_of(key) for key in ("warnings", "cautions")),
+    Quantity("points", of=lambda r: r.pressure.size),
+    Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
+    *(_of(key) for key in ("source", "preparation", "iterations")),
+    _of("convolutions", name="convolutions"),
+    *(_of(key) for key in ("seconds", "precision", "version")),
+)  # fmt: skip
+"""Of a `ContactResult` of profiles."""
+
+
+# Stress below a profile
+
+
+def _profile_place(stress: StressResult) -> str:
+    depth, _, x = (engineering(length, "m") for length in stress.place)
+    return f"{depth} deep, at x = {x}"
+
+
+_SHEAR = "max_orthogonal_shear_along_x"
+
+PROFILE_STRESS: Table = (
+    *(quantity_of(STRESS, key) for key in ("body", "friction", "direction")),
+    Quantity("kind", of=lambda _: "profile"),
+    replace(quantity_of(STRESS, "load"), unit=LOAD),
+    *(quantity_of(STRESS, key) for key in ("max_pressure", "max_von_mises")),
+    replace(
+        quantity_of(STRESS, "max_von_mises_place"),
+        of=lambda stress: [stress.place[0], stress.place[2]],
+        text=_profile_place,
+    ),
+    quantity_of(STRESS, "max_tresca"),
+    replace(quantity_of(STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
+    *(quantity_of(STRESS, key) for key in ("yield_strength", "yield_factor")),
+    replace(
+        quantity_of(STRESS, "yielded_volume"),
+        key="yielded_section",
+        name="cross-section above the yield strength",
+        unit="m²",
+    ),
+    *(
+        quantity_of(STRESS, key)
+        for key in ("depths", "warnings", "cautions", "precision", "version")
+    ),
+)
+"""Of a `StressResult` of profiles."""
+
+
+PROFILE_FIRST_YIELD: Table = (
+    replace(FIRST_YIELD[0], name="load of first yield per length", unit=LOAD),
+    *FIRST_YIELD[1:],
+)
+"""Of the `StressResult` at which the first point yields."""
+
+
+# Many loads
+
+
+def _profile_share(key: str) -> Callable[[LoadCurve], list[float]]:
+    return lambda curve: [getattr(step, key) / curve.nominal_area for step in curve.steps]
+
+
+def _column(key: str, new: str = "", **changes: Any) -> Column:
+    result = next(column for column in CURVE_COLUMNS if column.key == key)
+    of = result.of or (lambda curve: [getattr(step, key) for step in curve.steps])
+    return replace(result, key=new or key, of=of, **changes)
+
+
+PROFILE_CURVE: Table = (
+    *(quantity_of(CURVE, key) for key in ("source", "preparation", "control", "given_loads")),
+    Quantity("kind", of=lambda _: "profile"),
+    Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
+    Quantity("length", unit="m", of="nominal_area"),
+    *(
+        quantity_of(CURVE, key)
+        for key in ("contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions")
+    ),
+    quantity_of(CURVE, "worst_certificate"),
+)
+"""Of a `LoadCurve` of profiles."""
+
+PROFILE_CURVE_COLUMNS: Columns = (
+    _column("load", unit=LOAD),
+    _column("approach"),
+    _column("contact_area", "contact_length", unit="m", shown=_profile_share("contact_area")),
+    _column("saturated_area", "saturated_length", unit="m", shown=_profile_share("saturated_area")),
+    *(_column(key) for key in ("max_pressure", "mean_gap")),
+    *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
+    _column("spots", "segments", name="segments"),
+    _column("mean_spot_area", "mean_segment", unit="m"),
+    _column("largest_spot_area", "largest_segment", unit="m"),
+    *(_column(key) for key in ("certificate", "load_error", "pressure_ceiling")),
+    *(_column(key) for key in ("convolutions", "seconds")),
+)
+"""Of the steps of a `LoadCurve` of profiles."""
+
+
+# The contact segments
+
+
+def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
+    """Return number, length and load of the contact segments, in rows of name, text and meaning."""
+    largest, load = float(spots.area[0]), float(spots.load[0])
+    share = percent(min(load / float(spots.load.sum()), 1.0))
+    return [
+        ("Number", str(spots.count), "parts of the profile that touch without a break"),
+        ("Mean length", engineering(float(spots.area.mean()), "m"), ""),
+        (
+            "Longest",
+            f"{engineering(largest, 'm')} ({percent(largest / result.contact_area)} of all)",
+            f"{round(largest / result.surface.pixel[1])} points",
+        ),
+        ("Load on the longest", f"{engineering(load, LOAD)} ({share} of the load)", ""),
+    ]

@@ -1,0 +1,149 @@
+"""What is told of a nominally flat contact by formulas, alone and beside one that was solved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.joint.estimate import Estimate, Range
+from roughcontact.references import cited
+from roughcontact.report import blocks
+from roughcontact.report.blocks import Blocks, Cautions
+from roughcontact.report.fields import ANSWER, PROBLEM, Quantity, Table
+from roughcontact.report.kind import Kind
+from roughcontact.units import engineering, percent
+
+_ENDS = ("low", "high")
+
+
+def _share(result: Range) -> str:
+    return f"{percent(result.value)} ({percent(result.low)} to {percent(result.high)})"
+
+
+def _length(result: Range) -> str:
+    value, low, high = (engineering(v, "m", 3) for v in (result.value, result.low, result.high))
+    return f"{value} ({low} to {high})"
+
+
+def _ranged(
+    key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[Range], str]
+) -> Table:
+    """Return the row of a quantity with its interval, and what files keep of it."""
+
+    def part(end: str) -> Callable[[Any], Any]:
+        def value(result: Any) -> Any:
+            whole = getattr(result, key)
+            return None if whole is None else getattr(whole, end)
+
+        return value
+
+    return (
+        Quantity(
+            key, name, symbol=symbol, unit=unit, meaning=meaning, of=part("value"),
+            text=lambda result: form(getattr(result, key)),
+            when=lambda result: getattr(result, key) is not None,
+        ),
+        *(Quantity(f"{key}_{end}", unit=unit, of=part(end)) for end in _ENDS),
+    )  # fmt: skip
+
+
+def _of_surface(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(
+        name, name, unit=unit, meaning=meaning, of=lambda result: getattr(result.roughness, name),
+        part=PROBLEM, when=lambda result: getattr(result.roughness, name) is not None,
+    )  # fmt: skip
+
+
+def _limited(result: Estimate) -> bool:
+    return result.ceiling is not None
+
+
+ESTIMATE: Table = (
+    Quantity(
+        "pressure", "nominal pressure", symbol="p̄", unit="Pa", meaning="load over nominal area",
+        part=PROBLEM,
+    ),
+    Quantity(
+        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+    ),
+    Quantity("ceiling", "pressure ceiling", unit="Pa", part=PROBLEM, when=_limited),
+    _of_surface("Sq", "m", "root-mean-square height"),
+    _of_surface("Sdq", "1", "root-mean-square gradient h′"),
+    _of_surface("Sal", "m", "autocorrelation length"),
+    _of_surface("Str", "1", "texture aspect ratio"),
+    _of_surface("Ssk", "1", "skewness"),
+    _of_surface("Sku", "1", "kurtosis"),
+    Quantity(
+        "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
+        when=lambda result: result.plasticity_index is not None,
+    ),
+    *_ranged("contact", "real contact", "1", "of nominal area; in brackets 90 % of maps", "A/A₀",
+             _share),
+    *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
+             "", _share),
+    *_ranged("gap", "mean gap", "m", "of the open gap; closed points count 0", "ū", _length),
+    *_ranged("plastic_volume", "mean depth with plastic strain", "m",
+             "volume of material with any plastic strain over nominal area, not what is displaced",
+             "", _length),
+    Quantity(
+        "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
+        form=percent,
+    ),
+    Quantity("warnings", of=lambda result: list(result.warnings)),
+    Quantity("cautions", of=lambda result: [caution.summary() for caution in result.cautions]),
+)  # fmt: skip
+"""Of an `Estimate`."""
+
+
+def _told(result: ContactResult) -> bool:
+    return result.estimate is not None
+
+
+def _side(by: float) -> str:
+    return "above" if by > 0 else "below"
+
+
+def _beside_contact(result: ContactResult) -> str:
+    answer = result.estimate
+    assert answer is not None
+    nominal = result.pressure.size * result.pixel_area
+    by = result.corrected_contact_area / nominal / answer.contact.value - 1
+    return f"{_share(answer.contact)}; without rim excess this one is {percent(abs(by))} {_side(by)} it"
+
+
+def _beside_gap(result: ContactResult) -> str:
+    answer = result.estimate
+    assert answer is not None
+    by = (result.mean_gap - answer.gap.value) / answer.roughness.Sq
+    return f"{_length(answer.gap)}; this one is {percent(abs(by))} of Sq {_side(by)} it"
+
+
+BESIDE: Table = (
+    Quantity(
+        "estimated_contact", "real contact by formula",
+        meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
+        of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
+        when=_told, stored=False, brief=False,
+    ),
+    Quantity(
+        "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
+        of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
+        when=_told, stored=False, brief=False,
+    ),
+)  # fmt: skip
+"""Of a `ContactResult` that is nominally flat, beside what was solved."""
+
+
+def shown(result: Estimate) -> Blocks:
+    """Return what the console shows: what formulas were given, and what they say."""
+    parts = (blocks.cells(KIND.rows(result, part, brief=True)) for part in (PROBLEM, ANSWER))
+    return [*(block for part in parts for block in blocks.table(part)), Cautions(result.cautions)]
+
+
+KIND = Kind(
+    Estimate, ESTIMATE,
+    works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+    blocks=shown,
+)  # fmt: skip

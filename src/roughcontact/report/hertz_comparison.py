@@ -1,0 +1,95 @@
+"""What Hertz says of the nominal bodies, beside the contact of the rough ones."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roughcontact.contact import hertz_comparison
+from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
+from roughcontact.contact.result import ContactResult
+from roughcontact.report.fields import ABSENT
+from roughcontact.units import engineering
+
+HEADS = ("beside Hertz", "smooth (Hertz)", "here", "ratio")
+"""Of the columns of `rows`."""
+
+_SIDES = {
+    CIRCLE: ("radius of contact",),
+    ELLIPSE: ("longer semi-axis", "shorter semi-axis"),
+    LINE: ("half-width",),
+}
+
+SIZE = (
+    "The size of the contact here is that of the smooth contact whose pressure is spread as far "
+    "about its middle."
+)
+
+
+def applies(result: ContactResult) -> bool:
+    """Return whether there is a contact of nominal bodies to tell of."""
+    known = result.smooth is not None and not result.pair.is_shared
+    return result.converged and known and result.contact_area > 0
+
+
+def bodies(smooth: Smooth) -> str:
+    """Return what touches in which shape, in a few words."""
+    radii = " and ".join(engineering(radius, "m") for radius in smooth.shape.radii)
+    many = len(smooth.shape.radii) > 1
+    words = f"{smooth.shape.kind}, {'radii' if many else 'radius'} of relative curvature {radii}"
+    if smooth.shape.kind != CIRCLE:
+        what = "axis" if smooth.shape.kind == LINE else "longer side"
+        words += f", {what} at {smooth.shape.angle:g} degrees counter-clockwise from x"
+    if smooth.length is not None:
+        words += f", {engineering(1e-3 * smooth.load / smooth.length, 'N')}/mm"
+    return words
+
+
+def rows(result: ContactResult) -> list[tuple[str, ...]]:
+    """Return the smooth contact beside the one found: name, both values, and their ratio."""
+    smooth = result.smooth
+    assert smooth is not None
+    names = _SIDES[smooth.shape.kind]
+    text: list[tuple[str, str, float | None, float]] = [
+        (name, "m", there, here)
+        for name, there, here in zip(
+            names, smooth.semi_axes, hertz_comparison.equivalent_hertz_size(result), strict=True
+        )
+    ]
+    text += [
+        ("largest pressure", "Pa", smooth.max_pressure, result.max_pressure),
+        ("mean pressure", "Pa", smooth.mean_pressure, result.load / result.contact_area),
+        (*_area(result), smooth.area, result.contact_area),
+        ("approach", "m", smooth.approach, result.approach),
+    ]
+    return [_row(*item) for item in text]
+
+
+def _area(result: ContactResult) -> tuple[str, str]:
+    return ("contact length", "m") if result.pair.is_profile else ("contact area", "m²")
+
+
+def _row(name: str, unit: str, there: float | None, here: float) -> tuple[str, ...]:
+    if there is None:
+        return name, ABSENT, engineering(here, unit), ABSENT
+    return name, engineering(there, unit), engineering(here, unit), f"{here / there:.4g}"
+
+
+def record(result: ContactResult) -> dict[str, Any] | None:
+    """Return the smooth contact by name, in SI units, ready for JSON; None where there is none."""
+    if not applies(result):
+        return None
+    smooth = result.smooth
+    assert smooth is not None
+    return {
+        "shape": smooth.shape.kind,
+        "radii": list(smooth.shape.radii),
+        "angle": smooth.shape.angle,
+        "length": smooth.length,
+        "semi_axes": list(smooth.semi_axes),
+        "max_pressure": smooth.max_pressure,
+        "mean_pressure": smooth.mean_pressure,
+        "contact_area": smooth.area,
+        "approach": smooth.approach,
+        "spread_here": list(hertz_comparison.equivalent_hertz_size(result)),
+        "limits": [limit.summary() for limit in hertz_comparison.limits(result)],
+    }

@@ -1,0 +1,205 @@
+"""What is told of the law of an interface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from operator import attrgetter
+from typing import Any
+
+from roughcontact.formats import export
+from roughcontact.joint.interface_law import InterfaceLaw
+from roughcontact.joint.law_curve import ERROR
+from roughcontact.plots.interface_law import interface_law
+from roughcontact.references import cited
+from roughcontact.report import contact_fields, figures
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, quantity_of
+from roughcontact.report.kind import Kind, Use
+from roughcontact.statistics import LEVEL
+from roughcontact.units import counted, engineering, percent, plain
+
+TITLE = "The law of the interface"
+"""Of the chapter in a report."""
+
+
+def _range(law: InterfaceLaw) -> str:
+    result = law.resolved
+    if math.isnan(result.low):
+        return "none of the pressures"
+    return f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
+
+
+def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
+    steps = law.of_branch(branch)
+    names = [column.key for column in LAW_COLUMNS if column.stored and column.key != "branch"]
+    return {name: [getattr(step, name) for step in steps] for name in names}
+
+
+def _tables(law: InterfaceLaw) -> dict[str, Any]:
+    names = ("pressure", "separation", "mean_gap", "contact_fraction", "thermal_conductance")
+    text = {branch: law.table(branch) for branch in law.branches}
+    return {
+        branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
+        for branch, table in text.items()
+    }
+
+
+LAW: Table = (
+    *PAIR,
+    Quantity(
+        "maps", "maps", of=lambda law: [item.name for item in law.maps],
+        text=lambda law: counted(len(law.maps), "map"), part=PROBLEM,
+    ),
+    Quantity(
+        "rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0,
+    ),
+    Quantity(
+        "first_touch", "separation at first touch", "ū₀", unit="m",
+        of=lambda law: law.curve().first_touch,
+    ),
+    Quantity(
+        "resolved", "p̄(ū) resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
+        text=_range,
+    ),
+    Quantity(
+        "persson_length", "Persson's u₀ from the spectrum", unit="m",
+        when=lambda law: math.isfinite(law.persson_length),
+    ),
+    Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
+    Quantity(
+        "summit_density", "density of summits", "η", "1/m²", of="asperities.density",
+        form=lambda value: f"{value * 1e-6:.4g} /mm²", brief=False,
+    ),
+    Quantity("summit_radius", "radius of summits", "R", "m", of="asperities.radius", brief=False),
+    Quantity("bandwidth", "bandwidth", "α", of="asperities.bandwidth", brief=False),
+    Quantity(
+        "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
+    ),
+    Quantity("tables", of=_tables),
+    Quantity(
+        "thermal_conductance", of=lambda law: law.conductance.tolist(),
+    ),
+    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+)  # fmt: skip
+"""Of an `InterfaceLaw`."""
+
+
+def _separations(law: InterfaceLaw) -> list[str]:
+    """Return halves of the intervals of ū, which may itself be near zero, as lengths."""
+    return [engineering(step.separation_half, "m", 2) for step in law.steps]
+
+
+def _contacts(law: InterfaceLaw) -> list[str]:
+    return [f"{100 * step.contact_half / step.contact_fraction:.2g} %" for step in law.steps]
+
+
+def _elastic(law: InterfaceLaw) -> bool:
+    return law.is_elastic
+
+
+def _several(law: InterfaceLaw) -> bool:
+    return len(law.maps) > 1
+
+
+def _per_length(value: float) -> str:
+    """Return a stiffness per area in GPa/µm."""
+    return "∞" if math.isinf(value) else plain(value * 1e-15, 3)
+
+
+def _flows(law: InterfaceLaw) -> bool:
+    return not law.is_elastic
+
+
+LAW_COLUMNS: Columns = (
+    Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
+    Column("pressure", "pressure", unit="Pa", digits=3),
+    Column("separation", "ū", unit="m", digits=3),
+    Column(
+        "separation_half", "±", unit="m", shown=_separations,
+        when=_several,
+    ),
+    Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
+    Column("contact_fraction", "contact", form=percent),
+    Column(
+        "contact_half", "±", shown=_contacts, when=_several,
+        brief=False,
+    ),
+    Column("saturated_fraction", "saturated", form=percent, when=_flows),
+    Column("stiffness", "loading", unit="Pa/m", form=_per_length),
+    Column(
+        "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
+    ),
+    Column(
+        "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
+        when=lambda law: law.bodies is not None,
+    ),
+    Column("separation_deviation", unit="m"),
+    Column("contact_deviation"),
+    Column("stiffness_deviation", unit="Pa/m"),
+    Column("stiffness_half", unit="Pa/m"),
+    Column("persson_separation", unit="m"),
+    Column(
+        "persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic,
+    ),
+    Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
+)  # fmt: skip
+"""Of the steps of an `InterfaceLaw`."""
+
+
+def _known(law: InterfaceLaw) -> str:
+    """Return how well the law is known between the pressures; nothing where that is not known."""
+    error = max(law.curve(branch).error for branch in law.branches)
+    if math.isnan(error):
+        return "."
+    return f"; between those that were solved the law is known to about {100 * error:.2g} %."
+
+
+def sentences(law: InterfaceLaw) -> tuple[str, ...]:
+    """Return what a reader of the law has to know."""
+    several = len(law.maps) > 1
+    return (
+        "The separation ū is that of the mean planes of the two surfaces, with what is indented "
+        "counted as negative; at first touch it is the height of the highest summit. Overclosure "
+        "is minus the separation.",
+        "Stiffness per area, in GPa/µm, is told for a loading that goes on, when the elastic "
+        "contact alone resists, and for one that begins to fall, when all of the contact does.",
+        *(
+            () if law.is_elastic else
+            ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
+             "stiffness scatters by a tenth and more about the slope of the curve.",)
+        ),
+        *(
+            (f"± is half of the interval in which the mean over all maps of this surface lies with "
+             f"{100 * LEVEL:.0f} %.",)
+            if several else ()
+        ),
+        *(
+            () if law.is_elastic or len(law.branches) > 1 else
+            ("The unloading branch was not solved.",)
+        ),
+        *(
+            ("Nothing is at the ceiling: unloading goes back the way of loading.",)
+            if law.is_elastic else ()
+        ),
+        *(
+            ("Persson's theory is that of the elastic joint with the spectrum of the maps.",)
+            if math.isfinite(law.persson_length) else
+            ("Persson's theory needs maps without missing points.",)
+        ),
+        f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
+        f"% of the pressure{_known(law)}",
+    )  # fmt: skip
+
+
+def _works(law: InterfaceLaw) -> Iterator[Use]:
+    yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+    yield cited("asperities", "Greenwood1970", "Nayak1971")
+    if law.bodies is not None:
+        yield cited("conductance from the stiffness", "Barber2003")
+
+
+KIND = Kind(
+    InterfaceLaw, LAW, LAW_COLUMNS, title=TITLE, sentences=sentences, figures=figures.LAW,
+    plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=export.save_law,
+)  # fmt: skip

@@ -1,0 +1,378 @@
+"""Materials, laws and ceilings in a few words."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import units
+from roughcontact.contact.ceiling import AGREEMENT
+from roughcontact.contact.load_case import (
+    NAMES,
+    GivenLoad,
+    HertzPressure,
+    LineLoad,
+    NominalPressure,
+)
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.elastoplastic.result import ElastoplasticResult, PlasticRegime
+from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
+from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.solvers.progress import Progress, Step
+from roughcontact.studies.load_history import SHAKEN_DOWN
+from roughcontact.units import changed_by, engineering, percent
+
+if TYPE_CHECKING:
+    from roughcontact.contact.calibrated_ceiling import CalibrationRecord
+    from roughcontact.elastoplastic.increments import IterationInfo
+    from roughcontact.studies.load_history import LoadHistory
+
+
+def described(index: Progress) -> str:
+    """Return what a solver is doing, in one line."""
+    part = f"{index.number} of {index.count}: " if index.count > 1 else ""
+    label = f"{index.label}: " if index.label else ""
+    if index.kept:
+        return f"{label}{part}kept from before"
+    return (
+        f"{label}{part}{_step(index.step) if isinstance(index.step, Step) else _look(index.step)}"
+    )
+
+
+def _step(step: Step) -> str:
+    ny, nx = step.shape
+    return (
+        f"solving {ny} × {nx}: {step.convolutions} convolutions, "
+        f"certificate {step.certificate:.1e}, target {step.tolerance:.0e}"
+    )
+
+
+def _look(look: IterationInfo) -> str:
+    load = units.engineering(look.load, "N")
+    return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
+
+
+class Forecast:
+    """How long parts that are alike will take, from those that are done."""
+
+    def __init__(self) -> None:
+        self._first = self._at = self._count = 0
+        self._start = self._begun = 0.0
+
+    def __call__(self, at: Progress) -> str:
+        """Return the words of `left`; called with every `Progress`."""
+        now = time.monotonic()
+        if at.kept or at.count != self._count or at.number < self._at:
+            # What was kept tells no time.
+            self._first, self._count, self._start = at.number + at.kept, at.count, now
+            self._at, self._begun = self._first, now
+        elif at.number > self._at:
+            self._at, self._begun = at.number, now
+        done, to_do = self._at - self._first, self._count - self._at + 1
+        return time_remaining_text(done, to_do, self._begun - self._start)
+
+
+def time_remaining_text(done: int, to_do: int, seconds: float) -> str:
+    """Return how long it will take until all of many like things are done."""
+    if not done or not to_do:
+        return ""
+    guess = seconds / done * to_do
+    for unit, size in (("h", 3600), ("min", 60)):
+        if guess >= 1.5 * size:
+            return f", about {guess / size:.0f} {unit} left"
+    return f", about {max(1.0, guess):.0f} s left"
+
+
+# --- Materials, laws and ceilings in a few words ---
+
+
+def ceiling(result: ContactResult) -> str:
+    """Return the ceiling of a result and where it comes from, without a full stop."""
+    both = (result.material, result.counter_material)
+    return limit(result.ceiling, *both, agreed=result.recommended)
+
+
+def limit(
+    ceiling: float | NDArray[np.float64] | str | None,
+    material: Material,
+    counter_material: Material,
+    agreed: CalibrationRecord | None = None,
+) -> str:
+    """Return a ceiling on two bodies and where it comes from, as `ceiling`."""
+    if isinstance(ceiling, str):
+        return "recommended, by map and load"
+    if ceiling is None:
+        known = softer(material, counter_material) is not None
+        return "none: purely elastic" + ("" if known else ", no yield strength is given")
+    if isinstance(ceiling, np.ndarray):
+        low, high = float(ceiling.min()), float(ceiling.max())
+        return (
+            f"given point by point, {engineering(low, 'Pa')} to "
+            + (engineering(high, "Pa") if math.isfinite(high) else "none")
+        )  # fmt: skip
+    text = engineering(float(ceiling), "Pa")
+    body = softer(material, counter_material)
+    if body is None or body.ceiling is None:
+        return f"{text}, as given"
+    automatic = math.isclose(float(ceiling), body.ceiling, rel_tol=1e-9)
+    automatic &= agreed is None
+    whose = "" if _one_ceiling(material, counter_material) else " of the softer body"
+    if body.yield_strength is None:
+        if automatic:
+            return f"{text}, the hardness{whose}"
+        return f"{text}, as given: {float(ceiling) / body.ceiling:.3g} times the hardness{whose}"
+    if automatic:
+        return f"{text}, three times the yield strength{whose}"
+    if agreed is not None:
+        return f"{text}, {recommended(agreed)}"
+    factor = float(ceiling) / body.yield_strength
+    return f"{text}, as given: {factor:.3g} times the yield strength{whose}"
+
+
+def largest_pressure(result: ContactResult) -> str:
+    """Return the largest pressure, and whether it is the ceiling that was given."""
+    value = engineering(result.max_pressure, "Pa")
+    return f"{value}, ceiling (given)" if result.saturated_fraction else value
+
+
+def given_load(specified: GivenLoad, result: ContactResult) -> str:
+    """Return a load in the form in which it was given, and the force that it came to."""
+    force = engineering(specified.force, result.pair.load_unit)
+    words = f"{NAMES[type(specified.form)]}: {_form(specified.form)}"
+    if isinstance(specified.form, NominalPressure):
+        of_profile = result.pair.is_profile
+        what, unit = ("profile", "m") if of_profile else ("map", "m²")
+        area = engineering(result.nominal_area, unit)
+        return f"{words} on the whole {what}, {area}, are {force}"
+    smooth = result.smooth
+    match specified.form:
+        case LineLoad() if smooth is not None and smooth.length is not None:
+            return (
+                f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"
+            )
+        case HertzPressure() if smooth is not None:
+            line = ""
+            if smooth.length is not None and not result.pair.is_profile:
+                line = f", {_line_load(specified.force / smooth.length)}"
+            return f"{words} of the smooth bodies ({smooth.shape.kind}), under {force}{line}"
+    return f"{words}, {force}"
+
+
+def given_loads(specified: Sequence[GivenLoad], unit: str = "N") -> str:
+    """Return several loads in the forms in which they were given, with their forces [``unit``]."""
+    text = []
+    for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
+        values = [f"{_form(item.form)} ({engineering(item.force, unit)})" for item in group]
+        few = len(values) <= _FEW_LOADS
+        text.append(f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}")
+    return "; ".join(text)
+
+
+def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:
+    if isinstance(form, LineLoad):
+        return _line_load(form.value)
+    return engineering(form.value, "Pa")
+
+
+def _line_load(value: float) -> str:
+    # As engineers write it.
+    return f"{engineering(value / 1e3, 'N')}/mm"
+
+
+# Loads of one form that are told one by one.
+_FEW_LOADS = 4
+
+
+def recommended(result: CalibrationRecord) -> str:
+    """Return how a ceiling was found that agrees with itself, in a few words."""
+    text = (
+        f"recommended: {result.factor:.3g} yield strengths at {float(f'{result.load_ratio:.2g}'):g} "
+        "times first yield"
+    )
+    if abs(result.mismatch) > AGREEMENT:
+        text += f", where its own solution recommends {changed_by(result.mismatch)}"
+    return text
+
+
+def with_usual_ceiling(result: ContactResult) -> str:
+    """Return what came out with three yield strengths before a ceiling was recommended."""
+    answer = result.recommended
+    assert answer is not None
+    text = (
+        ("contact area", answer.usual_contact_area, result.contact_area, "m²"),
+        ("approach", answer.usual_approach, result.approach, "m"),
+        ("indentation", answer.usual_indentation, float(result.residual_indentation.max()), "m"),
+    )
+    parts = []
+    for name, usual, now, unit in text:
+        change = f" ({changed_by(usual / now - 1)})" if now else ""
+        parts.append(f"{name} {engineering(usual, unit) if usual else 'none'}{change}")
+    return ", ".join(parts)
+
+
+def hardening(body: Material) -> str:
+    """Return how a material hardens, in a few words."""
+    if is_rigid(body):
+        return "rigid"
+    if body.yield_strength is None:
+        return "elastic"
+    law = body.law
+    if isinstance(law, Kinematic):
+        back = f"kinematic hardening, modulus {engineering(law.modulus, 'Pa')}"
+        if isinstance(law.isotropic, Perfect):
+            return back
+        return f"{hardening(replace(body, hardening=law.isotropic))}, and {back}"
+    if isinstance(law, Linear):
+        return f"linear hardening, modulus {engineering(law.modulus, 'Pa')}"
+    if isinstance(law, Swift):
+        strength = engineering(law.coefficient, "Pa")
+        text = f"Swift hardening, {strength} ({law.offset:g} + 1e6 e)^{law.exponent:.3g}"
+        return text if body.hardening is not None else f"{text}, from yield strength and hardness"
+    if isinstance(law, Tabulated):
+        last = engineering(law.stress[-1], "Pa")
+        return f"tabulated hardening, {last} from a strain of {law.strain[-1]:g} on"
+    return "perfectly plastic"
+
+
+def _one_ceiling(material: Material, counter_material: Material) -> bool:
+    ceilings = {material.ceiling, counter_material.ceiling}
+    return len(ceilings - {None}) == 1
+
+
+def is_rigid(body: Material) -> bool:
+    """Return whether a material is rigid."""
+    return body.young == RIGID.young
+
+
+def passes(history: LoadHistory) -> str:
+    """Return how often the path of a history was followed, and why no more often."""
+    count, requested = history.passes, history.requested_passes
+    if count == requested:
+        return f"{count}"
+    added = f"adds less than {100 * SHAKEN_DOWN:g} % to the indented volume"
+    return f"{count} of {requested}: pass {count} {added}, further ones repeat it"
+
+
+def step_error(result: ElastoplasticResult) -> str:
+    """Return what the finite load steps of the volume model change."""
+    error = result.step_error
+    if error is None:
+        return "not estimated: the increments were given"
+    return f"about {100 * error:.2g} % of approach and contact area" if error else "none"
+
+
+# --- How far from elastic a result is, as a sentence with its numbers ---
+
+
+def regime(result: ContactResult) -> str:
+    """Return the regime of a result as a sentence with its numbers."""
+    largest = engineering(result.max_pressure, "Pa", 3)
+    name = result.regime
+    if name is Regime.SATURATED:
+        share = percent(result.saturated_fraction / result.contact_fraction)
+        return (
+            f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
+            "pressure is at its ceiling, and the surface there keeps an indentation."
+        )
+    body = result.pair.softer
+    if name is Regime.UNKNOWN and (body is None or body.hardness is None):
+        return (
+            f"No yield strength was given: whether the material bears the largest pressure of "
+            f"{largest} cannot be said."
+        )
+    assert body is not None
+    if name in (Regime.UNKNOWN, Regime.BEYOND_HARDNESS):
+        assert body.hardness is not None
+        hardness = engineering(body.hardness, "Pa", 3)
+        if name is Regime.UNKNOWN:
+            return (
+                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
+                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
+                "strength."
+            )
+        return (
+            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
+            f"{hardness}, more than it can carry. The true contact {_extent(result)} is larger, "
+            "the true pressure lower."
+        )
+    yielding = result.pair.first_to_yield
+    assert yielding is not None
+    pressure = result.pair.yields_at(yielding)
+    assert pressure is not None
+    first = engineering(pressure, "Pa", 3)
+    if name is Regime.BELOW_FIRST_YIELD:
+        return (
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which "
+            f"{_sphere(result)} first yields below its surface.{_other(result)}"
+        )
+    if name is Regime.YIELDING_BELOW:
+        return (
+            f"The material yields below the surface of the most loaded spots: the largest "
+            f"pressure, {largest}, exceeds {first}, at which {_sphere(result)} first yields, but "
+            "no point reaches "
+            + ("the ceiling." if result.ceiling is not None else _strength(body))
+            + " The pressures shown are those of an elastic body."
+        )
+    assert name is Regime.BEYOND_CEILING
+    assert body.yield_strength is not None
+    times = result.max_pressure / body.yield_strength
+    return (
+        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
+        f"softer body, more than it can carry. The true contact {_extent(result)} is larger, the "
+        "true pressure lower."
+    )
+
+
+def _strength(softer: Material) -> str:
+    return "the hardness." if softer.yield_strength is None else "three yield strengths."
+
+
+def _sphere(result: ContactResult) -> str:
+    """Return whose sphere yields first, where both bodies may."""
+    pair = result.pair
+    what = "a cylinder" if pair.is_profile else "a sphere"
+    if None in (pair.material.first_yield_pressure, pair.counter_material.first_yield_pressure):
+        return what
+    whose = "body" if pair.first_to_yield is pair.material else "counter-body"
+    return f"{what} of the {whose}"
+
+
+def _extent(result: ContactResult) -> str:
+    return "length" if result.pair.is_profile else "area"
+
+
+def _other(result: ContactResult) -> str:
+    """Return what is said where only one of two bodies that deform has a known strength."""
+    pair = result.pair
+    for body, who in ((pair.material, "body"), (pair.counter_material, "counter-body")):
+        if not is_rigid(body) and body.ceiling is None:
+            return f" The {who} was given no strength: whether it yields cannot be said."
+    return ""
+
+
+def volume_regime(result: ElastoplasticResult) -> str:
+    """Return the regime of a result of the volume model as a sentence with its numbers."""
+    if result.regime is PlasticRegime.ELASTIC:
+        share = percent(min(1 + result.yield_excess, 1.0))
+        return (
+            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
+        )
+    reached = engineering(result.plastic_depth, "m", 3)
+    strain = percent(result.max_plastic_strain)
+    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
+    surface = (
+        " and up to the surface."
+        if result.regime is PlasticRegime.AT_SURFACE
+        else "; the surface above it has stayed elastic."
+    )
+    if result.solution.load:
+        return text + surface
+    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."

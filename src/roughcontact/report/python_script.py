@@ -1,0 +1,318 @@
+"""The Python script that repeats a result, written from what the result says of itself."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.result import ContactResult
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.hardening import Kinematic
+from roughcontact.material.material import RIGID, Material
+from roughcontact.surface.generation import generate
+from roughcontact.surface.provenance import NOTE, Operation, Provenance
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.elastoplastic.result import ElastoplasticResult
+
+# Longer lines get one call each.
+_WIDTH = 96
+
+# The name that a script takes for granted; the result does not know where it was saved.
+_RESULT = "result.nc"
+
+
+def repeating(result: ContactResult) -> str:
+    """Return a script that solves the same problem again."""
+    script = _Script()
+    script.add_maps(result)
+    ceiling = script.ceiling(result)
+    bodies = _materials(result)
+    if result.recommended is None:
+        # Any other ceiling has no use for a law of hardening, which would have to be imported.
+        bodies = {name: replace(body, hardening=None) for name, body in bodies.items()}
+    script.add_laws(bodies)
+    script.lines += [
+        "result = rc.solve(",
+        *(f"    {specified}," for specified in _given(result, bodies, ceiling)),
+        ")",
+    ]
+    return script.text()
+
+
+def preparing(surface: Surface) -> str:
+    """Return a script that makes the same map again."""
+    script = _Script()
+    script.add_map("surface", surface)
+    return script.text()
+
+
+def repeating_volume(result: ElastoplasticResult) -> str:
+    """Return a script that follows the same path of loads again."""
+    contact = result.solution
+    if not result.increments:
+        return ""
+    script = _Script(".solution")
+    script.add_maps(contact)
+    materials = _materials(contact)
+    script.add_laws(materials)
+    thickness = (_number(value) for value in result.bodies[0].thickness)
+    lines = script.lines
+    lines.append("layers = [  # from the surface down [m]")
+    lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
+                           subsequent_indent="    ")  # fmt: skip
+    lines += ["]", "result = rc.solve_elastoplastic(", "    surface,"]
+    if result.travelled:
+        lines += ["    path=[", *_points(result), "    ],"]
+    else:
+        loads = ", ".join(_number(step.load) for step in result.increments)
+        lines += textwrap.wrap(f"loads=[{loads}],", 90, initial_indent="    ",
+                               subsequent_indent="        ")  # fmt: skip
+    lines += [f"    {name}={_material(body)}," for name, body in materials.items()]
+    if contact.counter_surface is not None:
+        lines.append("    counter_surface=counter_surface,")
+    if contact.boundary is not Boundary.FREE:
+        lines.append(f'    boundary="{contact.boundary}",')
+    lines += [
+        "    increments=1,",
+        "    layers=layers,",
+        f"    tolerance={_number(result.tolerance)},",
+    ]
+    if result.precision != "single":
+        lines.append(f'    precision="{result.precision}",')
+    lines.append(")")
+    return script.text()
+
+
+class _Script:
+    """Lines of Python and the imports that they need."""
+
+    def __init__(self, held: str = "") -> None:
+        self.held = held
+        self.imports = {"import roughcontact as rc"}
+        self.lines: list[str] = []
+        self.names: set[str] = set()
+
+    def text(self) -> str:
+        """Return the script."""
+        order = sorted(self.imports, key=lambda line: (line.startswith("from"), line))
+        return "\n".join([*order, "", *self.lines])
+
+    def comment(self, text: str) -> None:
+        """Write a remark, whatever characters a file has put into it."""
+        printable = "".join(c if c.isprintable() else " " for c in text)
+        self.lines.append(f"# {printable}")
+
+    def add_laws(self, bodies: Mapping[str, Material]) -> None:
+        """Import the laws of hardening that bodies have."""
+        laws = {m.hardening for m in bodies.values() if m.hardening}
+        laws |= {law.isotropic for law in laws if isinstance(law, Kinematic)}
+        if laws:
+            names = sorted({type(law).__name__ for law in laws})
+            self.imports.add(f"from roughcontact.material.hardening import {', '.join(names)}")
+
+    def add_maps(self, result: ContactResult) -> None:
+        """Write the lines that make the surfaces of a result."""
+        self.add_map("surface", result.surface)
+        if result.counter_surface is not None:
+            self.add_map("counter_surface", result.counter_surface)
+
+    def add_map(self, name: str, surface: Surface) -> None:
+        """Write the lines that make a surface of a result."""
+        lost = _lost(surface.provenance)
+        if lost:
+            self.comment(f"No script can repeat what is known as: {'; '.join(lost)}")
+            self.comment("The map as it was pressed is in the file that holds the result.")
+            self.lines.append(f'{name} = rc.read_result("{_RESULT}"){self.held}.{name}')
+        else:
+            self.add(name, surface.traced())
+
+    def ceiling(self, result: ContactResult) -> str:
+        """Return the ceiling of a result, after the lines that it takes."""
+        if result.ceiling is None:
+            return "None"
+        if result.recommended is not None:
+            return _quoted(RECOMMENDED)
+        if not isinstance(result.ceiling, np.ndarray):
+            return _number(result.ceiling)
+        self.comment("One ceiling for each point, from the file that holds the result.")
+        self.lines.append(f'ceiling = rc.read_result("{_RESULT}").ceiling')
+        return "ceiling"
+
+    def add(self, name: str, about: Provenance) -> str:
+        """Write the lines that make one map, and return the name that it got."""
+        number = 2
+        wanted = name
+        while name in self.names:
+            name, number = f"{wanted}_{number}", number + 1
+        self.names.add(name)
+        calls = [self.origin(name, about)]
+        for step in about.operations:
+            if step.method != NOTE:
+                method = getattr(Surface, step.method)
+                calls.append(f"{step.method}({self.arguments(method, step.arguments)})")
+        line = f"{name} = {'.'.join(calls)}"
+        if len(line) > _WIDTH and len(calls) > 1:
+            self.lines += [f"{name} = (", f"    {calls[0]}"]
+            self.lines += [*(f"    .{call}" for call in calls[1:]), ")"]
+        else:
+            self.lines.append(line)
+        return name
+
+    def origin(self, name: str, about: Provenance) -> str:
+        """Return the call that made a map in the first place."""
+        created = about.origin
+        assert created is not None
+        specified = dict(created.arguments)
+        if created.method == "read_surface":
+            path = specified.pop("path")
+            words = [_literal(path), *_named({k: v for k, v in specified.items() if v is not None})]
+            return f"rc.read_surface({', '.join(words)})"
+        if created.method == "generate":
+            return f"rc.generate({self.arguments(generate, specified)})"
+        if created.method == "reference_map":
+            return f"rc.Surface(*rc.reference_map({', '.join(_named(specified))}))"
+        if created.method == "Surface":
+            return self.array(name, about, created)
+        self.imports.add("from roughcontact.surface import nominal")
+        specified = {k: v for k, v in specified.items() if v is not None}
+        return f"{created.method}({', '.join(_named(specified))})"
+
+    def array(self, name: str, about: Provenance, created: Operation) -> str:
+        """Return the call that makes a map of an array that somebody has to supply."""
+        self.imports.add("import numpy as np")
+        ny, nx = created.found["shape"]
+        digest = created.found.get("sha256")
+        self.comment(
+            f"An array in memory: supply it as {name}.npy, {ny} × {nx} heights in metres"
+            + (f", SHA-256 of its bytes {digest[:16]}…" if digest else "")
+        )
+        words = [f'np.load("{name}.npy")', f"pixel={_literal(created.arguments['pixel'])}"]
+        text = [about.source, about.instrument, about.channel]
+        notes = [step.arguments["text"] for step in about.operations if step.method == NOTE]
+        while text and not text[-1]:
+            text.pop()
+        if text or notes:
+            parts = [*map(_literal, text), *([f"steps={_literal(tuple(notes))}"] if notes else [])]
+            words.append(f"provenance=rc.Provenance({', '.join(parts)})")
+        if created.arguments["holes_masked"]:
+            words.append("holes_masked=True")
+        return f"rc.Surface({', '.join(words)})"
+
+    def arguments(self, method: Any, specified: Mapping[str, Any]) -> str:
+        """Return the arguments of a call, but for those that are the default."""
+        words, named = [], inspect.Parameter.KEYWORD_ONLY
+        for name, parameter in inspect.signature(method).parameters.items():
+            if name not in specified or specified[name] == parameter.default:
+                continue
+            value = specified[name]
+            text = self.add(name, value) if isinstance(value, Provenance) else _literal(value)
+            placed = parameter.default is parameter.empty and parameter.kind is not named
+            words.append(text if placed else f"{name}={text}")
+        return ", ".join(words)
+
+
+def _given(result: ContactResult, bodies: Mapping[str, Material], ceiling: str) -> list[str]:
+    """Return the arguments of `solve`, but for those that are the default."""
+    value = result.load if result.control == "load" else result.approach
+    specified = [
+        "surface",
+        f"{result.control}={_number(value)}",
+        f"material={_material(bodies.get('material', result.material))}",
+    ]
+    if result.moments is not None:
+        about_y, about_x = result.moments
+        specified.append(f"moments=({_number(about_y)}, {_number(about_x)})")
+    if "counter_material" in bodies:
+        specified.append(f"counter_material={_material(bodies['counter_material'])}")
+    if result.counter_surface is not None:
+        specified.append("counter_surface=counter_surface")
+    specified.append(f"ceiling={ceiling}")
+    # That of a free profile is kept as periodic along y.
+    free = Boundary.PERIODIC_Y if result.pair.is_profile else Boundary.FREE
+    if result.boundary is not free:
+        specified.append(f'boundary="{result.boundary}"')
+    single = result.precision == "single"
+    if single:
+        specified.append('precision="single"')
+    if result.tolerance != (1e-4 if single else 1e-6):
+        specified.append(f"tolerance={_number(result.tolerance)}")
+    return specified
+
+
+def _lost(about: Provenance) -> list[str]:
+    """Return in words the steps that cannot be repeated."""
+    steps = list(about.operations)
+    if about.origin is not None and about.origin.method == "Surface":
+        # What was said of the array itself goes with it.
+        while steps and steps[0].method == NOTE:
+            del steps[0]
+    inner = [value for step in steps for value in step.arguments.values()]
+    return [
+        *(text for step in steps if step.method not in vars(Surface) for text in step.sentences),
+        *(text for value in inner if isinstance(value, Provenance) for text in _lost(value)),
+    ]
+
+
+def _points(result: ElastoplasticResult) -> list[str]:
+    """Return the points of a path, told from where the counter-surface is in the end."""
+    last = result.increments[-1].offset
+    lines = []
+    for step in result.increments:
+        y, x = (now - end for now, end in zip(step.offset, last, strict=True))
+        words = [_number(step.load), f"({_number(y)}, {_number(x)})"]
+        if step.friction:
+            words += [_number(step.friction), _number(step.direction)]
+        lines.append(f"        rc.PathPoint({', '.join(words)}),")
+    return lines
+
+
+def _materials(result: ContactResult) -> dict[str, Material]:
+    materials = {"material": result.material, "counter_material": result.counter_material}
+    return {name: body for name, body in materials.items() if body != RIGID}
+
+
+def _material(body: Material) -> str:
+    young = 'float("inf")' if body.young == RIGID.young else _number(body.young)
+    words = [f"young={young}", f"poisson={_number(body.poisson)}"]
+    if body.hardening is not None:
+        words.append(f"hardening={body.hardening!r}")
+    elif body.yield_strength is not None:
+        words.append(f"yield_strength={_number(body.yield_strength)}")
+    if body.hardness is not None:
+        words.append(f"hardness={_number(body.hardness)}")
+    if body.name:
+        words.append(f"name={_quoted(body.name)}")
+    if body.caveat:
+        words.append(f"caveat={_quoted(body.caveat)}")
+    return f"rc.Material({', '.join(words)})"
+
+
+def _number(value: float) -> str:
+    short = f"{value:g}"
+    # Without a point it would be an integer: the same but for zero, which has a sign.
+    return short if value and float(short) == value else repr(float(value))
+
+
+def _named(specified: Mapping[str, Any]) -> list[str]:
+    return [f"{name}={_literal(value)}" for name, value in specified.items()]
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_literal, value))}{',' if len(value) == 1 else ''})"
+    return repr(value)
+
+
+def _quoted(text: str) -> str:
+    plain = text.isprintable() and '"' not in text and "\\" not in text
+    return f'"{text}"' if plain else repr(text)

@@ -1,0 +1,198 @@
+"""What is told of repeated passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from roughcontact._version import __version__
+from roughcontact.elastoplastic.rolling import RollingResult, Shakedown
+from roughcontact.plots import rolling as plots
+from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, stored_columns
+from roughcontact.report.figure_data import RESULTS, Illustration, Illustrations
+from roughcontact.units import engineering
+
+
+def counted(rolling: RollingResult) -> str:
+    """Return how many passes there were, in words."""
+    count = len(rolling.passes)
+    return f"{count} {'pass' if count == 1 else 'passes'}"
+
+
+def _way(rolling: RollingResult) -> str:
+    steps = max(item.steps for item in rolling.passes)
+    way = "to and fro" if rolling.to_and_fro else "each from the same start"
+    ended = ""
+    if len(rolling.passes) < rolling.requested:
+        ended = f", ended: the last adds no plastic strain ({rolling.requested} requested)"
+    return f"{counted(rolling)}, {way}, {steps} steps each at most{ended}"
+
+
+_SMALL, _TINY = 1e-4, 1e-5
+
+
+def strain(value: float) -> str:
+    """Return a strain in per cent, of which those of shakedown are small."""
+    if 0 < abs(value) < _TINY:
+        return "<0.001 %"
+    return f"{100 * value:.{2 if abs(value) < _SMALL else 3}g} %"
+
+
+def _last(key: str) -> Callable[[RollingResult], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key)
+
+
+def _profile(key: str) -> Callable[[RollingResult], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key).tolist()
+
+
+def _ran_in(key: str) -> Callable[[RollingResult], str]:
+    def text(rolling: RollingResult) -> str:
+        surface = rolling.result.solution.surface
+        before, after = (
+            engineering(value, "m", 3)
+            for value in (surface.roughness()[key], getattr(rolling.passes[-1], key))
+        )
+        return f"{before} before, {after} after"
+
+    return text
+
+
+def _friction(rolling: RollingResult) -> float:
+    return rolling.result.increments[-1].friction
+
+
+ROLLING: Table = (
+    Quantity("passes", "passes", of=lambda r: len(r.passes), text=_way, part=PROBLEM),
+    Quantity(
+        "direction", "direction", unit="degree", form=lambda v: f"{v:g}°", part=PROBLEM,
+        meaning="where the counter-body moves, from x, counter-clockwise",
+    ),
+    Quantity(
+        "friction", "friction", symbol="μ", of=_friction, part=PROBLEM,
+        meaning="of full sliding", when=lambda r: bool(_friction(r)),
+    ),
+    Quantity("requested", of=lambda r: r.requested or len(r.passes)),
+    Quantity("to_and_fro"),
+    Quantity(
+        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.answer,
+    ),
+    Quantity("settled_after"),
+    Quantity(
+        "flow", "strain by the last pass", of=_last("flow"), form=strain,
+        meaning="plastic, largest, there and back counted",
+    ),
+    Quantity("gain", "left of it", of=_last("gain"), form=strain, meaning="largest"),
+    Quantity(
+        "shear", "shear by the last pass", symbol="γ", of=_last("largest_shear"), form=strain,
+        meaning="largest of all layers, towards where the counter-body moved on the first pass",
+    ),
+    Quantity("least_strain", "counts as none", form=strain, meaning="1 % of the yield strain"),
+    Quantity(
+        "in_plane_stress", "residual stress in the plane", unit="Pa", of=_last("in_plane_stress"),
+        meaning="largest of all layers along and across the pass; tension is positive",
+    ),
+    Quantity("Sq", "Sq", unit="m", of=_last("Sq"), text=_ran_in("Sq")),
+    Quantity("Spk", "Spk", unit="m", of=_last("Spk"), text=_ran_in("Spk")),
+    Quantity("depth", unit="m", of=lambda r: r.result.bodies[0].depth.tolist()),
+    Quantity("shear_over_depth", of=_profile("shear")),
+    Quantity("residual_along", unit="Pa", of=_profile("residual_along")),
+    Quantity("residual_across", unit="Pa", of=_profile("residual_across")),
+    Quantity("each", of=lambda r: stored_columns(PASSES, r)),
+    Quantity("volume", of=lambda r: r.result.summary()),
+    Quantity("warnings", of=lambda r: [caution.text for caution in r.cautions]),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `Rolling`."""
+
+HEADLINES = ("shakedown", "flow", "shear", "in_plane_stress", "Sq")
+"""What a report on passes says first."""
+
+
+def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
+    return Column(key, name, unit=unit, steps="passes", **text)
+
+
+PASSES: Columns = (
+    Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
+    _column("flow", "strain", form=strain),
+    _column("gain", "left of it", form=strain),
+    _column("largest_shear", "shear", form=strain),
+    _column("max_plastic_strain", "in all", form=strain, brief=False),
+    _column("max_pressure", "largest pressure", "Pa", digits=3),
+    _column("contact_area", "contact area", "m²", brief=False),
+    _column("approach", "approach", "m", brief=False),
+    _column("max_residual_stress", "residual von Mises stress", "Pa", brief=False),
+    _column("in_plane_stress", "residual stress", "Pa", digits=3),
+    _column("Sq", "Sq", "m", digits=3),
+    _column("Spk", "Spk", "m", digits=3),
+    _column("max_residual_displacement", "deepest", "m", brief=False),
+    _column("steps", "steps", brief=False),
+)  # fmt: skip
+"""Of the passes of a `Rolling`."""
+
+
+_CRITERIA = {
+    Shakedown.ELASTIC: "No pass added any plastic strain.",
+    Shakedown.SHAKEN_DOWN: (
+        "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
+        "and hardening now bear the load without flow."
+    ),
+    Shakedown.ALTERNATING: (
+        "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
+        "it is left: the metal flows to and fro, and fatigue is to be feared."
+    ),
+    Shakedown.RATCHETTING: (
+        "The last pass added as much plastic strain as that before, and what is left of it is "
+        "alike, both to 10 %: each pass drags the metal on."
+    ),
+    Shakedown.UNSETTLED: (
+        "The strain that passes add still changes by more than 10 % from one to the next, and is "
+        "above {least}, 1 % of the yield strain σ_Y/(3μ)."
+    ),
+    Shakedown.UNRESOLVED: (
+        "The steps of a pass are longer than the half-width of the contact, so that the dents of "
+        "neighbouring places may lie apart: what is added then says nothing of a roller that goes "
+        "on without a gap."
+    ),
+}
+
+
+def criterion(rolling: RollingResult) -> str:
+    """Return by what the passes are judged, in one sentence."""
+    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.least_strain))
+
+
+_ALT = "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk."
+
+FIGURES: Illustrations = (
+    Illustration(
+        "passes",
+        plots.passes,
+        _ALT,
+        "Pass by pass: the plastic strain that it adds, the largest of all points, and what is "
+        "left of it when flow there and back are set off; the mean shear; the largest pressure and "
+        "contact area on the way; Sq and Spk of the rough body without load.",
+        RESULTS,
+    ),
+    Illustration(
+        "depths",
+        plots.depths,
+        "Shear strain that passes add, and residual stress after them, over the depth.",
+        "Over the depth: the shear strain that passes add, positive where the surface is dragged "
+        "to where the counter-body moved on the first pass; the residual normal stress along the "
+        "pass and across it. Means along the axes along which the map is periodic, the largest "
+        "values along others.",
+        RESULTS,
+    ),
+    Illustration(
+        "heights",
+        plots.heights,
+        "Heights along x and y before the passes and after them.",
+        "Heights of the rough body without load through the deepest residual displacement, before "
+        "the passes and after them: what is gone has been pressed in.",
+        RESULTS,
+    ),
+)  # fmt: skip
+"""Of a `Rolling`, besides those of its last state."""

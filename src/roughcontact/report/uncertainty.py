@@ -1,0 +1,108 @@
+"""How sure the headline numbers are, in rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.report import contact_fields
+from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
+from roughcontact.report.kind import Kind
+from roughcontact.studies import uncertainty
+from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
+from roughcontact.studies.uncertainty import Cause, Interval
+from roughcontact.units import changed_by, percent
+
+STUDY: Table = (
+    Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
+    Quantity("cutoffs", of=lambda study: [vars(cutoff) for cutoff in study.cutoffs]),
+    Quantity("ceilings", of=lambda study: [vars(ceiling) for ceiling in study.ceilings]),
+    Quantity("independent", of=lambda s: {name: s.independent(name) for name in QUANTITIES}),
+    Quantity("at_ceiling"),
+    Quantity("sentences", of=lambda study: list(study.sentences)),
+)  # fmt: skip
+"""Of a `ResolutionStudy`."""
+
+
+def _cases(key: str) -> Callable[[ResolutionStudy], list[float]]:
+    return lambda study: [getattr(case, key) for _, case in study.named()]
+
+
+STUDY_COLUMNS: Columns = (
+    Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
+    Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
+    Column(
+        "corrected_fraction", "without rim", of=_cases("corrected_fraction"), form=percent
+    ),
+    Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
+    Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
+    Column("mean_pressure", "mean pressure", unit="Pa", of=_cases("mean_pressure")),
+)  # fmt: skip
+"""Of the solves of a `ResolutionStudy`."""
+
+
+# Its papers are those of the contact that it is told with.
+KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)
+
+
+# --- How sure the headline numbers are, in rows ---
+
+
+HEADS = ("as measured", "between", "because of")
+
+WHAT = (
+    "Where the numbers of what was measured lie, as far as is known: what whole pixels at the "
+    "rim of spots add, what finer grids change, what yielding in the volume changes, and the "
+    "tolerance. What the measurement left out is in none of them."
+)
+
+NOT_BOUNDED = (
+    "The certificate is the tolerance and bounds none of the others: it says how exactly the "
+    "problem as stated is solved."
+)
+
+# Smaller changes say nothing beside the others.
+_LEAST = 5e-4
+
+
+def uncertainty_rows(
+    result: ContactResult, study: ResolutionStudy | None = None
+) -> list[tuple[str, str, str]]:
+    """Return name, ends and causes of what a result says first."""
+    table = contact_fields.PROFILE_CONTACT if result.pair.is_profile else contact_fields.CONTACT
+    return [_row(interval, table) for interval in uncertainty.uncertainty_intervals(result, study)]
+
+
+def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
+    quantity = quantity_of(table, interval.name)
+    return quantity.name, _ends(quantity, interval), "; ".join(_causes(interval))
+
+
+def _ends(quantity: Quantity, interval: Interval) -> str:
+    if math.isinf(interval.high):
+        return f"{quantity.told(interval.value)}, not bounded"
+    low, high = (quantity.told(value) for value in (interval.low, interval.high))
+    if interval.unknown and low == high:
+        return f"{low}, not bounded"
+    text = low if low == high else f"{low} to {high}"
+    return f"{text} or beyond" if interval.unknown else text
+
+
+def _causes(interval: Interval) -> list[str]:
+    result = []
+    for doubt in interval.doubts:
+        if not doubt.known:
+            unknown = "not studied" if doubt.cause is Cause.GRID else "not known"
+            result.append(f"{doubt.cause} {unknown}")
+        elif math.isinf(doubt.high):
+            result.append(f"{doubt.cause}: no limit")
+        elif max(-doubt.low, doubt.high) >= _LEAST:
+            ends = [changed_by(end) for end in (doubt.low, doubt.high) if abs(end) >= _LEAST]
+            result.append(f"{doubt.cause} {' to '.join(ends)}")
+        elif doubt.cause is Cause.TOLERANCE:
+            result.append(f"{doubt.cause} {percent(doubt.high)}")
+        elif doubt.low or doubt.high:
+            sign, size = ("-", -doubt.low) if -doubt.low > doubt.high else ("+", doubt.high)
+            result.append(f"{doubt.cause} {sign}{percent(size)}")
+    return result

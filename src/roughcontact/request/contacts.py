@@ -1,0 +1,247 @@
+"""What a joint does, asked of contacts that are solved as they are looked at.
+
+Several questions about one contact share what is solved: see `once`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, fields, replace
+from typing import IO, TYPE_CHECKING, Any
+
+from roughcontact import memory
+from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
+from roughcontact.request import maps as problem, option, options, parsing
+from roughcontact.request.option import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
+from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
+from roughcontact.request.request import Request
+from roughcontact.solvers.progress import Progress
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.material.material import Conductor
+    from roughcontact.surface.surface import Surface
+
+LOAD = Option(
+    "load", Panel.BODIES, "LOADS",
+    'Normal load, as for solve, or several with commas: "1 N, 3 N, 10 N".', parsing.loads, None,
+)  # fmt: skip
+FROM = Option(
+    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure, such as "1 MPa".',
+    parsing.nominal, None,
+)  # fmt: skip
+TO = Option(
+    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure, such as "300 MPa".',
+    parsing.nominal, None,
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER", "Pressures between them, in equal ratios; default: 13.",
+    parsing.counted(2, memory.STEPS), 13,
+)  # fmt: skip
+RANGE = (FROM, TO, STEPS)
+OUTPUT = file("output", "FILE.csv|json", "Write the table of loads.", TABLES)
+
+RESISTIVITY = Option(
+    "resistivity", Panel.BODIES, "RESISTIVITY",
+    'Electrical resistivity of the body, such as "17 nohm m"; default: that of --material.',
+    parsing.quantity("resistivity"), None,
+)  # fmt: skip
+CONDUCTIVITY = Option(
+    "conductivity", Panel.BODIES, "CONDUCTIVITY",
+    'Thermal conductivity of the body, such as "46 W/m/K"; default: that of --material.',
+    parsing.quantity("conductivity"), None,
+)  # fmt: skip
+COUNTER_RESISTIVITY = Option(
+    "counter-resistivity", Panel.BODIES, "RESISTIVITY", "Resistivity of the counter-body.",
+    parsing.quantity("resistivity"), None,
+)  # fmt: skip
+COUNTER_CONDUCTIVITY = Option(
+    "counter-conductivity", Panel.BODIES, "CONDUCTIVITY", "Conductivity of the counter-body.",
+    parsing.quantity("conductivity"), None,
+)  # fmt: skip
+THERMAL_FILM = Option(
+    "thermal-film", Panel.BODIES, "FILM",
+    'Thermal resistance times area of a film on the contact, such as "1e-6 m^2 K/W"; default: '
+    "none.", parsing.quantity("thermal film"), None,
+)  # fmt: skip
+
+PRESSURE_RULES = tuple(
+    Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
+)
+LOAD_RULES = (Rule(EXCLUDES, LOAD, FROM, TO),)
+
+
+def loads(request: Request) -> list[Any]:
+    """Return the loads under which a joint is looked at, in the form in which they are given."""
+    from roughcontact.contact.load_case import NominalPressure
+    from roughcontact.studies.load_curve import spaced
+
+    single = request.get(LOAD)
+    if single is not None:
+        return list(single)
+    first, last = request.needed(FROM), request.needed(TO)
+    return [NominalPressure(pressure) for pressure in spaced(first, last, request[STEPS])]
+
+
+def check_pressures(request: Request) -> None:
+    """Refuse a range of nominal pressures that is none."""
+    first, last = request[FROM], request[TO]
+    if first is not None and last is not None and not 0 < first < last:
+        raise InputError(
+            "must be positive and below ", ArgumentRef("to"),
+            f", got {request.given[FROM.name]!r} and {request.given[TO.name]!r}", argument="from",
+        )  # fmt: skip
+
+
+def check_loads(request: Request) -> None:
+    """Refuse what is neither single loads nor a range of nominal pressures."""
+    if request[LOAD] is not None:
+        return
+    if request[FROM] is None and request[TO] is None:
+        raise InputError(
+            "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
+            ArgumentRef("from", "1 MPa"), " and ", ArgumentRef("to", "100 MPa"), argument="load",
+        )  # fmt: skip
+    option.check(PRESSURE_RULES, request)
+    check_pressures(request)
+
+
+def conductors(request: Request) -> tuple[Conductor, Conductor]:
+    """Return what both bodies conduct."""
+    return (
+        _conductor(request, options.MATERIAL, RESISTIVITY, CONDUCTIVITY),
+        _conductor(request, options.COUNTER_MATERIAL, COUNTER_RESISTIVITY, COUNTER_CONDUCTIVITY),
+    )
+
+
+def _conductor(request: Request, material: Option[Any], *specified: Option[Any]) -> Conductor:
+    from roughcontact.material import catalog
+    from roughcontact.material.material import Conductor
+
+    known = request[material]
+    result = Conductor() if known is None else catalog.entry(known.name).conductor
+    values = dict(zip(("resistivity", "conductivity"), map(request.get, specified), strict=True))
+    return replace(result, **{name: value for name, value in values.items() if value is not None})
+
+
+def outcome(request: Request, work: Work, result: Any) -> Outcome:
+    """Return the outcome of what a joint does, with what is known from the measurement."""
+    largest = replace(result.largest, remarks=work.remarks)
+    return Outcome(request, replace(result, largest=largest, remarks=work.remarks), largest)
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """The contacts of a request, solved as they are asked for."""
+
+    request: Request  # What was asked for
+    work: Work  # With what
+    maps: Sequence[Surface]  # The maps that are pressed
+    more: Sequence[Surface] = ()
+
+    def each(self) -> Iterator[Contacts]:
+        """Yield the contacts of each map of the surface."""
+        for surface in (self.maps[0], *self.more):
+            yield self.of(surface)
+
+    def of(self, surface: Surface) -> Contacts:
+        """Return the contacts of another map."""
+        return replace(self, maps=(surface, *self.maps[1:]), more=())
+
+    def require_map(self, what: str) -> None:
+        """Raise `InputError` for profiles, before anything is solved."""
+        problem.pair_of(self.request, self.maps).require_map(what)
+
+    def under(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
+        """Yield the contacts under some loads, in whatever form they were given."""
+        forces = [problem.pressed(self.request, self.maps, load) for load in loads]
+        forces.sort(key=lambda load: -load[0])
+        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
+        for number, (force, specified) in enumerate(forces, start=1):
+
+            def watch(index: Progress, number: int = number) -> None:
+                self.work.look(replace(index, number=number, count=len(forces)))
+
+            result = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
+            yield replace(result, given=specified)
+
+    def coarser(self, result: ContactResult) -> ContactResult | None:
+        """Return the same contact on a grid of twice the pixel."""
+        from roughcontact.studies.resolution_study import coarsened
+
+        pair, ceiling = coarsened(result.pair), result.ceiling
+        if pair is None or not (ceiling is None or isinstance(ceiling, float)):
+            return None
+        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
+        arguments |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
+
+        def watch(index: Progress) -> None:
+            self.work.look(replace(index, label="coarser grid"))
+
+        with suppress(ConvergenceError, CapacityError):
+            return self.work.solve(pair.surface, **arguments, load=result.load, progress=watch)
+        return None
+
+
+@contextmanager
+def cached_solver() -> Iterator[Solve]:
+    """Give what solves a contact that it is asked for again only once."""
+    with ExitStack() as stack:
+        cached: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
+
+        def solve_once(
+            surface: Surface, *, progress: Any = None, **arguments: Any
+        ) -> ContactResult:
+            requested = {"surface": surface, **arguments}
+            for known, rest, file in cached:
+                if _same(known, requested):
+                    return _filled(rest, file)
+            result = solve_afresh(surface, progress=progress, **arguments)
+            file = stack.enter_context(tempfile.TemporaryFile())
+            cached.append((requested, _emptied(result, file), file))
+            return result
+
+        yield solve_once
+
+
+def _same(known: dict[str, Any], requested: dict[str, Any]) -> bool:
+    """Return whether two contacts are one, whichever objects hold their maps."""
+    maps = ("surface", "counter_surface")
+    return all(
+        _alike(known.get(name), requested.get(name))
+        if name in maps
+        else name in known and known[name] == requested[name]
+        for name in requested
+    )
+
+
+def _alike(first: Surface | None, second: Surface | None) -> bool:
+    import numpy as np
+
+    if first is second or first is None or second is None:
+        return first is second
+    return first.pixel == second.pixel and np.array_equal(
+        first.heights, second.heights, equal_nan=True
+    )
+
+
+def _emptied(result: ContactResult, file: IO[bytes]) -> dict[str, Any]:
+    """Return what makes a contact but for its maps, which go to a file."""
+    import numpy as np
+
+    np.save(file, result.pressure)
+    np.save(file, result.gap)
+    there = {item.name: getattr(result, item.name) for item in fields(result)}
+    return {name: there[name] for name in there.keys() - {"pressure", "gap", "_counted"}}
+
+
+def _filled(known: dict[str, Any], file: IO[bytes]) -> ContactResult:
+    """Return a contact with its maps again."""
+    import numpy as np
+
+    from roughcontact.contact.result import ContactResult
+
+    file.seek(0)
+    return ContactResult(**known, pressure=np.load(file), gap=np.load(file))

@@ -1,0 +1,136 @@
+"""The task ``law``: the law of an interface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import contacts as joints, options
+from roughcontact.request.contacts import Contacts
+from roughcontact.request.option import PICTURES, Panel, file, files, flag
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.joint.interface_law import InterfaceLaw
+
+QUARTERS = flag(
+    "quarters", Panel.MAP,
+    "Find the law of the quarters of each map, too: whether the maps are large enough.",
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Write the law: {export.format_list_text(Kind.LAW)}; may be repeated.",
+    export.suffixes(Kind.LAW),
+)
+FIGURE = file("figure", "FILE", "Draw the law as PNG, SVG or PDF.", PICTURES)
+_CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.joint.interface_law import OF
+    from roughcontact.surface.placement import partition
+
+    # Several are maps of one surface, each pressed by a flat.
+    first = 1 if len(request.files) > 1 else len(work.maps)
+    contacts = Contacts(request, work, work.maps[:first], work.maps[first:])
+    contacts.require_map(OF)
+    maps = list(contacts.each())
+    result = _law_of(request, maps)
+    if request[QUARTERS]:
+        level = request[options.LEVEL]
+        parts = [item.of(part) for item in maps for part in partition(item.maps[0], 2, level)]
+        result = replace(result, parts=_law_of(request, parts))
+    return joints.outcome(request, work, result)
+
+
+def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
+    """Return the law of some maps; where they flow, with the branch of unloading."""
+    from roughcontact.contact.sliding_pair import indented_surface
+    from roughcontact.joint.interface_law import interface_law
+
+    remaining: list[Contacts] = []
+    flowed: list[bool] = []
+    loads = joints.loads(request)
+
+    def loading() -> Iterator[ContactResult]:
+        for item in maps:
+            # The first is that under the largest load.
+            for number, result in enumerate(item.under(loads)):
+                if number == 0:
+                    remaining.append(item.of(indented_surface(result)))
+                    flowed.append(result.saturated_fraction > 0)
+                yield result
+
+    def unloading() -> Iterator[ContactResult]:
+        # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
+        elastic = replace(request, values={**request.values, options.CEILING.name: None})
+        for item in remaining if any(flowed) else ():
+            yield from replace(item, request=elastic).under(loads)
+
+    body, counter_body = joints.conductors(request)
+    both = body.conductivity is not None and counter_body.conductivity is not None
+    return interface_law(
+        loading(),
+        unloading(),
+        body=body if both else None,
+        counter_body=counter_body if both else None,
+        thermal_film=request[joints.THERMAL_FILM] or 0.0,
+    )
+
+
+def _check(request: Request) -> None:
+    joints.check_pressures(request)
+    for option in (options.COUNTER_SURFACE, options.COUNTER_BODY):
+        if len(request.files) > 1 and request.is_given(option):
+            raise InputError(
+                "goes with one map; several are pressed by a flat", argument=option.argument
+            )
+    known = all(body.conductivity is not None for body in joints.conductors(request))
+    if request[joints.THERMAL_FILM] and not known:
+        raise InputError(
+            "needs ", ArgumentRef("conductivity"), " and ", ArgumentRef("counter_conductivity"),
+            argument="thermal_film",
+        )  # fmt: skip
+
+
+TASK = Task(
+    "law",
+    """Find the law of an interface: pressure, contact, stiffness over separation.
+
+Several files are maps of one surface, and give a mean with its scatter. Where the ceiling is
+reached, unloading has a branch of its own.
+
+\b
+Example:
+roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
+    --material 42CrMo4 --holes fill --boundary periodic --output law.inp
+""",
+    (
+        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
+        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
+    ),
+    (
+        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.HOLES,
+        QUARTERS, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=joints.PRESSURE_RULES,
+    check=_check,
+    last=last_contact,
+    questions=(
+        Question(
+            "Which law it obeys",
+            "Separation, contact and stiffness over the pressure, with tables for other programs.",
+            (QUARTERS,),
+        ),
+    ),
+    maps=("file", "files"),
+    shares_contacts=True,
+)  # fmt: skip

@@ -1,0 +1,131 @@
+"""The task ``stress``: the elastic stress below a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from roughcontact.errors import InputError
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import memory, options, parsing, solve
+from roughcontact.request.option import PICTURES, Option, Panel, file, flag
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+WHICH = Option(
+    "which", Panel.BODIES, "body|counter-body", "Body to look into; default: body.",
+    parsing.choice("body", "counter-body"), "body",
+)  # fmt: skip
+FRICTION = Option(
+    "friction", Panel.BODIES, "NUMBER", "Coefficient of friction; default: 0.", parsing.number, 0.0
+)
+DIRECTION = Option(
+    "direction", Panel.BODIES, "DEGREES",
+    "Direction of the traction on the body, counter-clockwise from x; default: 0.",
+    parsing.number, 0.0,
+)  # fmt: skip
+DEPTHS = Option(
+    "depths", Panel.SOLVER, "LENGTHS", 'Depths, such as "1 um, 2 um"; default: the contact '
+    "chooses.", parsing.lengths, None,
+)  # fmt: skip
+ONSET = flag("onset", Panel.SOLVER, "Find the load at which the first point yields.")
+OUTPUT = file("output", "FILE.nc", "Write contact and stress as NetCDF.", (".nc",))
+FIGURES = Option(
+    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
+    "Draw figures, such as the section of the stress, as PNG into an existing folder, or with "
+    "this start of their names; ending in .svg or .pdf, in that format.", parsing.words, None,
+    suffixes=PICTURES,
+)  # fmt: skip
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.contact.subsurface_stress import onset, subsurface_stress
+
+    Boundary(request[options.BOUNDARY]).require_stress()
+    contact = solve.contact(request, work, calibrated=False)
+    text = replace(contact, remarks=work.remarks)
+    if not contact.converged:
+        return Outcome(request, text, text)
+    work.say("stress below the surface")
+    below: dict[str, Any] = {
+        "body": "body" if request[WHICH] == "body" else "counter_body",
+        "friction": request[FRICTION],
+        "direction": request[DIRECTION],
+    }
+    with _naming_body():
+        stress = subsurface_stress(contact, request[DEPTHS], **below)
+        extras = {}
+        if request[ONSET]:
+            work.say("searching the load of first yield")
+            extras["first_yield"] = onset(contact.pair, **below)
+    return Outcome(request, replace(stress, solution=text), text, extras)
+
+
+@contextmanager
+def _naming_body() -> Iterator[None]:
+    """Let errors speak of the option that says which body."""
+    try:
+        yield
+    except InputError as error:
+        error.argument = WHICH.argument if error.argument == "body" else error.argument
+        raise
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.subsurface_stress import require_memory
+
+    memory.require_contact(request, shape)
+    boundary = Boundary(request[options.BOUNDARY])
+    require_memory(shape, boundary=boundary, friction=request[FRICTION])
+
+
+def _record(outcome: Outcome) -> dict[str, Any]:
+    from roughcontact.formats import tables
+
+    if outcome.found is outcome.contact:
+        return solve.record(outcome)
+    text = {**tables.record(outcome.found.solution), "stress": outcome.found.summary()}
+    if "first_yield" in outcome.extras:
+        text["first_yield"] = outcome.extras["first_yield"].summary()
+    return text
+
+
+def _figures(_: Request) -> tuple[str, ...]:
+    from roughcontact.report import figures
+
+    return figures.names(figures.STRESS)
+
+
+TASK = Task(
+    "stress",
+    """Solve the contact, and compute the elastic stress below it: where it yields first.
+
+\b
+Example:
+roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
+    --output stress.nc --figures out
+""",
+    (
+        *options.MAP, *options.LOADS, *options.BODIES, WHICH, FRICTION, DIRECTION, DEPTHS, ONSET,
+        *options.SOLVER, OUTPUT, options.REPORT, FIGURES, *options.SHOWN,
+    ),
+    (
+        options.LOAD, *options.BODY_CONSTANTS, FRICTION, ONSET, options.HOLES, OUTPUT,
+        options.REPORT,
+    ),
+    run=_run,
+    rules=options.LOAD_RULES,
+    record=_record,
+    memory=_memory,
+    figures=_figures,
+    questions=(
+        Question(
+            "Stress below the surface",
+            "The elastic stress under this contact, and where it yields first.",
+            (WHICH, FRICTION, DIRECTION, DEPTHS, ONSET),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,230 @@
+"""Nominal bodies as surfaces, and bodies written as text."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact import units
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.surface import shapes
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, quantity
+
+Array = NDArray[np.float64]
+
+
+class Body(Protocol):
+    """A nominal body that can be made on any grid, as `parse` returns it."""
+
+    def __call__(
+        self,
+        *,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        center: tuple[float, float] | None = None,
+    ) -> Surface:
+        """Return the body on a grid."""
+
+
+def flat(
+    *,
+    shape: tuple[int, int],
+    pixel: Quantities,
+    center: tuple[float, float] | None = None,
+) -> Surface:
+    """Return a flat body."""
+    edges = quantity(pixel, "length", "pixel")
+    origin = Operation("nominal.flat", {"shape": shape, "pixel": edges})
+    return Surface(shapes.flat(shape, edges), edges, Provenance("nominal flat", origin=origin))
+
+
+def _length(value: float) -> str:
+    return units.engineering(value, "m", 6)
+
+
+def _edge(edge_radius: float) -> str:
+    return f" with an edge radius of {_length(edge_radius)}" if edge_radius else ""
+
+
+# Arguments without a unit.
+_PLAIN = ("slope", "angle")
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
+
+    name: str  # Its name in this module, and that of its heights in `shapes`
+    size: str  # The argument that has its size
+    size_text: str  # The size in messages
+    description: Callable[..., str]  # Returns its text for its size and option
+    examples: tuple[str, ...] = ()  # Texts that `parse` takes
+    option: str = ""  # Another argument, 0 by default
+    count: int = 1  # Numbers that the size consists of, along y first
+    curvatures: Callable[[Any], tuple[float, float]] | None = None  # [1/m]
+
+    def __reduce__(self) -> str:
+        """Return the name by which other processes find it."""
+        return self.name
+
+    @property
+    def word(self) -> str:
+        """Its name in texts; both punches share one."""
+        return self.name.rpartition("_")[2]
+
+    def __call__(
+        self,
+        *,
+        shape: tuple[int, int],
+        pixel: Quantities,
+        center: tuple[float, float] | None = None,
+        **given: Any,
+    ) -> Surface:
+        """Return the body on a grid."""
+        edges = quantity(pixel, "length", "pixel")
+        given = ({self.option: 0.0} if self.option else {}) | given
+        for name in given.keys() - set(_PLAIN):
+            given[name] = quantity(given[name], "length", name)
+        heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **given)
+        sizes = {name: given[name] for name in (self.size, self.option) if name}
+        beyond = int(np.count_nonzero(np.isnan(heights)))
+        origin = Operation(
+            f"nominal.{self.name}",
+            {**sizes, "shape": shape, "pixel": edges, "center": center},
+            {"outside": beyond},
+        )
+        about = Provenance(f"nominal {self.description(**sizes)}", origin=origin)
+        return Surface(heights, edges, about, holes_masked=beyond > 0)
+
+
+sphere = Form(
+    "sphere", "radius", "the radius",
+    lambda radius: f"sphere of radius {_length(radius)}",
+    ("sphere 10 mm",), curvatures=lambda radius: (1 / radius, 1 / radius),
+)  # fmt: skip
+ellipsoid = Form(
+    "ellipsoid", "radii", "each radius of curvature",
+    lambda radii, angle: (
+        f"ellipsoid of the radii of curvature {_length(radii[0])} along y and "
+        f"{_length(radii[1])} along x"
+        f"{f', turned by {angle:g} degrees counter-clockwise' if angle else ''}"
+    ),
+    ("ellipsoid 10 mm 4 mm 30 deg",), "angle", 2, lambda radii: (1 / radii[0], 1 / radii[1]),
+)  # fmt: skip
+cylinder = Form(
+    "cylinder", "radius", "the radius",
+    lambda radius, angle: (
+        f"cylinder of radius {_length(radius)}, axis at {angle:g} degrees counter-clockwise from x"
+    ),
+    ("cylinder 5 mm 90 deg",), "angle", curvatures=lambda radius: (1 / radius, 0.0),
+)  # fmt: skip
+punch = Form(
+    "punch", "radius", "the radius",
+    lambda radius, edge_radius: f"round punch of radius {_length(radius)}{_edge(edge_radius)}",
+    ("punch 20 um", "punch 20 um 10 um", "punch 20 um edge 2 um"), "edge_radius",
+)  # fmt: skip
+rectangular_punch = Form(
+    "rectangular_punch", "sides", "each side",
+    lambda sides, edge_radius: (
+        f"rectangular punch of {_length(sides[0])} along y by {_length(sides[1])} along x"
+        f"{_edge(edge_radius)}"
+    ),
+    option="edge_radius", count=2,
+)  # fmt: skip
+cone = Form("cone", "slope", "the slope", lambda slope: f"cone of slope {slope:g}", ("cone 0.01",))
+wedge = Form(
+    "wedge", "slope", "the slope",
+    lambda slope, angle: (
+        f"wedge of slope {slope:g}, ridge at {angle:g} degrees counter-clockwise from x"
+    ),
+    ("wedge 0.01 90 deg",), "angle",
+)  # fmt: skip
+
+BODIES = {
+    form.name: form for form in (sphere, ellipsoid, cylinder, punch, rectangular_punch, cone, wedge)
+}
+"""Every nominal body but the flat, by its name."""
+
+FORMS = ("flat", *(text for form in BODIES.values() for text in form.examples))
+"""Every form that `parse` takes, by example."""
+
+
+def parse(text: str, name: str = "body") -> Body:
+    """Return the nominal body that a text describes."""
+    examples = ", ".join(repr(form) for form in FORMS)
+    wrong = InputError(f"must read like one of {examples}, got {text!r}", argument=name, value=text)
+    if not isinstance(text, str) or not text.strip():
+        raise wrong
+    word, *rest = text.split()
+    word, sizes = word.lower(), " ".join(rest)
+    forms = [form for form in BODIES.values() if form.word == word]
+    option = forms[0].option if forms else ""
+    specified: dict[str, Any] = {option: 0.0} if option else {}
+    if option == "angle" and (result := _ANGLE.search(sizes)):
+        sizes, specified = sizes[: result.start()], {option: float(result[1])}
+    elif option == "edge_radius" and (result := _EDGE.search(sizes)):
+        edge = _measured(result[1], name, "the edge radius of the punch")
+        sizes, specified = sizes[: result.start()], {option: edge}
+    parts = _QUANTITY.findall(sizes)
+    read_whole = "".join(parts).replace(" ", "") == sizes.replace(" ", "")
+    if not read_whole or not all(map(math.isfinite, specified.values())):
+        raise wrong
+    if word == "flat" and not parts:
+        return flat
+    for form in forms:
+        if len(parts) == form.count:
+            measured = _slope if form.size == "slope" else _measured
+            values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
+            size = values[0] if form.count == 1 else tuple(values)
+            return partial(form, **{form.size: size, **specified})
+    raise wrong
+
+
+def across(body: Body) -> Body:
+    """Return a body of `parse` as the profile across it has it."""
+    if body is flat:
+        return body
+    if isinstance(body, partial) and body.func in (cylinder, wedge):
+        if body.keywords["angle"] in (0.0, 90.0):
+            return partial(body.func, **{**body.keywords, "angle": 90.0})
+    raise InputError(
+        "a profile takes 'flat', a cylinder such as 'cylinder 5 mm' or a wedge such as 'wedge "
+        "0.01', which go on alike across it"
+    )
+
+
+def _measured(text: str, name: str, what: str) -> float:
+    try:
+        return units.parse(text, "length", what)
+    except InputError as error:
+        own = () if error.argument is None else (ArgumentRef(error.argument), " ")
+        raise InputError(ArgumentRef(name), ": ", *own, *error.parts, value=text) from None
+
+
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"{_NUMBER}(?:\s*[A-Za-z\u00b5\u03bcÅ]+)?")
+_ANGLE = re.compile(rf"\s+({_NUMBER})\s*(?:deg|degrees?|°)$")
+_EDGE = re.compile(r"\s*\bedge\b\s*(.*)$")
+
+
+def _slope(text: str, name: str, what: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise InputError(
+            ArgumentRef(name), f": {what} must be a number without a unit, got {text!r}", value=text
+        ) from None
+    if not 0 < value < math.inf:
+        raise InputError(
+            ArgumentRef(name), f": {what} must be positive and finite, got {text!r}", value=text
+        )
+    return value

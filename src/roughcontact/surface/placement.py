@@ -1,0 +1,221 @@
+"""Surfaces that have moved over their grid.
+
+`matched`: The grid is that of the first map, which then keeps its bits, unless along an axis
+the pixel of the second is smaller by more than √2: then it has the finer edge. The finest waves
+of either body carry the highest pressures, and a grid that cannot hold them would make the
+contact too large; a coarse map on a fine grid is merely interpolated.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.arguments import checked
+from roughcontact.errors import InputError
+from roughcontact.surface import alignment, nominal_bodies
+from roughcontact.surface.nominal_bodies import flat
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.units import lengths
+
+LEAST_POINTS = 16
+"""Points along the shorter side of a part, below which a part says little about a surface."""
+
+
+@checked
+def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tuple[Surface, ...]:
+    """Return the equal parts of a map: of two divisions its quarters.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map.
+    divisions : int
+        Parts along each side; points that are left over at the far edges belong to none.
+    level : {"plane", "quadric", "mean", "robust", "none"}
+        What is fitted to each part and subtracted, as from a map of that size.
+
+    Returns
+    -------
+    tuple of Surface
+        Row by row. Holes that were accepted stay so; a part that is half holes is left out.
+
+    Raises
+    ------
+    InputError
+        If the parts had fewer than 16 points along a side.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quarters = partition(Surface(np.eye(32), (1e-6, 1e-6)))
+    >>> len(quarters), quarters[0].shape
+    (4, (16, 16))
+    """
+    if divisions < 1 or not divides(surface.shape, divisions):
+        ny, nx = surface.shape
+        raise InputError(
+            f"must leave {LEAST_POINTS} points along each side of a part; the map has {ny} × {nx} "
+            f"points, got {divisions}",
+            argument="divisions",
+            value=divisions,
+        )
+    rows, columns = (points // divisions for points in surface.shape)
+    result = []
+    for i in range(divisions):
+        for j in range(divisions):
+            window = (i * rows, (i + 1) * rows), (j * columns, (j + 1) * columns)
+            part = _part(surface, *window, level)
+            if part is not None:
+                result.append(part)
+    return tuple(result)
+
+
+def divides(shape: tuple[int, int], divisions: int) -> bool:
+    """Return whether parts of a grid would have points enough."""
+    return min(shape) // divisions >= LEAST_POINTS
+
+
+def _part(
+    surface: Surface, rows: tuple[int, int], columns: tuple[int, int], level: str
+) -> Surface | None:
+    """Return a window of a map; nothing where half of it or more is missing."""
+    heights = surface.heights[slice(*rows), slice(*columns)]
+    if 2 * np.count_nonzero(np.isnan(heights)) >= heights.size:
+        return None
+    part = surface.cropped(rows, columns)
+    return part if level == "none" else part.leveled(level)
+
+
+# --- Two measured maps brought to one grid, as they lie on each other ---
+
+
+def matched(
+    first: Surface,
+    second: Surface,
+    offset: tuple[float, float] = (0.0, 0.0),
+    angle: float = 0.0,
+    mirrored: bool = False,
+) -> tuple[Surface, Surface]:
+    """Return two maps on one grid, cropped to the rectangle that both cover."""
+    for name, body in (("first", first), ("second", second)):
+        if not isinstance(body, Surface):
+            raise InputError(f"must be a Surface, got {type(body).__name__}", argument=name)
+    pixel = alignment.common_pixel(first.pixel, second.pixel, angle)
+    # Points between the centres of the outer pixels of the first map, around the same middle.
+    ny, nx = (
+        points if edge == own else int((points - 1) * own / edge) + 1
+        for points, own, edge in zip(first.shape, first.pixel, pixel, strict=True)
+    )
+    shape = ny, nx
+    rows, columns = alignment.common_rectangle(
+        [
+            (first.shape, alignment.place(first.shape, first.pixel, shape, pixel)),
+            (
+                second.shape,
+                alignment.place(
+                    second.shape, second.pixel, shape, pixel, offset, angle, mirrored
+                ),
+            ),
+        ],
+        shape,
+    )  # fmt: skip
+    # From the middle of the rectangle to that of the whole grid.
+    back_y, back_x = (
+        ((points - 1) / 2 - (stop + start - 1) / 2) * edge
+        for points, (start, stop), edge in zip(shape, (rows, columns), pixel, strict=True)
+    )
+    grid = flat(shape=(rows[1] - rows[0], columns[1] - columns[0]), pixel=pixel)
+    return (
+        first.aligned(grid, (back_y, back_x)),
+        second.aligned(grid, (back_y + offset[0], back_x + offset[1]), angle, mirrored),
+    )
+
+
+# --- Surfaces that have moved over their grid ---
+
+
+Array = NDArray[np.float64]
+
+# Share of a pixel within which a way counts as a whole number of them.
+_WHOLE = 1e-6
+
+
+def shifted(
+    surface: Surface, way: tuple[float, float], periodic_axes: tuple[int, ...] = ()
+) -> Surface:
+    """Return a surface that has moved over its grid."""
+    pixels = [part / edge for part, edge in zip(way, surface.pixel, strict=True)]
+    whole = [round(part) for part in pixels]
+    rest = [
+        part - n if abs(part - n) > _WHOLE else 0.0 for part, n in zip(pixels, whole, strict=True)
+    ]
+    if _is_nominal(surface):
+        for axis in {0, 1} - set(periodic_axes):
+            whole[axis], rest[axis] = 0, pixels[axis]
+    if any(rest):
+        heights = _by_parts(surface, rest, periodic_axes)
+    else:
+        heights = surface.heights
+    for axis, count in enumerate(whole):
+        heights = _rolled(heights, count, axis, periodic=axis in periodic_axes)
+    step = f"moved by {lengths(way)} along y and x"
+    about = Provenance(surface.provenance.source, steps=(*surface.provenance.steps, step))
+    masked = surface.holes_masked or bool(np.isnan(heights).any() and not surface.missing)
+    return Surface(heights, surface.pixel, about, holes_masked=masked)
+
+
+def _is_nominal(surface: Surface) -> bool:
+    """Return whether a surface is a form that can be made anew at another place."""
+    created = surface.provenance.origin
+    nominally = created is not None and created.method.startswith("nominal.")
+    return nominally and not surface.provenance.operations
+
+
+def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...]) -> Array:
+    """Return heights moved by parts of a pixel, or a nominal body moved."""
+    created = surface.provenance.origin
+    if created is not None and _is_nominal(surface):
+        again: dict[str, Any] = dict(created.arguments)
+        middle = [(n - 1) / 2 for n in surface.shape]
+        center = again.pop("center", None) or middle
+        again["center"] = tuple(c + part for c, part in zip(center, rest, strict=True))
+        body = getattr(nominal_bodies, created.method.removeprefix("nominal."))
+        heights: Array = body(**again).heights
+        return heights
+    if surface.missing:
+        raise InputError(
+            f"has {surface.missing} missing points, between which nothing can be interpolated: "
+            "fill them, or move by whole pixels",
+            argument="surface",
+        )
+    from scipy import ndimage
+
+    heights = surface.heights
+    for axis, part in enumerate(rest):
+        if not part:
+            continue
+        periodic = axis in periodic_axes
+        way = (part, 0.0) if axis == 0 else (0.0, part)
+        mode: Literal["grid-wrap", "reflect"] = "grid-wrap" if periodic else "reflect"
+        heights = ndimage.shift(heights, way, order=3, mode=mode)
+        if not periodic:
+            # What the edge mirrors is not known.
+            edge = [slice(None)] * 2
+            edge[axis] = slice(0, 1) if part > 0 else slice(-1, None)
+            heights[tuple(edge)] = math.nan
+    return heights
+
+
+def _rolled(heights: Array, count: int, axis: int, *, periodic: bool) -> Array:
+    """Return heights moved along an axis by whole pixels."""
+    moved: Array = np.roll(heights, count, axis)
+    if not periodic and count:
+        outside = [slice(None)] * 2
+        outside[axis] = slice(0, count) if count > 0 else slice(count, None)
+        moved[tuple(outside)] = math.nan
+    return moved

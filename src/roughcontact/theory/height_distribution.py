@@ -1,0 +1,296 @@
+"""Distributions of heights of given skewness and kurtosis: Johnson's system.
+
+Heights are functions of a standard normal variable ``z``, so that a Gaussian map becomes one of
+the distribution by translation, point by point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.roots import brentq
+
+Array = NDArray[np.float64]
+
+STEP = 0.3
+"""What the kurtosis is more than its least value at least.
+
+Two heights alone have Ssk² + 1, and a cliff between them, which no spectrum of a rough surface has.
+"""
+
+LARGEST_KURTOSIS = 60.0
+"""Beyond it a map of a million points holds too few of the peaks that make the kurtosis."""
+
+# Normal variables and weights for averages over the distribution.
+_Z = np.linspace(-12, 12, 1201)
+_WEIGHTS = np.exp(-0.5 * _Z**2)
+_WEIGHTS /= _WEIGHTS.sum()
+
+# Shapes δ between those of two heights or of endless tails, and the normal distribution.
+_SHAPES = {"bounded": (0.02, 200.0), "unbounded": (0.35, 200.0)}
+# Largest γ/δ and γ that are tried: S_U and S_B are lognormal before the one, and S_B before the
+# other a peak of no width.
+_STEEPEST, _FARTHEST = 40.0, 8.0
+# Kurtosis counts as that of a family of one parameter within this.
+_CLOSE = 1e-3
+
+
+@dataclass(frozen=True)
+class Johnson:
+    """A translation of the standard normal variable to a distribution of heights.
+
+    Parameters
+    ----------
+    family : {"normal", "lognormal", "unbounded", "bounded"}
+        Johnson's S_N, S_L, S_U and S_B.
+    gamma, delta : float
+        Location and shape, for u = (z - γ)/δ: the height is u, exp u, sinh u or
+        1/(1 + exp(-u)), up to a scale.
+    mirrored : bool
+        Whether heights and z change their signs, as negative skewness needs.
+
+    References
+    ----------
+    Johnson 1949, doi:10.1093/biomet/36.1-2.149
+    """
+
+    family: str
+    gamma: float
+    delta: float
+    mirrored: bool = False
+
+    def heights(self, z: Array) -> Array:
+        """Return the heights of normal variables, rising with them, of no set mean or scale."""
+        sign = -1.0 if self.mirrored else 1.0
+        heights: Array = sign * _FORMS[self.family]((sign * z - self.gamma) / self.delta)
+        return heights
+
+
+def least_kurtosis(skewness: float) -> float:
+    """Return the least kurtosis of any distribution of a skewness, that of two heights."""
+    return skewness**2 + 1
+
+
+def usual_kurtosis(skewness: float) -> float:
+    """Return the kurtosis of a gamma distribution of this skewness; 3 without any."""
+    return 3 + 1.5 * skewness**2
+
+
+def fitted(skewness: float, kurtosis: float) -> Johnson:
+    """Return the distribution of Johnson's system with given skewness and kurtosis.
+
+    Parameters
+    ----------
+    skewness, kurtosis : float
+        Ssk and Sku, which is 3 for a Gaussian surface; a pair that `require` lets pass.
+
+    Returns
+    -------
+    Johnson
+        The translation; there is exactly one.
+
+    Examples
+    --------
+    >>> fitted(0.0, 3.0).family, fitted(-1.0, 6.0).family, fitted(0.0, 1.8).family
+    ('normal', 'unbounded', 'bounded')
+    """
+    strength = abs(skewness)
+    if strength < _CLOSE and abs(kurtosis - 3) < _CLOSE:
+        return Johnson("normal", 0.0, 1.0)
+    lognormal, shape = _lognormal(strength)
+    if abs(kurtosis - lognormal) < _CLOSE:
+        return Johnson("lognormal", 0.0, shape, skewness < 0)
+    family = "unbounded" if kurtosis > lognormal else "bounded"
+    return _of_two_parameters(family, skewness, kurtosis)
+
+
+def require(skewness: float, kurtosis: float, families: int = 1) -> None:
+    """Raise `InputError` for a pair that no distribution has, or no rough surface.
+
+    Parameters
+    ----------
+    skewness, kurtosis : float
+        Ssk and Sku.
+    families : int
+        How many independent maps of one distribution add up to the map.
+    """
+    if not math.isfinite(skewness):
+        raise InputError(f"must be finite, got {skewness!r}", argument="Ssk", value=skewness)
+    minimum = least_kurtosis(skewness)
+    if not minimum < kurtosis < math.inf:
+        raise InputError(
+            f"must exceed Ssk² + 1 = {minimum:.4g}, as that of any distribution does, got "
+            f"{kurtosis!r}",
+            argument="Sku",
+            value=kurtosis,
+        )
+    reached = of_sum(least_kurtosis(skewness * math.sqrt(families)) + STEP, families)
+    if kurtosis < reached:
+        what = "a translated Gaussian surface" if families == 1 else "a sum of two groove patterns"
+        raise InputError(
+            f"must be at least {reached:.4g} with Ssk = {skewness:g}, got {kurtosis!r}: below, "
+            f"cliffs part two heights, which {what} does not have",
+            argument="Sku",
+            value=kurtosis,
+        )
+    if kurtosis > LARGEST_KURTOSIS:
+        raise InputError(
+            f"must be at most {LARGEST_KURTOSIS:g}, got {kurtosis!r}: beyond, single points make "
+            "the kurtosis",
+            argument="Sku",
+            value=kurtosis,
+        )
+
+
+def of_sum(kurtosis: float, families: int) -> float:
+    """Return the kurtosis of the mean of independent maps, each with this kurtosis."""
+    return 3 + (kurtosis - 3) / families
+
+
+def moments(values: Array, weights: Array | None = None) -> tuple[float, float]:
+    """Return skewness and kurtosis of values.
+
+    Parameters
+    ----------
+    values : ndarray
+        The values.
+    weights : ndarray, optional
+        Of the same shape, with the sum 1; by default all count alike.
+
+    Returns
+    -------
+    (float, float)
+        About the mean; 3 is the kurtosis of a normal distribution.
+    """
+    deviation = values - np.average(values, weights=weights)
+    square = deviation * deviation
+    variance = float(np.average(square, weights=weights))
+    third = float(np.average(square * deviation, weights=weights))
+    fourth = float(np.average(square * square, weights=weights))
+    return third / variance**1.5, fourth / variance**2
+
+
+def _sigmoid(u: Array) -> Array:
+    # Exact far below zero, too, where the skewed ones have most of their heights.
+    from scipy.special import expit
+
+    smooth: Array = expit(u)
+    return smooth
+
+
+_FORMS: dict[str, Callable[[Array], Array]] = {
+    "normal": lambda u: u,
+    "lognormal": np.exp,
+    "unbounded": np.sinh,
+    "bounded": _sigmoid,
+}
+
+
+def _lognormal(skewness: float) -> tuple[float, float]:
+    """Return the kurtosis of the lognormal distribution of a skewness ≥ 0, and its shape δ."""
+    if skewness < _CLOSE:
+        return 3.0, math.inf
+    # The one real root w > 1 of (w - 1)(w + 2)² = skewness².
+    w = float(max(np.roots([1, 3, 0, -4 - skewness**2]).real))
+    return w**4 + 2 * w**3 + 3 * w**2 - 3, 1 / math.sqrt(math.log(w))
+
+
+def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson:
+    """Return the member of a family with skewness and kurtosis: a root in γ inside one in δ."""
+    strength = abs(skewness)
+
+    def located(delta: float) -> Johnson:
+        # Skewness rises with -γ in S_U and with γ in S_B, from 0 at γ = 0.
+        sign = -1.0 if family == "unbounded" else 1.0
+
+        def beyond(gamma: float) -> float:
+            return moments(Johnson(family, sign * gamma, delta).heights(_Z), _WEIGHTS)[0] - strength
+
+        top = 1.0
+        while beyond(top) < 0 and top < max(_STEEPEST * delta, _FARTHEST):
+            top *= 2
+        if strength < _CLOSE or beyond(top) < 0:
+            return Johnson(family, 0.0 if strength < _CLOSE else sign * top, delta)
+        return Johnson(family, sign * brentq(beyond, 0.0, top, xtol=1e-6), delta)
+
+    def excess(logarithm: float) -> float:
+        result = located(math.exp(logarithm))
+        return moments(result.heights(_Z), _WEIGHTS)[1] - kurtosis
+
+    # The lognormal distribution of this skewness bounds the shapes that can have it.
+    low, high = _SHAPES[family]
+    low, high = math.log(low), math.log(min(high, _lognormal(strength)[1]))
+    result = located(math.exp(brentq(excess, low, high, xtol=1e-5)))
+    return Johnson(family, result.gamma, result.delta, skewness < 0)
+
+
+# --- Heights of a surface cut by a plane: share above it, and the gap below ---
+
+
+# Normal scores for integrals over the heights, and what of the surface lies below each.
+_SCORES = np.linspace(-9, 9, 7201)
+
+
+def gap_below_plane(material_ratio: Array, skewness: Array, kurtosis: Array) -> Array:
+    """Return the mean open gap between a plane and the surface that it cuts off, over Sq.
+
+    Parameters
+    ----------
+    material_ratio : ndarray
+        Share of the surface above the plane, in (0, 1).
+    skewness, kurtosis : ndarray
+        Ssk and Sku of the heights, of the same shape.
+
+    Returns
+    -------
+    ndarray
+        Mean over the whole surface of how far it lies below the plane, 0 where it is above, over
+        the root-mean-square height.
+
+    Notes
+    -----
+    This is the gap of a surface whose asperities are flattened to the plane and displace nothing
+    else: the limit of a very low ceiling. Heights follow the distribution of Johnson's system that
+    has this skewness and kurtosis, h(z) of a standard normal variable z; the plane at z_p lies
+    ∫ max(h(z_p) - h(z), 0) φ(z) dz above them on average, by the trapezoidal rule.
+
+    References
+    ----------
+    Johnson 1949, doi:10.1093/biomet/36.1-2.149
+
+    Examples
+    --------
+    >>> gap_below_plane(np.array([0.5]), np.array([0.0]), np.array([3.0])).round(5)
+    array([0.39894])
+    """
+    from scipy.special import ndtri
+
+    result = np.empty_like(material_ratio)
+    planes = -ndtri(material_ratio)
+    pairs, number = np.unique(np.stack([skewness, kurtosis]), axis=1, return_inverse=True)
+    for place, (third, fourth) in enumerate(pairs.T):
+        chosen = number.ravel() == place
+        result[chosen] = np.interp(planes[chosen], _SCORES, _gaps(float(third), float(fourth)))
+    return result
+
+
+@lru_cache(maxsize=512)
+def _gaps(skewness: float, kurtosis: float) -> Array:
+    """Return the gap below planes at all scores."""
+    heights = fitted(skewness, kurtosis).heights(_SCORES)
+    density = np.exp(-(_SCORES**2) / 2) / math.sqrt(2 * math.pi)
+    step = float(_SCORES[1] - _SCORES[0])
+    mean = float(np.sum(heights * density)) * step
+    spread = math.sqrt(float(np.sum((heights - mean) ** 2 * density)) * step)
+    # What lies below a plane, times how far the plane rises, is by how much the gap grows.
+    below = np.cumsum(density) * step - density * step / 2
+    rises = np.diff(heights) / spread
+    gaps: Array = np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])
+    return gaps
