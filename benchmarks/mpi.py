@@ -76,7 +76,7 @@ def together(path: Path, precision: str) -> dict[str, Any] | None:
     comm = MPI.COMM_WORLD
     if path.stem == VOLUME:
         return gathered(comm)
-    slab = rc.read_slab(path, comm, unit="m", size="0.1 mm")
+    slab = rc.mpi.read_slab(path, comm, unit="m", size="0.1 mm")
     comm.Barrier()
     began, work = time.perf_counter(), cpu()
     found = rc.solve(slab, material=STEEL, load=LOAD, precision=precision)

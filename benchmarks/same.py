@@ -296,7 +296,7 @@ def followed(folder: Path) -> dict[str, Any]:
 @case
 def results(folder: Path) -> dict[str, Any]:
     found = rc.solve(holed().masked(), material=STEEL, load=0.2, counter_material=ALUMINA)
-    rc.save_result(found, folder / "first.nc")
+    found.save(folder / "first.nc")
     for suffix in ("nc", "vti", "csv", "json"):
         found.save(folder / f"second.{suffix}")
     found.report(folder / "report.html", command="the command")

@@ -20,7 +20,7 @@ from roughcontact.contact import archive, solve as contact
 from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
 from roughcontact.material import catalog, hardening
 from roughcontact.plots import maps
-from roughcontact.report import page
+from roughcontact.report import figures as figure_table, page
 from roughcontact.request import outputs, run
 from roughcontact.solvers.progress import Step
 from roughcontact.theory import hertz
@@ -1445,7 +1445,7 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     text = html.unescape(report.read_text(encoding="utf-8"))
     assert "Plastic strain and stress" in text
     assert "--model volume --increments 2" in text
-    assert files(figures) == {f"{name}.png" for name in outputs.figure_names("volume")}
+    assert files(figures) == {f"{name}.png" for name in figure_table.names(figure_table.VOLUME)}
     out, err = capsys.readouterr()
     assert err == ""
     assert "section-x.png" in out

@@ -152,8 +152,9 @@ def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: 
     grown = growth(here)
     change = np.linalg.norm(there.pressure - here.pressure)
     for start in (
-        predict_pressure(here, grown, load=1.001), predict_pressure(here, grown, approach=there.approach)
-    ):  # fmt: skip
+        predict_pressure(here, grown, load=1.001),
+        predict_pressure(here, grown, approach=there.approach),
+    ):
         assert start.min() == 0
         assert ceiling is None or start.max() <= ceiling
         assert np.linalg.norm(start - there.pressure) < 0.1 * change

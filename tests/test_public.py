@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import renamed
+from roughcontact import deprecated
 
 README = Path(__file__).parents[1] / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
@@ -71,14 +71,30 @@ def test_all_holds_every_public_object() -> None:
     assert public <= set(rc.__all__)
 
 
-@pytest.mark.parametrize("name", renamed.OLD)
+@pytest.mark.parametrize("name", deprecated.NAMES)
 def test_an_old_name_works_and_tells_the_new_one(name: str) -> None:
-    new, give = renamed.OLD[name]
-    with pytest.warns(DeprecationWarning, match=re.escape(f"{name} is now {new}")):
-        found = getattr(rc, name)
-    assert callable(found)
-    assert found is give() or name != "SlabResult"
+    new = deprecated.NAMES[name]
+    with pytest.warns(DeprecationWarning, match=re.escape(f"{name} is roughcontact.{new} now")):
+        value = getattr(rc, name)
+    assert callable(value) or isinstance(value, types.ModuleType)
     assert name not in rc.__all__
+
+
+def test_an_old_argument_works_and_tells_the_new_one() -> None:
+    steel = rc.Material(210e9, 0.3)
+    with pytest.warns(DeprecationWarning, match="contact_modulus\\(first=\\) is material= now"):
+        old = rc.contact_modulus(first=steel, counter_material=steel)
+    assert old == rc.contact_modulus(material=steel, counter_material=steel)
+
+
+@pytest.mark.parametrize("name", deprecated.ARGUMENTS)
+def test_new_arguments_are_those_of_their_functions(name: str) -> None:
+    function = getattr(rc.mpi if hasattr(rc.mpi, name) else rc, name)
+    assert hasattr(function, "__wrapped__"), "its arguments are not checked"
+    known = set(inspect.signature(function).parameters)
+    table = deprecated.ARGUMENTS[name]
+    assert set(table.values()) <= known
+    assert not set(table) & known
 
 
 def test_no_name_is_listed_twice() -> None:

@@ -46,7 +46,7 @@ from roughcontact.report.fields import (
     within,
     written,  # fmt: skip
 )
-from roughcontact.request import outputs, solve
+from roughcontact.request import solve, subsurface_stress as stress_task
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
@@ -260,9 +260,13 @@ def test_a_map_in_a_file_is_told_with_and_without_its_plane() -> None:
 def test_figures_are_named_after_those_of_the_report(
     solved: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for kind in (contact.KIND, elastoplastic.KIND, subsurface_stress.KIND):
-        offered = [outputs.figure_names(task) for task in ("solve", "volume", "stress")]
-        assert figures.names(kind.figures) in offered
+    offered = (
+        solve.TASK.figures({solve.MODEL: None}),
+        solve.TASK.figures({solve.MODEL: solve.VOLUME_MODEL}),
+        stress_task.TASK.figures({}),
+    )
+    kinds_told = (contact.KIND, elastoplastic.KIND, subsurface_stress.KIND)
+    assert offered == tuple(figures.names(kind.figures) for kind in kinds_told)
     drawn = []
     added = figures.Illustration(
         "sketch", lambda scene: drawn.append(scene.result), "A sketch.", "What it looks like."

@@ -19,6 +19,7 @@ from .contact.subsurface_stress import (
     subsurface_stress as subsurface_stress,
 )
 from .elastoplastic.ceiling_comparison import (
+    ModelComparison as ModelComparison,
     compare_models as compare_models,
 )
 from .elastoplastic.path import PathPoint as PathPoint
@@ -59,6 +60,10 @@ from .material.material import (
     Material as Material,
     contact_modulus as contact_modulus,
 )
+from .solvers.progress import (
+    Progress as Progress,
+    Step as Step,
+)
 from .studies.comparison import Comparison as Comparison, compare as compare
 from .studies.load_curve import LoadCurve as LoadCurve, sweep as sweep
 from .studies.load_history import LoadHistory as LoadHistory, Stage as Stage, history as history
@@ -72,6 +77,7 @@ from .studies.resolution_study import (
 )
 from .studies.sampling_study import SamplingStudy as SamplingStudy, sampling_study as sampling_study
 from .surface.generation import generate as generate
+from .surface.placement import partition as partition
 from .surface.provenance import Provenance as Provenance
 from .surface.random_surfaces import reference_map as reference_map, self_affine as self_affine
 from .surface.surface import Surface as Surface

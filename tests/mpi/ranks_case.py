@@ -53,8 +53,8 @@ def asked(name):
 
 def slab_of(name, ranks):
     shape = PROBLEMS[name]["shape"]
-    rows = rc.slab_rows(shape, ranks)
-    return rc.Slab(heights(name)[rows], shape, PIXEL, ranks, holes_masked=True)
+    rows = rc.mpi.slab_rows(shape, ranks)
+    return rc.mpi.Slab(heights(name)[rows], shape, PIXEL, ranks, holes_masked=True)
 
 
 def solve(folder, ranks):
@@ -111,7 +111,7 @@ def apply(folder, ranks):
     shape, rng = (96, 75), np.random.default_rng(1)
     pressure = np.where(rng.random(shape) < 0.2, rng.random(shape), 0)
     pressure[20:50] = 0
-    rows = rc.slab_rows(shape, ranks)
+    rows = rc.mpi.slab_rows(shape, ranks)
     here = pressure[rows]
     index = np.flatnonzero(here)
     for boundary in Boundary:
@@ -133,7 +133,7 @@ def apply(folder, ranks):
         np.testing.assert_allclose(found, inverse, rtol=0, atol=3e-6 * np.abs(inverse).max())
     reduces(ranks)
     tilted = heights("free, ceiling") + 1e-7 * np.arange(75) - 3e-8 * np.arange(96)[:, None]
-    level = rc.Slab(tilted[rows], shape, PIXEL, ranks).leveled()
+    level = rc.mpi.Slab(tilted[rows], shape, PIXEL, ranks).leveled()
     expected = rc.Surface(tilted, PIXEL).leveled().heights[rows]
     np.testing.assert_allclose(level.heights, expected, rtol=0, atol=1e-19)
 
@@ -142,7 +142,7 @@ def reduces(ranks):
     """Blocks of pixels are those of the whole map, also where the last of them is a part."""
     shape = (1031, 130)
     values = np.random.default_rng(2).normal(size=shape)
-    slab = rc.Slab(values[rc.slab_rows(shape, ranks)], shape, PIXEL, ranks)
+    slab = rc.mpi.Slab(values[rc.mpi.slab_rows(shape, ranks)], shape, PIXEL, ranks)
     mean, largest = slab.reduced(slab.heights), slab.reduced(slab.heights, largest=True)
     if not ranks.first:
         assert mean is largest is None

@@ -220,7 +220,8 @@ def _misfit(
     elif shape.kind == nominal_hertz.LINE:
         result = f"one at {shape.angle:g} degrees from x"
     else:
-        result = f"bodies that touch in {'an' if shape.kind == nominal_hertz.ELLIPSE else 'a'} {shape.kind}"
+        article = "an" if shape.kind == nominal_hertz.ELLIPSE else "a"
+        result = f"bodies that touch in {article} {shape.kind}"
     return InputError(
         f"({NAMES[type(load)]}) needs a nominal {needed}, as body or counter-body, such as "
         f"'cylinder 10 mm'; found {result}",

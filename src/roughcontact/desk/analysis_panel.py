@@ -268,7 +268,8 @@ class Joint:
         name = next(question.name for task, question in JOINTS if task is request.task)
         text = "".join(f"<p>{controls.escaped(sentence)}</p>" for sentence in result.sentences)
         links = ", ".join(
-            f'<a href="{controls.escaped(self._offer(path))}" download>{controls.escaped(path.name)}</a>'
+            f'<a href="{controls.escaped(self._offer(path))}" download>'
+            f"{controls.escaped(path.name)}</a>"
             for path in result.outcome.written
         )
         own = {

@@ -275,7 +275,8 @@ def _unit_told(path: Path, head: Head, requested: Asked) -> tuple[float, tuple[s
     if metre == unit_in_meters(path, head.unit):
         return metre, ()
     return metre, (
-        f"read: heights in {requested.unit}, as was said, instead of {head.unit}, as the file has it",
+        f"read: heights in {requested.unit}, as was said, instead of {head.unit}, "
+        "as the file has it",
     )
 
 

@@ -470,8 +470,8 @@ def interface_law(
     to flow; in unloading, and loading again up to the largest load, all of the contact resists.
 
     With a periodic boundary all of the map counts. On a free one, a rim along its edges is left
-    out (`roughcontact.joint.contacts`), and p̄ and ū are means inside it, which follow the same local
-    relation although the pressure of a flat body rises towards its edges.
+    out (`roughcontact.joint.contacts`), and p̄ and ū are means inside it, which follow the same
+    local relation although the pressure of a flat body rises towards its edges.
 
     Examples
     --------

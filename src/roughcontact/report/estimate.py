@@ -110,7 +110,8 @@ def _beside_contact(result: ContactResult) -> str:
     assert answer is not None
     nominal = result.pressure.size * result.pixel_area
     by = result.corrected_contact_area / nominal / answer.contact.value - 1
-    return f"{_share(answer.contact)}; without rim excess this one is {percent(abs(by))} {_side(by)} it"
+    own = f"without rim excess this one is {percent(abs(by))} {_side(by)} it"
+    return f"{_share(answer.contact)}; {own}"
 
 
 def _beside_gap(result: ContactResult) -> str:

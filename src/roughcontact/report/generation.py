@@ -101,8 +101,8 @@ def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> str:
     if item.name == "Str" and math.isnan(item.found):
         maximum = result.get("Str_max", math.nan)
         return (
-            f"Str is not determined, only at most {maximum:.2g}: along the lay the heights stay alike "
-            "over more than half the map, and longer sides would show where it ends"
+            f"Str is not determined, only at most {maximum:.2g}: along the lay the heights stay "
+            "alike over more than half the map, and longer sides would show where it ends"
         )
     if item.name in ("Sal", "Str"):
         hills = math.prod(side / result["rolloff_wavelength"] for side in surface.size)

@@ -192,10 +192,8 @@ _FEW_LOADS = 4
 
 def recommended(result: CalibrationRecord) -> str:
     """Return how a ceiling was found that agrees with itself, in a few words."""
-    text = (
-        f"recommended: {result.factor:.3g} yield strengths at {float(f'{result.load_ratio:.2g}'):g} "
-        "times first yield"
-    )
+    times = float(f"{result.load_ratio:.2g}")
+    text = f"recommended: {result.factor:.3g} yield strengths at {times:g} times first yield"
     if abs(result.mismatch) > AGREEMENT:
         text += f", where its own solution recommends {changed_by(result.mismatch)}"
     return text

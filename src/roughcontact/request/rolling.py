@@ -77,8 +77,8 @@ PRECISION = Option(
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the passes: {export.format_list_text(Kind.ROLLING)}, .csv a row a pass, .json numbers; may be "
-    "repeated.",
+    f"Write the passes: {export.format_list_text(Kind.ROLLING)}, .csv a row a pass, .json numbers; "
+    "may be repeated.",
     (*export.suffixes(Kind.ROLLING), *TABLES),
 )
 FOLDER = file("folder", "FOLDER", "Where every step is kept, to go on later.")

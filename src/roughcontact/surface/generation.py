@@ -458,8 +458,8 @@ def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
             else ("at most", "longer than the map holds; give longer sides or another ")
         )
         raise InputError(
-            f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would be "
-            f"{other}",
+            f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would "
+            f"be {other}",
             ArgumentRef("cutoff_wavelength"),
             argument="Sal",
             value=requested.Sal,
