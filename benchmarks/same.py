@@ -287,8 +287,8 @@ def followed(folder: Path) -> dict[str, Any]:
     found = rc.solve(
         rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
     )
-    warm = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found)
-    from_array = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found.pressure)
+    warm = rc.solve(rough(), material=STEEL, load=0.25, start=found)
+    from_array = rc.solve(rough(), material=STEEL, load=0.25, start=found.pressure)
     words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}
     return {"warm": warm, "warm-array": from_array, "elastic": found.elastic(), **words}
 
@@ -383,7 +383,7 @@ def leakage(folder: Path) -> dict[str, Any]:
     for suffix in ("csv", "json"):
         found.save(folder / f"leak.{suffix}")
     return {"": found, "ring": rc.leakage(
-        contacts[0], flow_axis="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
+        contacts[0], direction="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
         seal_length=1e-3,
     )}  # fmt: skip
 
@@ -414,8 +414,8 @@ def find(folder: Path) -> dict[str, Any]:
     found = rc.find_load(
         rough((32, 32), 5),
         material=STEEL,
-        contact_fraction=[0.02, 0.05],
-        saturated_fraction=0.3,
+        contact=[0.02, 0.05],
+        saturated=0.3,
         approach=2e-7,
         mean_gap=3e-7,
         first_yield=True,
@@ -450,7 +450,7 @@ def estimate(folder: Path) -> dict[str, Any]:
 def generation(folder: Path) -> dict[str, Any]:
     pixel = (2e-6, 2e-6)
     return {
-        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, rng=2),
+        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, seed=2),
         "honed": rc.generate(128, pixel, Sq=4e-7, Sal=1.2e-5, honing=40.0),
         "plateau": rc.generate(48, pixel, Sq=4e-7, Sal=1.2e-5, Ssk=-0.8),
         "turned": rc.generate(48, pixel, Sq=4e-7, rolloff_wavelength=4e-5, turning=(2.4e-5, 8e-4)),
@@ -476,7 +476,7 @@ def comparison(folder: Path) -> dict[str, Any]:
         "one": [rough((32, 32), n) for n in (1, 2)],
         "two": [rough((32, 32), n) for n in (3, 4)],
     }
-    found = rc.compare(maps, material=STEEL, pressure=5e7, curve_points=2)
+    found = rc.compare(maps, material=STEEL, pressure=5e7, steps=2)
     found.save(folder / "comparison.json")
     return {"": found, "sampling": rc.sampling_study(rough(), material=STEEL, pressure=5e7)}
 

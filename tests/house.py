@@ -46,6 +46,7 @@ WINGS = (
     "desk",
     "face",
     "wiring",
+    "mpi",
     "cli",
     "__init__",
     "__main__",

@@ -271,7 +271,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
     assert result.recommended.factor == pytest.approx(result.ceiling / body.yield_strength)
     # Once more from there, or from anywhere: the same.
     again = rc.solve(
-        result.surface, material=body, load=result.load, ceiling="recommended", initial_guess=result
+        result.surface, material=body, load=result.load, ceiling="recommended", start=result
     )
     assert again.ceiling == pytest.approx(result.ceiling, rel=4e-3)
     np.testing.assert_allclose(again.pressure, result.pressure, atol=5e-3 * result.ceiling)
@@ -285,7 +285,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
 def test_on_rough_maps_it_settles_or_says_by_how_much_not(
     seed: int, load: float, strength: float, poisson: float
 ) -> None:
-    heights, pixel = rc.reference_map(32, rng=seed)
+    heights, pixel = rc.reference_map(32, rng_seed=seed)
     body = rc.Material(210e9, poisson, 10**strength)
     surface = rc.Surface(heights, pixel)
     terms = {"material": body, "load": 10**load, "boundary": "periodic"}

@@ -78,7 +78,7 @@ def test_intervals_of_the_command_hold_over_400_groups_of_maps() -> None:
     found = [
         rc.compare(
             {"rough": rough[4 * n : 4 * n + 4], "smooth": smooth[5 * n : 5 * n + 5]},
-            material=STEEL, pressure=PRESSURE, curve_points=1, tolerance=1e-4,
+            material=STEEL, pressure=PRESSURE, steps=1, tolerance=1e-4,
         )
         for n in range(400)
     ]  # fmt: skip
@@ -97,7 +97,7 @@ def test_intervals_of_the_command_hold_over_400_groups_of_maps() -> None:
 
 def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> None:
     wide = rc.Surface(np.tile(MAPS[2].heights, 2), MAPS[2].pixel)
-    found = rc.compare([MAPS[0], wide], material=STEEL, pressure="100 MPa", curve_points=3)
+    found = rc.compare([MAPS[0], wide], material=STEEL, pressure="100 MPa", steps=3)
     assert found.pressures == pytest.approx((1e6, 1e7, 1e8))
     (group,) = found.groups
     for surface, sample in zip([MAPS[0], wide], group.samples, strict=True):
@@ -115,9 +115,7 @@ def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> No
 
 
 def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
-    found = rc.compare(
-        {"rough": MAPS[:3], "smooth": SMOOTH}, material=STEEL, pressure=1e8, curve_points=1
-    )
+    found = rc.compare({"rough": MAPS[:3], "smooth": SMOOTH}, material=STEEL, pressure=1e8, steps=1)
     apart = found.differences("contact_fraction")[0, 1]
     assert apart.excludes_zero
     assert apart.value > 0
@@ -140,7 +138,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
 @pytest.mark.long
 def test_three_groups_are_compared_in_pairs() -> None:
     groups = {"a": MAPS[:2], "b": MAPS[2:4], "c": MAPS[4:]}
-    found = rc.compare(groups, material=STEEL, pressure=1e8, curve_points=1)
+    found = rc.compare(groups, material=STEEL, pressure=1e8, steps=1)
     assert list(found.differences("Sdq")) == [(0, 1), (0, 2), (1, 2)]
     told = {caution.kind: caution for caution in found.cautions}
     assert "Games and Howell" in told[Kind.MULTIPLE].text
@@ -152,7 +150,7 @@ def test_three_groups_are_compared_in_pairs() -> None:
 
 def test_before_and_after_a_first_loading_are_pairs() -> None:
     found = rc.compare(
-        MAPS[:3], material=STEEL, pressure="50 MPa", curve_points=1, preload_pressure="400 MPa"
+        MAPS[:3], material=STEEL, pressure="50 MPa", steps=1, first_pressure="400 MPa"
     )
     before, after = found.groups
     assert (before.name, after.name, found.paired) == ("before", "after", True)
@@ -169,12 +167,12 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
 
 def test_other_pixels_and_other_waves_are_told() -> None:
     coarse = MAPS[1].resampled((32, 32))
-    found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, curve_points=1)
+    found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, steps=1)
     texts = [c.text for c in found.cautions if c.kind == Kind.UNLIKE]
     assert len(texts) == 1
     assert "the pixels of the maps differ, 1.563 µm to 3.125 µm" in texts[0]
     smoothed = MAPS[1].filtered(s="40 um")
-    found = rc.compare([MAPS[0], smoothed], material=STEEL, pressure=1e8, curve_points=1)
+    found = rc.compare([MAPS[0], smoothed], material=STEEL, pressure=1e8, steps=1)
     texts = [c.text for c in found.cautions if c.kind == Kind.UNLIKE]
     assert len(texts) == 1
     assert "the shortest waves that the maps show differ" in texts[0]
@@ -189,13 +187,11 @@ def test_what_cannot_be_compared_is_refused() -> None:
     with pytest.raises(rc.InputError, match="two groups of as many maps"):
         rc.compare({"a": MAPS[:2], "b": MAPS[:1]}, material=STEEL, pressure=1e8, paired=True)
     with pytest.raises(rc.InputError, match="one group of maps"):
-        rc.compare(
-            {"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, preload_pressure=1
-        )
+        rc.compare({"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, first_pressure=1)
     soft = rc.Material(70e9, 0.3, 1e8)
     with pytest.raises(rc.InputError, match="indents the counter-body"):
         rc.compare(
-            MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, preload_pressure=1e8
+            MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, first_pressure=1e8
         )
     for pressure in ("1 N", 0, -1.0):
         with pytest.raises(rc.InputError) as caught:

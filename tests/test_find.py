@@ -66,7 +66,7 @@ def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
     share: float, boundary: str
 ) -> None:
     terms = {"material": STEEL, "boundary": boundary}
-    (answer,) = rc.find_load(ROUGH, **terms, contact_fraction=share).answers
+    (answer,) = rc.find_load(ROUGH, **terms, contact=share).answers
     below, above = (
         fields(rc.solve(ROUGH, load=load, **terms))["contact_fraction"] for load in answer.bracket
     )
@@ -80,7 +80,7 @@ def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
 
 def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
     terms = {"material": STEEL}
-    (answer,) = rc.find_load(BALL, **terms, saturated_fraction=0.3).answers
+    (answer,) = rc.find_load(BALL, **terms, saturated=0.3).answers
     below, above = (
         fields(rc.solve(BALL, load=load, **terms))["saturated_share"] for load in answer.bracket
     )
@@ -89,11 +89,11 @@ def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
 
 
 def test_several_answers_share_their_contacts() -> None:
-    one = rc.find_load(ROUGH, material=STEEL, contact_fraction=0.05)
-    two = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.05])
+    one = rc.find_load(ROUGH, material=STEEL, contact=0.05)
+    two = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.05])
     assert two.solves == one.solves
     assert [answer.load for answer in two.answers] == [one.answers[0].load] * 2
-    mixed = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach="300 nm")
+    mixed = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach="300 nm")
     assert [answer.quantity for answer in mixed.answers] == [
         "contact_fraction", "contact_fraction", "approach"
     ]  # fmt: skip
@@ -115,12 +115,12 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
         rc.find_load(ROUGH, material=STEEL, mean_gap=1.0)
     assert caught.value.argument == "mean_gap"
     with pytest.raises(rc.InputError, match="not passed at any load: under the smallest") as caught:
-        rc.find_load(ROUGH, material=STEEL, contact_fraction=1e-9)
+        rc.find_load(ROUGH, material=STEEL, contact=1e-9)
     assert caught.value.argument == "contact"
     with pytest.raises(rc.InputError, match="nothing is asked"):
         rc.find_load(ROUGH, material=STEEL)
     with pytest.raises(rc.InputError, match="nothing is saturated"):
-        rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated_fraction=0.1)
+        rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated=0.1)
     with pytest.raises(rc.InputError, match="of either body"):
         rc.find_load(ROUGH, material=rc.Material(210e9, 0.3), first_yield=True)
     for given_, name in ((0, "contact"), (1.5, "contact"), (-1, "saturated")):
@@ -174,7 +174,7 @@ def test_the_command_answers_in_a_table_and_in_json(
     assert all(text in shown for text in ("contact 5.00 %", "contact 10.0 %", "approach 300 nm"))
     assert app.main([*words, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    found = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach=300e-9)
+    found = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach=300e-9)
     assert [one["load"] for one in told["answers"]] == pytest.approx(
         [answer.load for answer in found.answers], rel=1e-5
     )

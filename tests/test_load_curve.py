@@ -80,7 +80,7 @@ def test_stiffness_is_the_slope_of_the_curve(ceiling: float | None, boundary: st
     surface = rough()
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
     here = rc.solve(surface, load=1.0, **options)
-    near = rc.solve(surface, load=1.0 + 1e-5, initial_guess=here, **options)
+    near = rc.solve(surface, load=1.0 + 1e-5, start=here, **options)
     assert (near.contact == here.contact).all()
     assert (near.saturated == here.saturated).all()
     slope = (near.load - here.load) / (near.approach - here.approach)
@@ -170,7 +170,7 @@ def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, bounda
     curve = rc.sweep(surface, loads=loads, **options)
     last, each = None, 0
     for load in loads:
-        last = rc.solve(surface, load=load, initial_guess=last, **options)
+        last = rc.solve(surface, load=load, start=last, **options)
         each += last.convolutions
     assert curve.column("convolutions").sum() < 0.9 * each
 

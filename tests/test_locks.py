@@ -15,7 +15,7 @@ from roughcontact import files
 HOLDER = """
 import sys
 from roughcontact import locks
-with locks.held(sys.argv[1]):
+with files.file_lock(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()
 """

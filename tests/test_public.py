@@ -80,23 +80,6 @@ def test_an_old_name_works_and_tells_the_new_one(name: str) -> None:
     assert name not in rc.__all__
 
 
-def test_an_old_argument_works_and_tells_the_new_one() -> None:
-    steel = rc.Material(210e9, 0.3)
-    with pytest.warns(DeprecationWarning, match="contact_modulus\\(first=\\) is material= now"):
-        old = rc.contact_modulus(first=steel, counter_material=steel)
-    assert old == rc.contact_modulus(material=steel, counter_material=steel)
-
-
-@pytest.mark.parametrize("name", deprecated.ARGUMENTS)
-def test_new_arguments_are_those_of_their_functions(name: str) -> None:
-    function = getattr(rc.mpi if hasattr(rc.mpi, name) else rc, name)
-    assert hasattr(function, "__wrapped__"), "its arguments are not checked"
-    known = set(inspect.signature(function).parameters)
-    table = deprecated.ARGUMENTS[name]
-    assert set(table.values()) <= known
-    assert not set(table) & known
-
-
 def test_no_name_is_listed_twice() -> None:
     assert len(rc.__all__) == len(set(rc.__all__))
 

@@ -256,7 +256,7 @@ def compared() -> rc.Comparison:
         name: [rc.Surface(factor * heights, pixel, Provenance(f"{name}.npy"))] * 2
         for name, factor in (("ground", 1.0), ("lapped", 0.5), ("honed", 0.8))
     }
-    return rc.compare(maps, material=STEEL, pressure="50 MPa", curve_points=1)
+    return rc.compare(maps, material=STEEL, pressure="50 MPa", steps=1)
 
 
 def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
@@ -310,7 +310,7 @@ def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
 def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
-    loose = rc.find_load(surface, material=STEEL, contact_fraction=0.05)
+    loose = rc.find_load(surface, material=STEEL, contact=0.05)
     assert keys(loose.references()) == keys(loose.largest.references())
     yielded = rc.find_load(surface, material=STEEL, first_yield=True)
     assert "stress below the surface" in dict(yielded.references().uses)

@@ -57,7 +57,7 @@ def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.RollingResult:
         boundary="periodic",
         friction=0.1,
         folder=folder / "kept",
-        on_step=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
+        each=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
     )
 
 
@@ -72,7 +72,7 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
         passes=1000,
         steps=2,
         boundary="periodic",
-        reciprocating=to_and_fro,
+        to_and_fro=to_and_fro,
         progress=lambda at: numbers.append((at.number, at.count, at.label)),
     )
     # The way back may flow where the way there does not.
@@ -242,7 +242,7 @@ def test_hardness_alone_hides_no_ratcheting() -> None:
     assert steel.hardens
     found = rc.roll(
         line.flat, counter_surface=line.roller, material=steel, load=line.load, passes=1, steps=2,
-        boundary="periodic", layers=line.layers, start_at_center=True,
+        boundary="periodic", layers=line.layers, centered=True,
     )  # fmt: skip
     assert not found.result.bodies[0].material.hardens
 
@@ -255,9 +255,9 @@ def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:
         load=0.05,
         passes=2,
         steps=4,
-        travel="32 um",
-        start_at_center=True,
-        reciprocating=True,
+        way="32 um",
+        centered=True,
+        to_and_fro=True,
     )
     offsets = [step.offset[1] for step in elastic.result.increments]
     ahead = [-12e-6, -4e-6, 4e-6, 12e-6]

@@ -65,7 +65,7 @@ def test_planes_go_through_the_largest_stress(found):
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
     options = {"friction": 0.3, "direction": 30.0, "depths": [1e-9, 5e-6], "precision": "double"}
     first = subsurface_stress.subsurface_stress(pressed, **options)
-    second = subsurface_stress.subsurface_stress(pressed, in_body="counter_body", **options)
+    second = subsurface_stress.subsurface_stress(pressed, body="counter_body", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
@@ -156,10 +156,10 @@ def test_bad_arguments(pressed):
     with pytest.raises(rc.InputError, match="ContactResult, got ndarray"):
         subsurface_stress.subsurface_stress(pressed.pressure)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        subsurface_stress.subsurface_stress(pressed, in_body="third")
+        subsurface_stress.subsurface_stress(pressed, body="third")
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="counter-body is rigid"):
-        subsurface_stress.subsurface_stress(on_rigid, in_body="counter_body")
+        subsurface_stress.subsurface_stress(on_rigid, body="counter_body")
 
 
 def test_memory_is_asked_for_first(pressed, monkeypatch):

@@ -280,10 +280,10 @@ def test_what_goes_with_a_tilted_result() -> None:
     assert said["moments"] == [5e-6, -1e-5]
     assert said["moment_error"] == result.moment_error
     # Another start, the same end; from the solution itself hardly any work.
-    again = rc.solve(rough(), initial_guess=result, **options)
+    again = rc.solve(rough(), start=result, **options)
     assert again.convolutions <= 4
     assert again.tilt == pytest.approx(result.tilt, rel=1e-5)
-    near = rc.solve(rough(), initial_guess=result.pressure, **options)
+    near = rc.solve(rough(), start=result.pressure, **options)
     assert near.tilt == pytest.approx(result.tilt, rel=1e-4)
     elastic = result.elastic()
     assert elastic.moments == result.moments

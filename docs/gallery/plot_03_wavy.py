@@ -79,7 +79,7 @@ for ratio in ratios:
         material=steel,
         load=ratio * crossed_closing * wavelength**2,
         boundary="periodic",
-        initial_guess=start,
+        start=start,
     )
     areas.append(start.corrected_contact_area / wavelength**2)
 

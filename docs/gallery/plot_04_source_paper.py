@@ -121,7 +121,7 @@ ceilings = np.array([1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48]) * 1e9
 areas, saturated = [], []
 start = limited
 for ceiling in ceilings:
-    start = rc.solve(surface, material=steel, load=load, ceiling=ceiling, initial_guess=start)
+    start = rc.solve(surface, material=steel, load=load, ceiling=ceiling, start=start)
     areas.append(start.contact_fraction)
     saturated.append(start.saturated_fraction)
 

@@ -11,7 +11,6 @@ from itertools import chain, repeat
 from numbers import Integral, Real
 from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
 
-from roughcontact import deprecated
 from roughcontact.errors import InputError, shown
 
 P = ParamSpec("P")
@@ -43,8 +42,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         each = zip(chain(names, repeat("")), positional, strict=False)
         specified: Any = [_taken(known.get(name, []), name, value) for name, value in each]
         others: Any = {
-            name: _taken(known.get(name, []), name, value)
-            for name, value in deprecated.arguments(function.__name__, named).items()
+            name: _taken(known.get(name, []), name, value) for name, value in named.items()
         }
         return function(*specified, **others)
 

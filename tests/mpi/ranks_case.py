@@ -83,9 +83,7 @@ def whole(folder, ranks):
         "centre": lambda: result.centre_of_pressure,
         "slope": lambda: result.pair.rms_slope,
         "tilt": lambda: rc.solve(result.share, material=STEEL, load=0.3, moments=(0.0, 0.0)),
-        "start": lambda: rc.solve(
-            result.share, material=STEEL, load=0.3, initial_guess=result.pressure
-        ),
+        "start": lambda: rc.solve(result.share, material=STEEL, load=0.3, start=result.pressure),
         "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="recommended"),
         "counter": lambda: rc.solve(
             result.share,

@@ -74,7 +74,7 @@ def told(result):
 def solve(folder, ranks):
     comm = ranks.communicator
     for name in PROBLEMS:
-        result = rc.solve_elastoplastic(surface(name), **asked(name), ranks=comm)
+        result = rc.solve_elastoplastic(surface(name), **asked(name), communicator=comm)
         result.save(folder / f"{name}.nc")
         words = told(result)
         # Every rank tells the same.
@@ -136,13 +136,13 @@ def die_solving(folder, ranks):
 
     problem = asked("both bodies yield")
     rc.solve_elastoplastic(
-        surface("both bodies yield"), **problem, ranks=ranks.communicator, progress=look
+        surface("both bodies yield"), **problem, communicator=ranks.communicator, progress=look
     ).save(folder / "out.nc")
 
 
 def die_writing(folder, ranks):
     problem = asked("both bodies yield")
-    result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, ranks=ranks)
+    result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, communicator=ranks)
     if not ranks.first:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
     result.save(folder / "out.nc")
@@ -155,7 +155,7 @@ def refuse(folder, ranks):
     ):  # fmt: skip
         problem = {"material": STEEL, "load": 0.3, **more}
         try:
-            rc.solve_elastoplastic(surface("grows"), **problem, ranks=ranks)
+            rc.solve_elastoplastic(surface("grows"), **problem, communicator=ranks)
         except rc.RoughcontactError as error:
             (folder / f"{next(iter(more))}-{ranks.number}").write_text(str(error))
 

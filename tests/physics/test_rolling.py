@@ -256,7 +256,7 @@ def test_limit_by_bisection() -> None:
     line = Line(1.0, half_width=7, points=64)
     # The pressure goes with the root of the load; the radius is that for 1 k.
     low, high = rc.shakedown_load(
-        line.flat, low=9 * line.load, high=25 * line.load, rel_tol=0.06, passes=4, steps=16,
+        line.flat, low=9 * line.load, high=25 * line.load, within=0.06, passes=4, steps=16,
         counter_surface=line.roller, material=line.steel, boundary="periodic", tolerance=1e-3,
     )  # fmt: skip
     assert math.sqrt(low / line.load) < 4.0 * 1.06

@@ -79,7 +79,7 @@ def solve(
     tolerance: float | None = None,
     max_iterations: int = 2000,
     precision: str = "double",
-    initial_guess: ContactResult | ArrayLike | None = None,
+    start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     on_interrupt: str = "raise",
     progress: Tell = None,
@@ -130,7 +130,7 @@ def solve(
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory and promises a
         certificate of 1e-4 (it usually reaches some 1e-6).
-    initial_guess : ContactResult or array_like of shape (ny, nx), optional
+    start : ContactResult or array_like of shape (ny, nx), optional
         Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
@@ -186,7 +186,7 @@ def solve(
     result = press(
         pair,
         terms,
-        start=initial_guess,
+        start=start,
         on_failure=on_failure,
         on_interrupt=on_interrupt,
         progress=watch,

@@ -337,10 +337,10 @@ def roll(
     load: Quantity,
     passes: int,
     steps: int = 32,
-    travel: Quantity | None = None,
+    way: Quantity | None = None,
     direction: float = 0.0,
-    reciprocating: bool = False,
-    start_at_center: bool = False,
+    to_and_fro: bool = False,
+    centered: bool = False,
     friction: float = 0.0,
     counter_material: Material = RIGID,
     boundary: str = "free",
@@ -351,7 +351,7 @@ def roll(
     precision: str = "single",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
-    on_step: Callable[[int, int, ElastoplasticResult], object] | None = None,
+    each: Callable[[int, int, ElastoplasticResult], object] | None = None,
 ) -> RollingResult:
     """Pass a counter-body over a body again and again, both of which may yield.
 
@@ -370,13 +370,13 @@ def roll(
         all, of those to and fro the second in a row: all further ones would add none.
     steps : int
         Steps of a pass.
-    travel : float, str or quantity of pint
+    way : float, str or quantity of pint
         Length of a pass [m]; by default the period of the map along ``direction``, round and round.
     direction : float
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
-    reciprocating : bool
+    to_and_fro : bool
         Whether every other pass goes back, instead of beginning anew at the start.
-    start_at_center : bool
+    centered : bool
         Whether the way lies half before and half behind the place of the counter-surface, in place
         of all of it before.
     friction : float
@@ -385,7 +385,7 @@ def roll(
     folder : path, optional
         Where the state after every step is kept, in one folder a pass; the same call goes on from
         there and ends with the same numbers.
-    on_step : callable, optional
+    each : callable, optional
         ``each(number, step, state)`` is called after each step of each pass, with those that stand
         whole in the folder, too. The folder then keeps all of them whole.
 
@@ -410,30 +410,30 @@ def roll(
     --------
     >>> import numpy as np
     >>> import roughcontact as rc
-    >>> from roughcontact.surface import nominal
+    >>> from roughcontact.surface import nominal_bodies
     >>> grid = dict(shape=(8, 24), pixel=(1e-6, 1e-6))
-    >>> roller = nominal.cylinder(radius=500e-6, angle=90.0, **grid)
+    >>> roller = nominal_bodies.cylinder(radius=500e-6, angle=90.0, **grid)
     >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> rolled = roll(
-    ...     nominal.flat(**grid), counter_surface=roller, material=steel, load=0.02, passes=1,
-    ...     steps=4, boundary="periodic",
+    ...     nominal_bodies.flat(**grid), counter_surface=roller, material=steel, load=0.02,
+    ...     passes=1, steps=4, boundary="periodic",
     ... )
     >>> rolled.answer
     'elastic'
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)
-    length = _length(quantity(travel, "length", "way"), surface, Boundary(boundary), direction)
-    stops, force = _stops(length, steps, start_at_center), quantity(load, "force", "load")
-    ways = _ways(_pass(force, stops, direction, friction), passes, direction, reciprocating)
+    length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
+    stops, force = _stops(length, steps, centered), quantity(load, "force", "load")
+    ways = _ways(_pass(force, stops, direction, friction), passes, direction, to_and_fro)
     solved = partial(
         solve_elastoplastic, surface, counter_surface=counter_surface, material=_flows(material),
         counter_material=_flows(counter_material), boundary=boundary, tolerance=tolerance,
         max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
     tell = _labelled(progress, passes, steps)
-    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step)
+    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, each)
     return RollingResult(
-        result, done, float(direction), reciprocating, None if folder is None else Path(folder),
+        result, done, float(direction), to_and_fro, None if folder is None else Path(folder),
         length / steps, plausibility.axis_of(counter_surface), passes,
     )  # fmt: skip
 
@@ -550,7 +550,7 @@ def shakedown_load(
     *,
     low: Quantity,
     high: Quantity,
-    rel_tol: float = 0.03,
+    within: float = 0.03,
     passes: int = 6,
     **options: Any,
 ) -> tuple[float, float]:
@@ -562,7 +562,7 @@ def shakedown_load(
         Heights of the rough body.
     low, high : float, str or quantity of pint
         Loads [N] between which the limit is sought.
-    rel_tol : float
+    within : float
         Width of the bracket over its middle at which the search ends.
     passes : int
         Of each trial.
@@ -583,8 +583,8 @@ def shakedown_load(
     ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
     if not 0 < ends[0] < ends[1] < math.inf:
         raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
-    if not rel_tol > 0:
-        raise InputError(f"must be positive, got {rel_tol!r}", argument="within", value=rel_tol)
+    if not within > 0:
+        raise InputError(f"must be positive, got {within!r}", argument="within", value=within)
 
     def shakes(load: float) -> bool:
         rolled = roll(surface, load=load, passes=passes, **options)
@@ -602,7 +602,7 @@ def shakedown_load(
                 f"{passes} passes: give a {'smaller' if expected else 'larger'} load",
                 argument=name,
             )
-    while ends[1] - ends[0] > rel_tol * (ends[0] + ends[1]) / 2:
+    while ends[1] - ends[0] > within * (ends[0] + ends[1]) / 2:
         middle = math.sqrt(ends[0] * ends[1])
         ends[0 if shakes(middle) else 1] = middle
     return ends[0], ends[1]

@@ -80,8 +80,8 @@ def solve_elastoplastic(
     on_failure: str = "raise",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
-    on_step: Callable[[int, ElastoplasticResult], object] | None = None,
-    ranks: Any = None,
+    each: Callable[[int, ElastoplasticResult], object] | None = None,
+    communicator: Any = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
 
@@ -139,10 +139,10 @@ def solve_elastoplastic(
         ``True`` draws a bar on standard error; a function is
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
-    on_step : callable, optional
+    each : callable, optional
         ``each(number, state)`` is called at every load asked for, with those that stand whole in
         the folder, too. The folder then keeps all of them whole.
-    ranks : mpi4py.MPI.Comm, optional
+    communicator : mpi4py.MPI.Comm, optional
         Of processes that share the volume, each with every so many-th layer of it. All of them
         call this with the same arguments and a load or loads, without a folder, and get the same
         numbers, to the bit those of one process; of the fields of the volume each has its layers,
@@ -200,12 +200,12 @@ def solve_elastoplastic(
     force, specified = resolve_force(load, pair)
     points = validation.path_of(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    share = _share(pair.shape, ranks, start=start, folder=folder, each=on_step, path=path)
+    share = _share(pair.shape, communicator, start=start, folder=folder, each=each, path=path)
     solver, extent = _prepared(problem, points, *volume, start, share)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
-        run = _Run(problem, points, automatic, steps, progress, began, on_step)
+        run = _Run(problem, points, automatic, steps, progress, began, each)
         result = _told(run.finished(start, extent, loop_in), specified)
     return _judged(result, on_failure, folder)
 

@@ -438,8 +438,8 @@ class Conductance(Result):
 @checked
 def conductance(
     contacts: ContactResult | Iterable[ContactResult],
-    conductor: Conductor | str,
-    counter_conductor: Conductor | str,
+    body: Conductor | str,
+    counter_body: Conductor | str,
     *,
     film: Quantity = 0.0,
     thermal_film: Quantity = 0.0,
@@ -451,7 +451,7 @@ def conductance(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is looked at, and
         that under the largest load is kept.
-    conductor, counter_conductor : Conductor or str
+    body, counter_body : Conductor or str
         What the bodies conduct, or their names in the catalogue of materials.
     film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].
@@ -497,7 +497,7 @@ def conductance(
     >>> bool(found.electrical_resistance[0] > 0)
     True
     """
-    bodies = (conductor_of(conductor), conductor_of(counter_conductor))
+    bodies = (conductor_of(body), conductor_of(counter_body))
     films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
     _check(bodies, films)
     steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))

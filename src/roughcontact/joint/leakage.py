@@ -279,7 +279,7 @@ class Leakage(Result):
 def leakage(
     contacts: ContactResult | Iterable[ContactResult],
     *,
-    flow_axis: str | None = None,
+    direction: str | None = None,
     viscosity: Quantity | None = None,
     pressure_difference: Quantity | None = None,
     seal_width: Quantity | None = None,
@@ -292,7 +292,7 @@ def leakage(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is looked at, and
         that under the largest load is kept.
-    flow_axis : {"y", "x"}, optional
+    direction : {"y", "x"}, optional
         Along which the fluid flows; by default both, one after the other.
     viscosity : float, str or quantity of pint, optional
         η of the fluid [Pa s].
@@ -343,7 +343,7 @@ def leakage(
     >>> bool(found.rate(axis=0)[0] > 0)
     True
     """
-    axes = _axes(flow_axis)
+    axes = _axes(direction)
     seal = seal_of(viscosity, pressure_difference, seal_width, seal_length)
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None

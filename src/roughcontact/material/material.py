@@ -227,12 +227,12 @@ RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
 
 
 @checked
-def contact_modulus(material: Material, counter_material: Material) -> float:
+def contact_modulus(first: Material, second: Material) -> float:
     """Return the contact modulus E* of two bodies.
 
     Parameters
     ----------
-    material, counter_material : Material
+    first, second : Material
         The two bodies; at most one of them rigid.
 
     Returns
@@ -255,7 +255,7 @@ def contact_modulus(material: Material, counter_material: Material) -> float:
     >>> round(contact_modulus(steel, RIGID) / 1e9, 2)
     230.77
     """
-    compliance = material.compliance + counter_material.compliance
+    compliance = first.compliance + second.compliance
     if compliance == 0:
         raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
     return 1 / compliance

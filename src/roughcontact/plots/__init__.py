@@ -1,5 +1,7 @@
 """Figures of surfaces and results."""
 
+# First, or the module would hide the function of its name once it is loaded.
+import roughcontact.plots.comparison  # noqa: F401
 from roughcontact.plots.conductance import conductance
 from roughcontact.plots.export import save
 from roughcontact.plots.interface_law import interface_law

@@ -181,9 +181,10 @@ class _Script:
             return f"rc.Surface(*rc.reference_map({', '.join(_named(specified))}))"
         if created.method == "Surface":
             return self.array(name, about, created)
-        self.imports.add("from roughcontact.surface import nominal")
+        self.imports.add("from roughcontact.surface import nominal_bodies")
         specified = {k: v for k, v in specified.items() if v is not None}
-        return f"{created.method}({', '.join(_named(specified))})"
+        method = created.method.replace("nominal.", "nominal_bodies.")
+        return f"{method}({', '.join(_named(specified))})"
 
     def array(self, name: str, about: Provenance, created: Operation) -> str:
         """Return the call that makes a map of an array that somebody has to supply."""

@@ -119,14 +119,14 @@ def _run(request: Request, work: Work) -> Outcome:
             load=force,
             passes=request[PASSES],
             steps=request[STEPS],
-            travel=request[WAY],
+            way=request[WAY],
             direction=request[DIRECTION],
-            reciprocating=request[TO_AND_FRO],
-            start_at_center=request[WAY] is not None,
+            to_and_fro=request[TO_AND_FRO],
+            centered=request[WAY] is not None,
             friction=request[FRICTION],
             folder=request[FOLDER],
             progress=watch,
-            on_step=picture if shown else None,
+            each=picture if shown else None,
         )
     last = replace(result.result.solution, given=specified, remarks=work.remarks)
     result = replace(result, result=replace(result.result, solution=last))

@@ -140,7 +140,7 @@ def _volume(request: Request, work: Work) -> Outcome:
             on_failure="return",
             folder=request[FOLDER],
             progress=watch,
-            ranks=work.ranks,
+            communicator=work.ranks,
         )
     solution = replace(result.solution, given=specified, remarks=work.remarks)
     # The last of the reused is told of.

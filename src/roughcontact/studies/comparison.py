@@ -271,8 +271,8 @@ def compare(
     *,
     material: Material,
     pressure: Quantity,
-    curve_points: int = 7,
-    preload_pressure: Quantity | None = None,
+    steps: int = 7,
+    first_pressure: Quantity | None = None,
     paired: bool = False,
     counter_material: Material = RIGID,
     ceiling: Quantity | ArrayLike | None = "auto",
@@ -293,10 +293,10 @@ def compare(
         As for `solve`.
     pressure : float, str or quantity of pint
         Nominal pressure [Pa]: load over the area of each map.
-    curve_points : int
+    steps : int
         Pressures of the load curve, from a hundredth of ``pressure`` to it in equal ratios; with
         1 there is none but the last.
-    preload_pressure : float, str or quantity of pint, optional
+    first_pressure : float, str or quantity of pint, optional
         Nominal pressure [Pa] of a first loading: the maps as they are then stand beside those that
         it leaves behind (`load_history`), in pairs.
     paired : bool
@@ -338,7 +338,7 @@ def compare(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
     }
-    wanted = asked(pressure, curve_points, preload_pressure, problem)
+    wanted = asked(pressure, steps, first_pressure, problem)
     wanted.check({name: len(surfaces) for name, surfaces in groups.items()}, paired)
     pressed = {}
     for name, surfaces in groups.items():

@@ -350,7 +350,7 @@ _AT_CEILING = 1e-6
 @checked
 def history(
     surface: Surface,
-    stages: Sequence[Stage | Quantity | Load],
+    path: Sequence[Stage | Quantity | Load],
     *,
     passes: int = 1,
     shift: Quantities = (0.0, 0.0),
@@ -371,7 +371,7 @@ def history(
     surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
         As for `solve`. A path has one ceiling: ``"recommended"`` is that of a first loading to the
         largest load of the path.
-    stages : sequence of Stage, float, str, quantity of pint or `Load`
+    path : sequence of Stage, float, str, quantity of pint or `Load`
         The stages one after the other; a load in any form that `solve` takes is one at the first
         position.
     passes : int
@@ -438,7 +438,7 @@ def history(
     >>> history.shaken_down, history.steps[0].indentation_volume > 0
     (True, True)
     """
-    one_pass = _stages(stages)
+    one_pass = _stages(path)
     requested = repeat_stages(one_pass, passes, shift)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     pair.require_map("a load history")

@@ -280,8 +280,8 @@ def find_load(
     surface: Surface,
     *,
     material: Material,
-    contact_fraction: float | Sequence[float] | None = None,
-    saturated_fraction: float | Sequence[float] | None = None,
+    contact: float | Sequence[float] | None = None,
+    saturated: float | Sequence[float] | None = None,
     approach: Quantity | Quantities | None = None,
     mean_gap: Quantity | Quantities | None = None,
     first_yield: bool = False,
@@ -300,9 +300,9 @@ def find_load(
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations
         As for `solve`.
-    contact_fraction : float or sequence of float, optional
+    contact : float or sequence of float, optional
         Share of the map that touches, between 0 and 1.
-    saturated_fraction : float or sequence of float, optional
+    saturated : float or sequence of float, optional
         Share of the contact area that is at the ceiling.
     approach, mean_gap : float, str, quantity of pint, or sequence of these, optional
         Approach of the bodies from the first touch, mean open gap [m].
@@ -345,7 +345,7 @@ max_iterations
     0.500000
     """
     began = time.perf_counter()
-    targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
+    targets = _targets(contact, saturated, approach, mean_gap, first_yield)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     pair.require_map("a search of loads")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)

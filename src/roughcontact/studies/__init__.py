@@ -1,0 +1,1 @@
+"""Many contacts: load curve, history, search, comparison, resolution, sampling, uncertainty."""
