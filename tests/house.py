@@ -18,6 +18,7 @@ WINGS = (
     "errors",
     "arguments",
     "units",
+    "checksums",
     "files",
     "memory",
     "processes",

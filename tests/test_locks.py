@@ -14,7 +14,7 @@ from roughcontact import files
 
 HOLDER = """
 import sys
-from roughcontact import locks
+from roughcontact import files
 with files.file_lock(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()

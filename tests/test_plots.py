@@ -633,7 +633,7 @@ def test_figures_leave_no_global_state() -> None:
     code = """
 import sys
 from roughcontact import plots
-from roughcontact.plots import saving, style
+from roughcontact.plots import export, style
 from roughcontact.surface import roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib

@@ -77,14 +77,14 @@ def test_helpers_end_with_the_process_that_began_them() -> None:
     script = """
 import os, time
 from matplotlib.figure import Figure
-from roughcontact.plots import sharing
+from roughcontact.plots import export
 
 def slow():
     os.write(1, f"{os.getpid()}\\n".encode())
     time.sleep(60)
     return Figure()
 
-sharing.pngs([slow, slow, slow], 3)
+export.pngs([slow, slow, slow], 3)
 """
     command = [sys.executable, "-c", script]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:

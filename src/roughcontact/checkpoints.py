@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import files
+from roughcontact import checksums, files
 from roughcontact.errors import FormatError, InputError, OtherRunError
 from roughcontact.files import atomic_write, to_json, write
 
@@ -59,7 +59,7 @@ def lock_folder(
                 write(path, to_json(described))
             except OSError as error:
                 raise _closed(folder, f" ({error.strerror})") from None
-        yield Place(folder, files.of_words(described))
+        yield Place(folder, checksums.of_words(described))
 
 
 @contextmanager
@@ -109,7 +109,7 @@ def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -
     held = {**arrays, **mark}
     try:
         with atomic_write(path) as stream:
-            np.savez(stream, **held, checksum=files.of_arrays(held))
+            np.savez(stream, **held, checksum=checksums.of_arrays(held))
     except OSError as error:
         raise InputError(
             f"{path} cannot be written ({error.strerror}); the steps before it are kept"
@@ -123,7 +123,7 @@ def read_step(
     try:
         with path.open("rb") as stream, np.load(stream) as stored:
             arrays = {name: stored[name] for name in (*names, *mark)}
-            sound = str(stored["checksum"]) == files.of_arrays(arrays)
+            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
     # NumPy and zipfile fail on damaged files with errors of many kinds.
     except Exception as error:
         raise FormatError(

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import files, memory
+from roughcontact import checksums, files, memory
 from roughcontact.errors import FormatError
 from roughcontact.ranks import Ranks
 
@@ -253,7 +253,7 @@ def write_streamed(
             attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
             file.variables[item.name].attrs.update(attributes)
             described["variables"][item.name] = [list(item.dims), attributes]
-        file.attrs.update({**whole.attrs, CHECKSUM: files.of_words(described)})
+        file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
 
 
 class Part(NamedTuple):
@@ -306,7 +306,7 @@ def _streamed(file: Any, item: Streamed) -> str:
     rows = max(1, min(count, _CHUNK // math.prod(rest)))
     chunks = (rows, *rest) if item.packed else None
     variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
-    result, top = files.Running(item.kind, item.shape), 0
+    result, top = checksums.Running(item.kind, item.shape), 0
     for part in item.parts:
         variable[top : top + len(part)] = part
         result.add(part)
@@ -318,8 +318,8 @@ def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
     """Return a dataset with a checksum on every variable, and one on all that describes them."""
     marked = dataset.copy()
     for variable in marked.variables.values():
-        variable.attrs[CHECKSUM] = files.of_array(variable.values)
-    marked.attrs[CHECKSUM] = files.of_words(_described(marked))
+        variable.attrs[CHECKSUM] = checksums.of_array(variable.values)
+    marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
     return marked
 
 
@@ -334,9 +334,9 @@ def mismatches(
     result = [
         name
         for name in (variables if names is None else names)
-        if files.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+        if checksums.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
     ]
-    if files.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+    if checksums.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
         result.append(ATTRIBUTES)
     return tuple(result)
 

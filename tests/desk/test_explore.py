@@ -54,7 +54,7 @@ def test_a_result_gives_its_own_digits_again(surface: rc.Surface, opened: list[A
     page = result.explore()
     project = work_of(page)
     state = from_script(project.read_text("utf-8"), project.parent)
-    again = run(state.request(), lambda _: None).result
+    again = run(state.request(), lambda _: None).contact
     assert again is not None
     assert np.array_equal(again.pressure, result.pressure)
 

@@ -64,8 +64,8 @@ class Cluster:
         """Start to work through a project."""
         given = ("run", project.name, "--engine", "dask", "--scheduler", self.address, *words)
         return self.start(
-            "-c", "import sys; from roughcontact.batch import cluster, engines; "
-            "cluster._PATIENCE = 8; engines._UNNOTICED = 0.5; "
+            "-c", "import sys; from roughcontact.batch import executors, runner; "
+            "executors._PATIENCE = 8; runner._UNNOTICED = 0.5; "
             "from roughcontact.cli import app; sys.exit(app.main(sys.argv[1:]))",
             *given, cwd=project.parent, env=ENVIRONMENT, **more,
         )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roughcontact import files
+from roughcontact import checksums
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry
 from roughcontact.cautions import Caution, Kind, as_note
@@ -39,7 +39,7 @@ def same(one: Any, other: Any) -> bool:
     if type(one) is not type(other):
         return False
     if isinstance(one, np.ndarray | np.generic):
-        return one.dtype == other.dtype and files.of_array(one) == files.of_array(other)
+        return one.dtype == other.dtype and checksums.of_array(one) == checksums.of_array(other)
     if isinstance(one, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return bool(one == other)
@@ -51,7 +51,7 @@ def told(entry: Entry, change: Any) -> None:
     read = json.loads(file.read_text(encoding="utf-8"))
     del read["seal"]
     change(read)
-    file.write_text(json.dumps({**read, "seal": files.of_words(read)}), encoding="utf-8")
+    file.write_text(json.dumps({**read, "seal": checksums.of_words(read)}), encoding="utf-8")
 
 
 def known(entry: Entry, digest: str = "digest") -> Any:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact import files, processes
+from roughcontact import checksums, files, processes
 from roughcontact._version import __version__
 from roughcontact.batch import plan
 from roughcontact.batch.plan import FAILED, SOLVED, Entry, Report
@@ -214,7 +214,7 @@ def too_large(what: str, size: int) -> str:
 
 def _is_seen(path: Path, wanted: str) -> bool:
     try:
-        return files.of_file(path) == wanted
+        return checksums.of_file(path) == wanted
     except OSError:
         return False
 

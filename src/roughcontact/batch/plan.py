@@ -15,7 +15,7 @@ from uuid import uuid4
 
 import numpy as np
 
-from roughcontact import files
+from roughcontact import checksums, files
 from roughcontact._version import __version__
 from roughcontact.errors import ArgumentRef
 from roughcontact.files import to_json
@@ -76,7 +76,7 @@ def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
         text = json.loads(entry.summary.read_text(encoding="utf-8"))
         if not isinstance(text, dict) or text.get("run") != digest:
             return None
-        if text.pop("seal", None) != files.of_words(text):
+        if text.pop("seal", None) != checksums.of_words(text):
             return None
         # Of a profile fewer figures are drawn than of a map.
         paths = [path for _, path in entry.request.places if path.name in text["sha256"]]
@@ -92,14 +92,14 @@ def sealed(text: Mapping[str, Any], digest: str, written: Iterable[Path]) -> dic
     if taken := OWN & text.keys():
         raise ValueError(f"the file itself keeps {', '.join(sorted(taken))}")
     whole = json.loads(to_json({**text, "run": digest, "sha256": _sums(written)}))
-    return {**whole, "seal": files.of_words(whole)}
+    return {**whole, "seal": checksums.of_words(whole)}
 
 
 def content_of(path: Path) -> str | None:
     """Return the checksum of a file that is read; nothing where reading will say what is wrong."""
     try:
         # What a device or a pipe gives has no end, or is gone then.
-        return files.of_file(path) if path.is_file() else None
+        return checksums.of_file(path) if path.is_file() else None
     except OSError:
         return None
 
@@ -120,7 +120,7 @@ def digest_of(
     groups = [list(group) for group in zip(comparison.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
     inputs = subtasks.inputs(request, piece) if piece else request.inputs
-    return files.of_words(
+    return checksums.of_words(
         {
             "version": __version__,
             "task": request.task.name,
@@ -141,7 +141,7 @@ def _placeless(value: str | bool | list[str]) -> str | bool | list[str]:
 
 
 def _sums(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.name: files.of_file(path) for path in paths}
+    return {path.name: checksums.of_file(path) for path in paths}
 
 
 # --- What is found of the pieces of a contact, kept on the disk for the runs to come ---
@@ -162,7 +162,7 @@ def keep(entry: Entry, digest: str, result: Any) -> None:
     # Whatever cannot be kept is found once more by the next run.
     with contextlib.suppress(OSError, TypeError):
         described = {"run": digest, "found": _described(result)}
-        text = json.dumps({**described, "seal": files.of_words(described)})
+        text = json.dumps({**described, "seal": checksums.of_words(described)})
         path = _file(entry, digest)
         path.parent.mkdir(parents=True, exist_ok=True)
         files.write(path, text)
@@ -178,7 +178,7 @@ def load_subtasks(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
                 continue
             read = json.loads(path.read_bytes())
             seal = read.pop("seal")
-            if read["run"] == digest and seal == files.of_words(read):
+            if read["run"] == digest and seal == checksums.of_words(read):
                 known[word] = _made(read["found"])
     return known
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import maps as problem, memory, options, parsing
+from roughcontact.request import memory, options, parsing, solve_arguments
 from roughcontact.request.option import (
     EXCLUDES,
     NEEDED,
@@ -159,7 +159,7 @@ def _asked(request: Request) -> MapLoadCase:
 
 
 def _problem(request: Request) -> dict[str, Any]:
-    arguments = problem.arguments(request, (), *_SOLVER)
+    arguments = solve_arguments.arguments(request, (), *_SOLVER)
     del arguments["counter_surface"]
     return arguments
 

@@ -13,7 +13,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from roughcontact import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
-from roughcontact.request import maps as problem, option, options, parsing
+from roughcontact.request import option, options, parsing, solve_arguments
 from roughcontact.request.option import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
@@ -152,13 +152,13 @@ class Contacts:
 
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles, before anything is solved."""
-        problem.pair_of(self.request, self.maps).require_map(what)
+        solve_arguments.pair_of(self.request, self.maps).require_map(what)
 
     def under(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
         """Yield the contacts under some loads, in whatever form they were given."""
-        forces = [problem.pressed(self.request, self.maps, load) for load in loads]
+        forces = [solve_arguments.pressed(self.request, self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
-        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
+        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
         for number, (force, specified) in enumerate(forces, start=1):
 
             def watch(index: Progress, number: int = number) -> None:
@@ -174,7 +174,7 @@ class Contacts:
         pair, ceiling = coarsened(result.pair), result.ceiling
         if pair is None or not (ceiling is None or isinstance(ceiling, float)):
             return None
-        arguments = problem.arguments(self.request, self.maps, *options.SOLVER)
+        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
         arguments |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
 
         def watch(index: Progress) -> None:

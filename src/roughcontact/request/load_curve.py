@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request import memory, options, parsing, solve_arguments
 from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
@@ -60,11 +60,11 @@ def _run(request: Request, work: Work) -> Outcome:
 
     control, values = _steps(request)
     if control == "load":
-        maps.pressed(request, work.maps, values[-1], "from")
+        solve_arguments.pressed(request, work.maps, values[-1], "from")
     with work.keeping("step-*.npz") as (watch, reused):
         curve = sweep(
             work.maps[0],
-            **maps.arguments(request, work.maps, *options.SOLVER),
+            **solve_arguments.arguments(request, work.maps, *options.SOLVER),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request[options.FOLDER],
@@ -110,7 +110,7 @@ def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
     from roughcontact.report import load_history, page
 
     request, curve = outcome.request, outcome.found
-    arguments = maps.arguments(request, work.maps, *options.SOLVER)
+    arguments = solve_arguments.arguments(request, work.maps, *options.SOLVER)
     result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
     result = replace(result, remarks=curve.remarks)
     twin = result.elastic() if result.saturated_fraction else None

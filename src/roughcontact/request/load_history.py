@@ -10,7 +10,7 @@ from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request import memory, options, parsing, solve_arguments
 from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -47,7 +47,7 @@ def _run(request: Request, work: Work) -> Outcome:
         history = load_history(
             work.maps[0],
             stages,
-            **maps.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+            **solve_arguments.arguments(request, work.maps, *options.SOLVER_DOUBLE),
             passes=request[PASSES],
             shift=request[SHIFT],
             folder=request[options.FOLDER],

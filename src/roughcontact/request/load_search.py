@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request import memory, options, parsing, solve_arguments
 from roughcontact.request.option import ANY_OF, TABLES, Option, Panel, Rule, file, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -46,7 +46,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
     loads = find_load(
         work.maps[0],
-        **maps.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+        **solve_arguments.arguments(request, work.maps, *options.SOLVER_DOUBLE),
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )

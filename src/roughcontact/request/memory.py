@@ -5,7 +5,7 @@ from __future__ import annotations
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options
 from roughcontact.request.request import Request
-from roughcontact.surface import grid as memory
+from roughcontact.surface import memory
 
 # Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
 _REPORTED = 2 + memory.CORRELATED

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from roughcontact.request import options
-from roughcontact.request.maps import arguments, pair_of, pressed
 from roughcontact.request.option import Panel, flag
 from roughcontact.request.outcome import Look, Work
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
+from roughcontact.request.solve_arguments import arguments, pair_of, pressed
 
 if TYPE_CHECKING:
     from roughcontact.studies.resolution_study import ResolutionStudy

@@ -11,7 +11,7 @@ from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import maps, memory, options, parsing
+from roughcontact.request import memory, options, parsing, solve_arguments
 from roughcontact.request.option import (
     LENGTH,
     ONE_OF,
@@ -100,8 +100,8 @@ def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.rolling import frame, roll
     from roughcontact.plots.rolling import along_of
 
-    force, specified = maps.pressed(request, work.maps, *request.load)
-    arguments = maps.arguments(request, work.maps, *_SOLVER)
+    force, specified = solve_arguments.pressed(request, work.maps, *request.load)
+    arguments = solve_arguments.arguments(request, work.maps, *_SOLVER)
     del arguments["ceiling"]
     frames: list[Frame] = []
     along = along_of(request[DIRECTION])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request import maps, options, outputs, run as runs, solve
+from roughcontact.request import options, outputs, run as runs, solve, solve_arguments
 from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
@@ -59,7 +59,7 @@ def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
     slab = _read(request, ranks, say)
     result = solving.solve(
         slab,
-        **maps.arguments(request, (), *options.SOLVER),
+        **solve_arguments.arguments(request, (), *options.SOLVER),
         load=request.load[0],
         approach=request[options.APPROACH],
         on_failure="return",

@@ -9,7 +9,14 @@ from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import maps, memory, options, outputs, parsing, resolution_study
+from roughcontact.request import (
+    memory,
+    options,
+    outputs,
+    parsing,
+    resolution_study,
+    solve_arguments,
+)
 from roughcontact.request.option import (
     EXCLUDES,
     NEEDS,
@@ -92,11 +99,11 @@ def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
     """Return the contact that a request asks for, or the best found."""
     from roughcontact.contact.solve import solve
 
-    force, specified = maps.pressed(request, work.maps, *request.load)
+    force, specified = solve_arguments.pressed(request, work.maps, *request.load)
     point = request[options.LOAD_POINT]
     result = solve(
         work.maps[0],
-        **maps.arguments(request, work.maps, *_SOLVER),
+        **solve_arguments.arguments(request, work.maps, *_SOLVER),
         load=force,
         approach=request[options.APPROACH],
         moments=None if point is None else (force * point[0], force * point[1]),
@@ -124,12 +131,12 @@ def _volume(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.path import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
 
-    load, specified = maps.pressed(request, work.maps, *request.load)
+    load, specified = solve_arguments.pressed(request, work.maps, *request.load)
     steps = request[INCREMENTS]
     way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
     loads += [0.0] * request[UNLOAD]
-    arguments = maps.arguments(request, work.maps, *_SOLVER)
+    arguments = solve_arguments.arguments(request, work.maps, *_SOLVER)
     del arguments["ceiling"]
     with work.keeping("step-*.nc") as (watch, reused):
         result = solve_elastoplastic(

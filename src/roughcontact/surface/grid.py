@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
 from roughcontact.errors import InputError
+from roughcontact.surface import memory
 from roughcontact.units import quantity
 
 VALUES = 2**20
@@ -21,48 +21,6 @@ def of_rows(shape: tuple[int, ...], values: int = 1) -> Iterator[slice]:
     step = max(1, VALUES // max(1, shape[1] * values))
     for start in range(0, shape[0], step):
         yield slice(start, min(start + step, shape[0]))
-
-
-# --- The memory that making a map takes ---
-
-
-MADE = 7
-"""Maps held at once while a form is laid on a grid."""
-
-GENERATED = 3
-"""The same while a random surface is generated."""
-
-TRANSLATED = 17
-"""The same while one is brought to a distribution of heights and a spectrum."""
-
-RESAMPLED = 6
-"""The same while a map is brought to another grid."""
-
-CORRELATED = 10
-"""The same while the autocorrelation of a map is made, for Sal and Str."""
-
-COPIED = 2
-"""The same while heights are copied and checked."""
-
-PREPARED = 8
-"""The same, at most, in any step of the preparation; the map itself is one of them."""
-
-# Points below which it is not worth asking the system.
-_TRIFLE = 2**20
-
-
-def require(shape: tuple[int, ...], maps: int, what: str = "a map") -> None:
-    """Raise an error with advice unless so many maps in double precision fit into the memory."""
-    ny, nx = shape
-    if ny * nx < _TRIFLE:
-        return
-    needed = 8 * maps * ny * nx
-    side = memory.square_side(needed, (ny, nx))
-    memory.require(
-        needed,
-        f"{what} of {ny} × {nx} points needs",
-        advice=(f"a square grid of up to about {side} × {side} points fits",),
-    )
 
 
 # --- What a map is made of, checked: heights and the edges of their pixels ---
@@ -134,7 +92,7 @@ def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
         and not array.flags.writeable
     ):
         return array
-    require((array.shape[0], array.shape[1]), COPIED)
+    memory.require((array.shape[0], array.shape[1]), memory.COPIED)
     copy = np.array(array, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy

@@ -1,0 +1,62 @@
+"""Checksums of arrays and words, however a file stores them, and of files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def of_array(values: ArrayLike) -> str:
+    """Return the checksum of an array: kind of number, shape, and every bit of it."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biufc":
+        return of_words(["text", array.shape, array.tolist()])
+    little = np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+    result = hashlib.sha256(f"{little.dtype.str} {array.shape} ".encode())
+    result.update(little.reshape(-1).view(np.uint8).data)
+    return result.hexdigest()
+
+
+class Running:
+    """The checksum of an array that comes in parts, as `of_array` would find it."""
+
+    def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
+        self._kind = np.dtype(kind)
+        self._found = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
+
+    def add(self, part: ArrayLike) -> None:
+        """Go on with the next rows."""
+        little = np.ascontiguousarray(part, self._kind)
+        self._found.update(little.reshape(-1).view(np.uint8).data)
+
+    def digest(self) -> str:
+        """Return the checksum of all that has come."""
+        return self._found.hexdigest()
+
+
+def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
+    """Return the checksum of arrays with their names, whatever their order."""
+    return of_words({name: of_array(values) for name, values in arrays.items()})
+
+
+def of_file(path: str | os.PathLike[str]) -> str:
+    """Return the checksum of a file as it stands on the disk."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def of_words(words: Any) -> str:
+    """Return the checksum of words and numbers, whatever their order in mappings."""
+    text = json.dumps(words, sort_keys=True, default=_plain)
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON knows for what it does not know."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)
