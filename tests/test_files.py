@@ -90,7 +90,7 @@ def test_names_as_long_as_the_system_takes(tmp_path: Path) -> None:
 WRITER = """
 import sys, time
 from roughcontact.files import atomic_write
-with replacing(sys.argv[1]) as stream:
+with atomic_write(sys.argv[1]) as stream:
     stream.write(b"half")
     stream.flush()
     print("begun", flush=True)

@@ -77,7 +77,7 @@ def test_other_hdf5_is_refused_without_a_warning(tmp_path: Path) -> None:
 
 def streamed(values: np.ndarray, packed: bool = False) -> netcdf.Streamed:
     parts = (values[:2], values[2:])
-    return netcdf.Streamed("gap", "<f8", values.shape, iter(parts), {"units": "m"}, packed)
+    return netcdf.Streamed("gap", "<f8", values.shape, {"units": "m"}, iter(parts), packed)
 
 
 @pytest.mark.parametrize("packed", [False, True])

@@ -359,7 +359,7 @@ ALLOWED = {
         "_products": "parts of the volume, of which `whole` has gathered those of all processes",
         "_least_squares": "a handful of steps",
     },
-    "iterate": {
+    "active_set": {
         "chosen": "whether to copy, where the values are the same either way",
         "_deep_enough": "bins that `added` has summed over the processes",
     },
@@ -373,10 +373,8 @@ ALLOWED = {
         "_displaced": "blocks of the map, which all processes hold",
         "_dot": "blocks of the map, which all processes hold",
     },
-    "rest": {
+    "rigid_tilt": {
         "rigid_tilt": "a whole map: one on several processes is left out",
-    },
-    "tilt": {
         "_outermost": "what a whole map can balance, asked before the solver runs",
         "_nearest": "a handful of moments",
         "excess": "two components",

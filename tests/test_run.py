@@ -54,8 +54,8 @@ def test_numbers_are_shown_where_a_file_cannot_be_written(
 
     suffix = "nc" if command is STRESS else "csv"
     output = tmp_path / f"out.{suffix}"
-    for module in ("curve.LoadCurve", "history.LoadHistory", "stress.StressResult"):
-        monkeypatch.setattr(f"roughcontact.contact.{module}.save", full)
+    for kind in ("result.Displayable", "contact.subsurface_stress.StressResult"):
+        monkeypatch.setattr(f"roughcontact.{kind}.save", full)
     assert app.main([*command, "--output", str(output)]) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert "load" in out

@@ -22,6 +22,7 @@ from roughcontact.report import (
     kinds,
     page as layout,
     phrases,
+    regimes,
 )
 from roughcontact.report.page import Edition, ExtraChapter
 from roughcontact.units import engineering, percent
@@ -71,7 +72,7 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
     ):
         assert f'class="value">{value}<' in text
     assert f"Regime: {pressed.regime}." in page
-    assert phrases.volume_regime(pressed) in page
+    assert regimes.volume_regime(pressed) in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [
         "Input and preparation", "Roughness of the prepared surface", "Materials and load",

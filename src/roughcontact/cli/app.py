@@ -290,14 +290,14 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
 
 def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     """Carry out a request in this process, and show what it gave."""
-    from roughcontact.cli import console
+    from roughcontact.cli import result_output
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 
     remaining = phrases.Forecast()
     with terminal.progress(quiet) as say:
         outcome = run(request, say, lambda index: say(phrases.described(index) + remaining(index)))
-    console.show_outcome(outcome, as_json, quiet)
+    result_output.show_outcome(outcome, as_json, quiet)
 
 
 for _task in TASKS:

@@ -8,17 +8,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from roughcontact import units
 from roughcontact.cli import terminal
-from roughcontact.cli.terminal import NOT_CONVERGED
-from roughcontact.files import to_json
-from roughcontact.request.options import FOLDER
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
 from roughcontact.request.tasks import INFO
@@ -296,29 +291,3 @@ def _print(thing: Table | Text) -> None:
 
 
 # What the commands that carry out a request show of it: a table or JSON, and the exit status.
-
-
-def show_outcome(outcome: Outcome, as_json: bool, quiet: bool) -> None:
-    """Show what a request gave, and end where it gave no solution."""
-    request, folder = outcome.request, outcome.request.get(FOLDER)
-    if as_json:
-        # Of this run alone: what was solved is the same, taken from a folder or not.
-        about = {} if folder is None else {"reused": outcome.reused}
-        print(to_json({**outcome.record(), **about}))
-    elif not quiet:
-        # What draws tables takes time to import.
-
-        show(outcome)
-        if outcome.reused:
-            loads = units.counted(outcome.reused, "load")
-            print(f"taken from {folder}, solved by an earlier run: {loads}")
-    if outcome.failure is not None:
-        raise outcome.failure
-    if not outcome.converged:
-        wanted = any(option.suffixes and request[option] for option in request.task.options)
-        terminal.complain(
-            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
-            + ("; no file was written" if wanted else "")
-            + (f"; the loads before it are kept in {folder}" if folder else "")
-        )
-        raise typer.Exit(NOT_CONVERGED)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import typer
 
-from roughcontact.cli import console, terminal
+from roughcontact.cli import result_output, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
 from roughcontact.errors import RoughcontactError
 from roughcontact.ranks import Ranks, world
@@ -53,7 +53,7 @@ def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> No
             request, ranks, say, lambda index: say(phrases.described(index) + remaining(index))
         )
     if ranks.first:
-        console.show_outcome(outcome, as_json, quiet)
+        result_output.show_outcome(outcome, as_json, quiet)
     elif outcome.failure is not None:
         raise outcome.failure
     elif not outcome.converged:

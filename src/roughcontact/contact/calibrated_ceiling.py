@@ -29,8 +29,8 @@ class Calibrated:
     """The same contact under the ceiling that gives the contact area."""
 
     ceiling: float  # The calibrated ceiling [Pa]
-    factor: float  # Of the `RecommendedCeiling`
-    load_ratio: float  # Of the `RecommendedCeiling`
+    factor: float  # Of the `CalibratedCeiling`
+    load_ratio: float  # Of the `CalibratedCeiling`
     load: float  # Load [N] and approach [m]
     approach: float  # Load [N] and approach [m]
     control: str  # Which of them was given
@@ -57,8 +57,8 @@ class CalibrationRecord:
     """How a ceiling was found that agrees with itself, and what came out with the usual one."""
 
     load: float  # Load at which the spots were judged [N]
-    load_ratio: float  # Of the `RecommendedCeiling` that was solved with
-    factor: float  # Of the `RecommendedCeiling` that was solved with
+    load_ratio: float  # Of the `CalibratedCeiling` that was solved with
+    factor: float  # Of the `CalibratedCeiling` that was solved with
     mismatch: float
     solves: int  # How many there were, the first with three yield strengths
     usual_ceiling: float  # Three yield strengths [Pa]

@@ -20,7 +20,7 @@ p_y the Hertz peak pressure at first yield: whatever the ceiling of the solution
 gives more area and so more slope.
 
 Under this load each body takes its part of a/R, and both bear the same mean pressure: an
-elastic one that of Hertz, one that yields that of `yielding_sphere.mean_pressure`. Two alike
+elastic one that of Hertz, one that yields that of `indenters.mean_pressure`. Two alike
 share alike; beside a body that stays elastic the one that yields is pushed further, and bears
 more than at the same P/P_c under a rigid one. The ceiling is that which gives this mean
 pressure.
@@ -30,7 +30,7 @@ full indentation; 0.15 does better before, where much of the plastic zone has st
 spheres and rough maps with two laws the area then agrees to 8 %.
 
 `area_change`: Of one sphere under the same load: the areas are as 1 over the mean pressures,
-and that under a ceiling is `yielding_sphere.mean_under_ceiling` of it.
+and that under a ceiling is `indenters.mean_under_ceiling` of it.
 
 `solve_calibrated`: The load ratio hardly depends on the ceiling at which it is read, so that
 two or three solves do. Where whole pixels that come and go keep the ceiling from settling, the

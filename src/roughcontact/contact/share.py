@@ -16,7 +16,6 @@ from roughcontact.arguments import checked
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.ranks import Ranks
-from roughcontact.solvers import bounded
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity
@@ -32,6 +31,8 @@ _PLANE = {"form": "plane", "points": None}
 
 def bands(shape: tuple[int, int], count: int) -> tuple[int, ...]:
     """Return the first row of each rank, and the number of rows."""
+    from roughcontact.solvers import bounded
+
     # Rows by twos at least, so that no rank has a profile.
     edge = max(1 << bounded.coarser_grids(shape), 2)
     maximum = shape[0] // edge

@@ -123,7 +123,7 @@ class StressResult(Result):
         """Yield strength over the largest von Mises stress; ``None`` if it is unknown.
 
         The whole pressure may grow by this factor until the first point yields. The load may
-        only where the contact area stays as it is; see `yield_onset`.
+        only where the contact area stays as it is; see `first_yield_load`.
         """
         return self.profile.yield_factor
 
@@ -287,7 +287,7 @@ def subsurface_stress(
         The contact; its boundary is kept.
     depths : array_like, or sequence of str or quantity of pint, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
-        more around the largest stress (`stress_summary.summarise`).
+        more around the largest stress (`stress_summary.summarize`).
     body : {"body", "counter_body"}
         The rough body, or its counter-body. Both feel the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.

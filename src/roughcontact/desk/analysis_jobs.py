@@ -69,12 +69,12 @@ class Answer:
 
 
 def answer(tell: Tell, request: Request) -> Answer:
-    """Carry out a request, and draw what came out; a job for `apart.Bench.begin`."""
+    """Carry out a request, and draw what came out; a job for `workers.WorkerPool.begin`."""
     return _answer(tell, run(request, tell, tell))
 
 
 def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
-    """Carry out requests on one contact, which is solved once; a job for `apart.Bench.begin`."""
+    """Carry out requests on one contact, which is solved once; a job for `workers.WorkerPool.begin`."""
     with shared_runner() as carry_out:
         return tuple(_answer(tell, carry_out(request, tell, tell)) for request in requests)
 
@@ -111,7 +111,7 @@ class Pair:
 
 
 def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str]) -> Pair:
-    """Solve two contacts and set them side by side; a job for `apart.Bench.begin`."""
+    """Solve two contacts and set them side by side; a job for `workers.WorkerPool.begin`."""
     result = []
     for name, request in zip(names, (first, second), strict=True):
         tell(f"solving {name}")
@@ -130,7 +130,7 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
 
 
 def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
-    """Carry out a request and pack its figures; a job for `apart.Bench.begin`."""
+    """Carry out a request and pack its figures; a job for `workers.WorkerPool.begin`."""
     with tempfile.TemporaryDirectory(dir=folder) as place:
         specified = {**request.given, "figures": place}
         outcome = run(Request.from_text(request.task, request.file, specified), tell, tell)

@@ -129,7 +129,7 @@ class WorkerPool:
 
 
 class Job:
-    """A piece of work in another process; `Bench.begin` makes it."""
+    """A piece of work in another process; `WorkerPool.begin` makes it."""
 
     def __init__(
         self,
@@ -307,7 +307,7 @@ def _used_up(maximum: int | None) -> InsufficientMemoryError:
 
 
 def carry_out(tell: Callable[[Progress | str], None], request: Request) -> Any:
-    """Carry out a request; a job for `Bench.begin`, which gives an `Outcome`."""
+    """Carry out a request; a job for `WorkerPool.begin`, which gives an `Outcome`."""
     from roughcontact.request import run
 
     return run.run(request, tell, tell)

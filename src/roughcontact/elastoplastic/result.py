@@ -248,7 +248,7 @@ class ElastoplasticResult(Result):
         return result
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
-        """Return plastic strain and stress over the depth; see `depth.profile`."""
+        """Return plastic strain and stress over the depth; see `result.profile`."""
         result: DepthProfile = face().profile(self, point, body)
         return result
 

@@ -307,7 +307,7 @@ class RollingResult(Result):
 
     @property
     def rolled_surface(self) -> Surface:
-        """Heights of the rough body after the passes; see `passes.rolled_surface`."""
+        """Heights of the rough body after the passes; see `rolling.rolled_surface`."""
         return rolled_surface(self.result)
 
     def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
@@ -660,7 +660,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 def load_rolling(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
 ) -> RollingResult:
-    """Read passes that `Rolling.save` wrote.
+    """Read passes that `RollingResult.save` wrote.
 
     Parameters
     ----------

@@ -201,7 +201,7 @@ class Boundary(StrEnum):
         Parameters
         ----------
         edges, ranks
-            As for `slab_symbols.operators`.
+            As for `distributed.operators`.
         shape, pixel, contact_modulus, precision, workspace
             As for `operators`.
 

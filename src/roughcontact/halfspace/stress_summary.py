@@ -345,7 +345,7 @@ class Summary:
     """The largest stresses of a volume, depth by depth, and their places.
 
     They are those at the pixel centres; with friction, those at the surface are also looked for
-    between them, at the rims of spots (`rims.largest`).
+    between them, at the rims of spots (`stress_summary.largest`).
 
     Parameters
     ----------

@@ -336,7 +336,7 @@ class InterfaceLaw(Result):
     def thermal_conductance(self, branch: str = LOADING) -> Array:
         """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
 
-        From the unloading stiffness of the contacts of the branch, as that of `joint.conductance`;
+        From the unloading stiffness of the contacts of the branch, as that of `analysis_panel.conductance`;
         the mean over the maps. NaN without `bodies`, infinite where a map is closed.
         """
         if self.bodies is None:

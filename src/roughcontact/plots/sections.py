@@ -166,7 +166,7 @@ def bearing_curve(surface: Surface) -> Figure:
     Figure
         Height above the mean over the share of the points that lie above it, with the
         equivalent straight line of the core and the triangles of reduced peaks and dales, see
-        `bearing.core_parameters`.
+        `roughness.core_parameters`.
     """
     from matplotlib.figure import Figure
 

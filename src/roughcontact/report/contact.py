@@ -32,8 +32,8 @@ from roughcontact.report import (
     inputs,
     load_curve as curves,
     page,
-    phrases,
     python_script,
+    regimes,
     uncertainty,
 )
 from roughcontact.report.blocks import Block, Blocks, Cautions, Lines
@@ -87,7 +87,7 @@ def render(
         status=result.status,
         key_numbers=_key_numbers(result),
         regime=result.regime,
-        regime_text=phrases.regime(result),
+        regime_text=regimes.regime(result),
         certificate=_certificate_in_short(result),
         cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
         checked=plausibility.checked(result),

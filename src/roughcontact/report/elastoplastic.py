@@ -22,8 +22,8 @@ from roughcontact.report import (
     contact_fields,
     figures,
     page,
-    phrases,
     python_script,
+    regimes,
 )
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import PROBLEM, TRUST, rows_of
@@ -80,7 +80,7 @@ def render(
         status=result.status,
         key_numbers=lead.key_numbers,
         regime=result.regime,
-        regime_text=phrases.volume_regime(result),
+        regime_text=regimes.volume_regime(result),
         certificate=_certificate_in_short(result),
         cautions=lead.cautions,
         checked=(*lead.checked, *plausibility.checked(result)),

@@ -397,7 +397,7 @@ ROLLING: Illustrations = (
     *rolling_table.FIGURES,
     *(_within(lambda rolling: VolumeScene(rolling.result), entry) for entry in VOLUME),
 )
-"""Of a `Rolling`."""
+"""Of a `RollingResult`."""
 
 
 # Other results

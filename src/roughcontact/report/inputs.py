@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from roughcontact.contact.share import Share
-from roughcontact.formats import export
 from roughcontact.material.material import Material
-from roughcontact.plots import maps, profiles, sections
 from roughcontact.report import phrases
 from roughcontact.report.fields import ABSENT, Quantity, Table, quantity_of, within, written
-from roughcontact.report.kind import Kind
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent, plain
+
+if TYPE_CHECKING:
+    from roughcontact.contact.share import Share
 
 
 def _pair(values: Sequence[float]) -> str:
@@ -283,12 +282,3 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
     if unit == "ml/m²":
         return f"{plain(1e6 * value)} ml/m²"
     return engineering(value, unit)
-
-
-KIND = Kind(
-    Surface, SURFACE, brief=False, plots=(maps.surface, sections.bearing_curve),
-    save=export.save_surface,
-)  # fmt: skip
-PROFILE_KIND = replace(
-    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(profiles.heights,)
-)

@@ -63,7 +63,7 @@ class Kind:
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-        """Return what is told of a result; see `quantities.rows_of`."""
+        """Return what is told of a result; see `fields.rows_of`."""
         return rows_of(self.table, result, part, brief)
 
     def row(self, result: Any, key: str) -> Row:
@@ -73,7 +73,7 @@ class Kind:
     def listing(
         self, result: Any, brief: bool = False
     ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """Return the head and the rows of the steps of a result; see `quantities.listing_of`."""
+        """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
         return listing_of(self.columns, result, brief)
 
     def write(self, result: Any, path: str | os.PathLike[str]) -> None:

@@ -18,7 +18,6 @@ from roughcontact.report import (
     elastoplastic,
     estimate,
     figures,
-    inputs,
     interface_law,
     leakage,
     load_curve,
@@ -27,6 +26,7 @@ from roughcontact.report import (
     page,
     rolling,
     subsurface_stress,
+    surface,
     uncertainty,
 )
 from roughcontact.report.blocks import Blocks
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
 
 KINDS = (
-    inputs.PROFILE_KIND,
-    inputs.KIND,
+    surface.PROFILE_KIND,
+    surface.KIND,
     contact.PROFILE_KIND,
     contact.SHARED_KIND,
     contact.KIND,
@@ -103,12 +103,12 @@ def render_with_chapter(kind: Kind, result: Any, edition: Edition) -> str:
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-    """Return what is told of a result; see `quantities.rows_of`."""
+    """Return what is told of a result; see `fields.rows_of`."""
     return of(result).rows(result, part, brief)
 
 
 def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the head and the rows of the steps of a result; see `quantities.listing_of`."""
+    """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
     return of(result).listing(result, brief)
 
 

@@ -17,7 +17,7 @@ from roughcontact.report import (
     figures,
     load_curve as curves,
     page,
-    phrases,
+    regimes,
 )
 from roughcontact.report.fields import PROBLEM, capital, tiny
 from roughcontact.report.kind import Kind
@@ -68,7 +68,7 @@ def render_curve(
         status=last.status,
         key_numbers=_from_first_to_last(curve),
         regime=last.regime,
-        regime_text=f"{capital(under)}: {phrases.regime(last)}",
+        regime_text=f"{capital(under)}: {regimes.regime(last)}",
         certificate=_worst(curve, last.tolerance),
         cautions=curve.cautions,
         checked=plausibility.checked(last),
@@ -106,7 +106,7 @@ def render_history(
             *chapters.headlines(KIND, history, contact_fields.HISTORY_HEADLINES),
         ],
         regime=largest.regime,
-        regime_text=f"{capital(under)}: {phrases.regime(largest)}",
+        regime_text=f"{capital(under)}: {regimes.regime(largest)}",
         certificate=_worst(history, largest.tolerance),
         cautions=history.cautions,
         checked=plausibility.checked(largest),

@@ -110,7 +110,7 @@ FOUND: Table = (
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
     of_largest("version"),
 )  # fmt: skip
-"""Of `FoundLoads`."""
+"""Of `LoadSearch`."""
 
 FOUND_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.quantity)),
@@ -127,7 +127,7 @@ FOUND_COLUMNS: Columns = (
     ),
     Column("certificate", of=_each(lambda item: item.certificate), form=tiny, brief=False),
 )  # fmt: skip
-"""Of the answers of `FoundLoads`."""
+"""Of the answers of `LoadSearch`."""
 
 
 def addition(loads: LoadSearch) -> ExtraChapter:

@@ -104,7 +104,7 @@ ROLLING: Table = (
     Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
     Quantity("version", of=lambda _: __version__),
 )  # fmt: skip
-"""Of a `Rolling`."""
+"""Of a `RollingResult`."""
 
 HEADLINES = ("shakedown", "flow", "shear", "in_plane_stress", "Sq")
 """What a report on passes says first."""
@@ -130,7 +130,7 @@ PASSES: Columns = (
     _column("max_residual_displacement", "deepest", "m", brief=False),
     _column("steps", "steps", brief=False),
 )  # fmt: skip
-"""Of the passes of a `Rolling`."""
+"""Of the passes of a `RollingResult`."""
 
 
 _CRITERIA = {
@@ -195,4 +195,4 @@ FIGURES: Illustrations = (
         RESULTS,
     ),
 )  # fmt: skip
-"""Of a `Rolling`, besides those of its last state."""
+"""Of a `RollingResult`, besides those of its last state."""

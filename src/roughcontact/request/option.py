@@ -58,7 +58,7 @@ class Option(Generic[T_co]):
 
     @property
     def argument(self) -> str:
-        """What errors and `Mention` call it."""
+        """What errors and `ArgumentRef` call it."""
         return self.name.replace("-", "_")
 
     @property

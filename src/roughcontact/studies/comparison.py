@@ -298,7 +298,7 @@ def compare(
         1 there is none but the last.
     first_pressure : float, str or quantity of pint, optional
         Nominal pressure [Pa] of a first loading: the maps as they are then stand beside those that
-        it leaves behind (`load_history`), in pairs.
+        it leaves behind (`history`), in pairs.
     paired : bool
         Whether the maps of two groups belong together one by one, in their order.
     progress : callable or bool, optional
@@ -360,7 +360,7 @@ class MapLoadCase:
 
     pressures: tuple[float, ...]  # Nominal pressures [Pa], ascending
     before: float | None  # Nominal pressure [Pa] of a first loading, if there is one
-    problem: Mapping[str, Any]  # What else `load_curve` takes
+    problem: Mapping[str, Any]  # What else `sweep` takes
 
     def check(self, counts: Mapping[str, int], paired: bool) -> None:
         """Raise `InputError` for so many maps in each group, if they cannot be compared."""

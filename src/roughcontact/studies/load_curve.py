@@ -291,20 +291,12 @@ max_iterations, precision
         )  # fmt: skip
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
-    requested = (
-        None
-        if loads is None
-        else [resolve_force(load, pair, "loads") for load in _listed(pair, loads)]
-    )
-    sweep = _Sweep(
-        pair,
-        terms,
-        "load" if approaches is None else "approach",
-        _ascending(
-            pair, None if requested is None else [force for force, _ in requested], approaches
-        ),
-        tuple(specified for _, specified in requested or () if specified is not None),
-    )
+    listed = [] if loads is None else _listed(pair, loads)
+    resolved = [resolve_force(load, pair, "loads") for load in listed]
+    forces = None if loads is None else [force for force, _ in resolved]
+    stated = tuple(specified for _, specified in resolved if specified is not None)
+    control = "load" if approaches is None else "approach"
+    sweep = _Sweep(pair, terms, control, _ascending(pair, forces, approaches), stated)
     sweep.check()
     if folder is None:
         return sweep.curve(_steps(sweep, None, progress))

@@ -66,7 +66,7 @@ class Sample:
         }
 
     def over_pressure(self, name: str) -> list[float]:
-        """Return one of `CONTACT` under all pressures [SI]."""
+        """Return one of `PROFILE_CONTACT` under all pressures [SI]."""
         if name in _LENGTHS:
             return [float(value) for value in self.curve.column(name)]
         area = self.curve.column(name.replace("_fraction", "_area"))
@@ -357,10 +357,8 @@ def sampling_study(
     for divisions in (n for n in DIVISIONS if divides(surface.shape, n)):
         parts = partition(surface, divisions, level)
         levels[divisions] = tuple(
-            solve_sample(
-                part, f"{name}, part {number} of {len(parts)}", pressures, problem, progress
-            )
-            for number, part in enumerate(parts, start=1)
+            solve_sample(part, f"{name}, part {n} of {len(parts)}", pressures, problem, progress)
+            for n, part in enumerate(parts, start=1)
         )
     return SamplingStudy(solve_sample(surface, name, pressures, problem, progress), levels)
 

@@ -21,17 +21,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import csgraph
-from scipy.sparse.linalg import SuperLU, splu
 
 from roughcontact.errors import ArgumentRef, InputError, require_positive
 from roughcontact.surface import grid
 from roughcontact.units import percent
+
+if TYPE_CHECKING:
+    from scipy import sparse
+    from scipy.sparse.linalg import SuperLU
 
 Array = NDArray[np.float64]
 
@@ -189,6 +190,9 @@ def _laplace(
     heights: Array, missing: NDArray[np.bool_], pixel: tuple[float, float]
 ) -> tuple[sparse.csr_array, Array, Array, Array]:
     """Return matrix, right-hand side, and the rim's bounds for each missing point."""
+    from scipy import sparse
+    from scipy.sparse import csgraph
+
     count = int(np.count_nonzero(missing))
     number = np.full(missing.shape, -1, dtype=np.int64)
     number[missing] = np.arange(count)
@@ -259,6 +263,8 @@ def _multigrid(
     matrix: sparse.csr_array, row: NDArray[np.int64], column: NDArray[np.int64]
 ) -> Callable[[Array], Array]:
     """Return one V-cycle of smoothed aggregation over squares of 3 × 3 points."""
+    from scipy import sparse
+
     levels = []
     while matrix.shape[0] > _COARSEST:
         # Jacobi steps with 2/3 damp the short waves; the largest eigenvalue of D⁻¹A is below 2.
@@ -292,4 +298,6 @@ def _multigrid(
 
 
 def _factorised(matrix: sparse.csr_array) -> SuperLU:
+    from scipy.sparse.linalg import splu
+
     return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})

@@ -204,7 +204,7 @@ def generate(
 
     Notes
     -----
-    Every wave has the power that the spectrum demands (`waves.Spectrum`), not a random one, and a
+    Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a random one, and a
     random phase. Heights become those of a distribution of Johnson's system by translation
     (`johnson`), rank by rank; after that the waves get back their power and keep their phases,
     and so on in turns, the aim shifted by what was missed, until spectrum and distribution hold

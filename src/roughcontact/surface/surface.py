@@ -216,7 +216,7 @@ class Surface(Displayable):
         form : {"plane", "quadric", "mean", "robust", "three-point"}
             What is fitted to the valid points, and subtracted: by least squares a plane,
             a quadric or the mean; a plane that outliers do not tilt; or the plane through three
-            points. See `leveling.level`.
+            points. See `form.level`.
         points : three pairs of int, optional
             Indices ``(y, x)`` of the points of "three-point", and only of that.
 
@@ -472,7 +472,7 @@ class Surface(Displayable):
         Parameters
         ----------
         form : Surface
-            Heights of the body on the same grid, such as `nominal.sphere` makes them.
+            Heights of the body on the same grid, such as `nominal_bodies.sphere` makes them.
 
         Returns
         -------
@@ -539,7 +539,7 @@ class Surface(Displayable):
             Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
             larger by more than √2 only after an S-filter of two such pixels, see
             `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
-            missing; `registration.matched` crops two maps to what they share.
+            missing; `placement.matched` crops two maps to what they share.
 
         Raises
         ------
