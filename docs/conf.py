@@ -45,6 +45,7 @@ nitpick_ignore_regex = [
         r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io)\..*",
     ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),
+    ("py:.*", r".*\.T_co"),
     ("py:.*", r"(ValueError|MemoryError|RuntimeError|Exception|NamedTuple|Protocol|Enum|Path)"),
 ]
 

@@ -16,7 +16,7 @@ elastic = plain & (groups.ratio < 0.2)
 pressure = np.geomspace(2e-3, 0.5, 120)
 breadth = 3.0
 line = estimate.Groups(
-    pressure, *(np.full_like(pressure, value) for value in (0.0, breadth, 0.95, 0.0, 0.0))
+    pressure, *(np.full_like(pressure, value) for value in (0.0, breadth, 0.95, 0.0, 3.0, 0.0))
 )
 atlas_of = estimate.stored()
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained")

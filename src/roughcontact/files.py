@@ -70,7 +70,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
 
 
 def write(path: str | os.PathLike[str], content: str | bytes | memoryview) -> None:
-    """Write a file, all of it or nothing; see `replacing`."""
+    """Write a file, all of it or nothing; see `atomic_write`."""
     with atomic_write(path) as stream:
         stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 

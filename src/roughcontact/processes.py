@@ -52,7 +52,7 @@ def redeliver_interrupts() -> Iterator[None]:
 
 
 def quiet() -> None:
-    """Tell of nothing else that Python drops, until the end of `heard`."""
+    """Tell of nothing else that Python drops, until the end of `redeliver_interrupts`."""
     before = sys.unraisablehook
     sys.unraisablehook = lambda dropped: before(dropped) if _is_end(dropped) else None
 

@@ -403,7 +403,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
 
 
 def load_contact(path: str | os.PathLike[str], *, verify: bool = False) -> ContactResult:
-    """Read a result that `ContactResult.save` wrote."""
+    """Read a result that ``ContactResult.save`` wrote."""
     dataset = opened(path)
     with refused(path, "ContactResult"):
         result = from_dataset(dataset)

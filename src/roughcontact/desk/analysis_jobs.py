@@ -74,7 +74,7 @@ def answer(tell: Tell, request: Request) -> Answer:
 
 
 def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
-    """Carry out requests on one contact, which is solved once; a job for `workers.WorkerPool.begin`."""
+    """Carry out requests on one contact, solved once; a job for `workers.WorkerPool.begin`."""
     with shared_runner() as carry_out:
         return tuple(_answer(tell, carry_out(request, tell, tell)) for request in requests)
 

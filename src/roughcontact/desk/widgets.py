@@ -70,7 +70,7 @@ _SHEET = f"""
 
 
 class Drop(JSComponent):  # type: ignore[misc]
-    """An area that takes one file; ``arrived`` is what the server answered, see `receive`."""
+    """An area that takes one file; ``arrived`` is what the server answered, see ``upload``."""
 
     words = param.String("")
     address = param.String("")

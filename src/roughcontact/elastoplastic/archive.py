@@ -156,7 +156,7 @@ def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> 
 def load_elastoplastic(
     path: str | os.PathLike[str], *, verify: bool = False
 ) -> ElastoplasticResult:
-    """Read a result that `ElastoplasticResult.save` wrote.
+    """Read a result that ``ElastoplasticResult.save`` wrote.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def load_result(
     Parameters
     ----------
     path : str or path
-        A file that `ContactResult.save` or `ElastoplasticResult.save` wrote.
+        A file that ``ContactResult.save`` or ``ElastoplasticResult.save`` wrote.
     verify : bool
         Whether to compute load, gap and certificate of the contact again from its pressures and
         heights, with one application of the operator; see

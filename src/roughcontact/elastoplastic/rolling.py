@@ -660,7 +660,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 def load_rolling(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
 ) -> RollingResult:
-    """Read passes that `RollingResult.save` wrote.
+    """Read passes that ``RollingResult.save`` wrote.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ gap comes out 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil.
 Song, Yovanovich and Goodman 1993, J. Heat Transfer 115, 533, doi:10.1115/1.2910719
 
 `slip_factor`: Slip of first order at walls that reflect diffusely: a gap g lets g³ (1 + 6 λ/g)
-through. Local gaps count by what the flow without slip dissipates in them, |q|²/g³, as their
+through. Local gaps count by what the flow without slip dissipates in them, ``|q|²/g³``, as their
 harmonic mean: that is right for gaps in series, and a lower bound for all others (Thomson's
 principle): the flow through rough gaps solved anew with slip is up to a sixth more. Above λ/g
 of about one the true flow is larger still.

@@ -294,7 +294,7 @@ def _first_yield(body: Material) -> str:
 def resolution(
     result: ContactResult, spots: Spots, volume: ElastoplasticResult | None = None
 ) -> Statement:
-    """Return the statement on what the map resolves; `volume` where bodies yield."""
+    """Return the statement on what the map resolves; `elastoplastic` where bodies yield."""
     dy, dx = (engineering(edge, "m", 3) for edge in result.surface.pixel)
     pixels = load_bearing_spot_pixels(result, spots)
     text = (

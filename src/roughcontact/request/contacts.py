@@ -1,6 +1,6 @@
 """What a joint does, asked of contacts that are solved as they are looked at.
 
-Several questions about one contact share what is solved: see `once`.
+Several questions about one contact share what is solved: see `cached_solver`.
 """
 
 from __future__ import annotations

@@ -185,7 +185,7 @@ def generate(
         the lay.
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
-        lay; see `marks.turned`. What of Sq the grooves do not make is random roughness.
+        lay; see `turned`. What of Sq the grooves do not make is random roughness.
     seed : int
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
         on every machine.
@@ -204,12 +204,12 @@ def generate(
 
     Notes
     -----
-    Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a random one, and a
-    random phase. Heights become those of a distribution of Johnson's system by translation
-    (`johnson`), rank by rank; after that the waves get back their power and keep their phases,
-    and so on in turns, the aim shifted by what was missed, until spectrum and distribution hold
-    together. Sal and Str are measured on the map, and roll-off and stretch of the spectrum
-    corrected by them.
+    Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a random
+    one, and a random phase. Heights become those of a distribution of Johnson's system by
+    translation (`theory.height_distribution`), rank by rank; after that the waves get back their
+    power and keep their phases, and so on in turns, the aim shifted by what was missed, until
+    spectrum and distribution hold together. Sal and Str are measured on the map, and roll-off and
+    stretch of the spectrum corrected by them.
 
     References
     ----------

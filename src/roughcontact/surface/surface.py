@@ -472,7 +472,7 @@ class Surface(Displayable):
         Parameters
         ----------
         form : Surface
-            Heights of the body on the same grid, such as `nominal_bodies.sphere` makes them.
+            Heights of the body on the same grid, such as ``nominal_bodies.sphere`` makes them.
 
         Returns
         -------
