@@ -337,13 +337,20 @@ class InterfaceLaw(Result):
         """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
 
         From the unloading stiffness of the contacts of the branch, as that of
-        `joint.conductance.conductance`; the mean over the maps. NaN without `bodies`, infinite
-        where a map is closed. """ if self.bodies is None: return
-        np.full(self.pressures(branch).shape, math.nan) resistivity = math.fsum(1 /
-        (body.conductivity or math.nan) for body in self.bodies) with np.errstate(divide="ignore"):
-        constriction = ( resistivity * self.contact_modulus / (2 * self.values(branch,
-        "unloading_stiffness")) ) film = self.thermal_film / self.values(branch,
-        "contact_fraction") mean: Array = np.mean(1 / (constriction + film), axis=0) return mean
+        `joint.conductance.conductance`; the mean over the maps. NaN without `bodies`, infinite where a map is closed.
+        """
+        if self.bodies is None:
+            return np.full(self.pressures(branch).shape, math.nan)
+        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in self.bodies)
+        with np.errstate(divide="ignore"):
+            constriction = (
+                resistivity
+                * self.contact_modulus
+                / (2 * self.values(branch, "unloading_stiffness"))
+            )
+            film = self.thermal_film / self.values(branch, "contact_fraction")
+            mean: Array = np.mean(1 / (constriction + film), axis=0)
+        return mean
 
     def _conductance_between(self, branch: str, log: Array) -> Array:
         """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
