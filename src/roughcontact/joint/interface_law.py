@@ -337,7 +337,8 @@ class InterfaceLaw(Result):
         """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
 
         From the unloading stiffness of the contacts of the branch, as that of
-        `joint.conductance.conductance`; the mean over the maps. NaN without `bodies`, infinite where a map is closed.
+        `joint.conductance.conductance`; the mean over the maps. NaN without `bodies`, infinite
+        where a map is closed.
         """
         if self.bodies is None:
             return np.full(self.pressures(branch).shape, math.nan)

@@ -5,14 +5,14 @@ of the rim of spots and of what the ceiling stands in for, which move the number
 known of these is gathered here. What the measurement left out of the map is not in it.
 
 `uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
-`resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a
-spot crosses count in full; the lower end is `ContactResult.corrected_contact_area`. Edge: the
-largest pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat punch).
-Shorter waves: contact area and largest pressure of an elastic map that is rough down to its
-pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
-either; how far they would go is not known. Yielding: `ceiling.area_change`, give or take what
-the recommended ceiling was wrong by on contacts of this kind; known of the contact area alone,
-no cause below first yield or where no strength is known. Tolerance: the certificate.
+`resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a spot
+crosses count in full; the lower end is `ContactResult.corrected_contact_area`. Edge: the largest
+pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat
+punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to
+its pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
+either; how far they would go is not known. Yielding: `ceiling.area_change`, give or take what the
+recommended ceiling was wrong by on contacts of this kind; known of the contact area alone, no
+cause below first yield or where no strength is known. Tolerance: the certificate.
 """
 
 from __future__ import annotations

@@ -204,12 +204,12 @@ def generate(
 
     Notes
     -----
-    Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a
-    random one, and a random phase. Heights become those of a distribution of Johnson's system by translation
-    (``theory.height_distribution``), rank by rank; after that the waves get back their power and keep their phases,
-    and so on in turns, the aim shifted by what was missed, until spectrum and distribution hold
-    together. Sal and Str are measured on the map, and roll-off and stretch of the spectrum
-    corrected by them.
+    Every wave has the power that the spectrum demands (`random_surfaces.Spectrum`), not a random
+    one, and a random phase. Heights become those of a distribution of Johnson's system by
+    translation (``theory.height_distribution``), rank by rank; after that the waves get back
+    their power and keep their phases, and so on in turns, the aim shifted by what was missed,
+    until spectrum and distribution hold together. Sal and Str are measured on the map, and
+    roll-off and stretch of the spectrum corrected by them.
 
     References
     ----------
