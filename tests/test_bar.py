@@ -32,11 +32,11 @@ def test_errors_fall_by_about_as_much_each_time():
     assert drawn[-1].endswith("\n")
 
 
-@pytest.mark.parametrize("of", ["solve", "load_curve", "find_load", "solve_elastoplastic"])
+@pytest.mark.parametrize("of", ["solve", "sweep", "find_load", "solve_elastoplastic"])
 def test_a_bar_is_drawn_where_asked(of, capsys):
     options = {
         "solve": {"load": 0.5},
-        "load_curve": {"loads": [0.1, 0.5]},
+        "sweep": {"loads": [0.1, 0.5]},
         "find_load": {"contact": 0.05},
         "solve_elastoplastic": {"load": 0.01, "increments": 1, "tolerance": 1e-2},
     }[of]

@@ -969,7 +969,7 @@ def test_sweep_writes_what_the_library_returns(
     assert files(folder) == {"sweep.json", *(f"step-{n:04d}.npz" for n in range(1, 5))}
     table = np.genfromtxt(output, delimiter=",", names=True, deletechars="")
     surface = roughcontact.read_surface(rough, unit="um", size=(1e-4, 2e-4)).leveled()
-    curve = roughcontact.load_curve(
+    curve = roughcontact.sweep(
         surface, material=roughcontact.Material(210e9, 0.3), loads=np.geomspace(0.01, 1, 4)
     )
     assert table["load_[N]"] == pytest.approx(curve.column("load"))
@@ -1128,7 +1128,7 @@ def test_history_writes_steps_and_the_indented_surface(
         for shift in (0.0, 6.25e-6)
         for load in (0.5, 0.0, 0.5)
     ]
-    expected = roughcontact.load_history(
+    expected = roughcontact.history(
         surface, stages, material=roughcontact.Material(210e9, 0.3, 1e9)
     )
     left = roughcontact.read_surface(residual)

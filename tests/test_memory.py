@@ -617,7 +617,7 @@ def test_arrays_take_no_more_than_the_estimate(
 
 
 def test_a_map_needs_eight_bytes_a_point(monkeypatch):
-    from roughcontact.surface import grid as of_maps
+    from roughcontact.surface import memory as of_maps
 
     asked = []
     monkeypatch.setattr(memory, "require", lambda needed, *what, advice: asked.append(needed))

@@ -15,7 +15,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
-from roughcontact.report import citations, comparison, inputs, kinds
+from roughcontact.report import citations, comparison, kinds, surface as surface_kind
 from roughcontact.result import Displayable, Result
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.studies.sampling_study import SamplingStudy
@@ -266,7 +266,7 @@ def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
     own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
     assert told == {*own, rc.Surface}
     # A study of the resolution is told with its contact, and a surface by its parameters.
-    none = inputs.KIND.works
+    none = surface_kind.KIND.works
     citing = {kind.result for kind in kinds.KINDS if kind.contact or kind.works is not none}
     assert {kind.__name__ for kind in told - citing} == {"ResolutionStudy", "Surface"}
 

@@ -18,7 +18,13 @@ from rollers import Line
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
 from roughcontact.elastoplastic import plausibility
-from roughcontact.elastoplastic.rolling import Shakedown, frame, pass_result, rolled_surface
+from roughcontact.elastoplastic.rolling import (
+    Shakedown,
+    frame,
+    load_rolling,
+    pass_result,
+    rolled_surface,
+)
 from roughcontact.plots import rolling as movie
 from roughcontact.report import rolling_table
 from roughcontact.report.rolling import render
@@ -138,12 +144,12 @@ def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: P
         for name in ("shear", "residual_along", "residual_across"):
             np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
     np.testing.assert_array_equal(
-        rc.read_result(folder / "out.nc").bodies[0].plastic_strain,
+        rc.read_result(folder / "out.nc").result.bodies[0].plastic_strain,
         found.result.bodies[0].plastic_strain,
     )
     found.result.save(folder / "state.nc")
     with pytest.raises(rc.FormatError, match=r"state\.nc cannot be read .* Rolling\.save"):
-        rc.read_result(folder / "state.nc")
+        load_rolling(folder / "state.nc")
 
 
 def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:

@@ -39,8 +39,8 @@ class ArrayCache:
 
     Examples
     --------
-    >>> kept = Kept(100)
-    >>> kept.get("ones", lambda: np.ones(4)) is kept.get("ones", lambda: np.ones(4))
+    >>> cache = ArrayCache(100)
+    >>> cache.get("ones", lambda: np.ones(4)) is cache.get("ones", lambda: np.ones(4))
     True
     """
 

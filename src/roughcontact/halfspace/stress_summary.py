@@ -464,7 +464,7 @@ def summarize(
 
     >>> y, x = np.mgrid[-31.5:32, -31.5:32]
     >>> pressure = np.sqrt(np.maximum(1 - (x**2 + y**2) / 20**2, 0))
-    >>> found = summarise(pressure, (1.0, 1.0), 0.3, yield_strength=1.0)
+    >>> found = summarize(pressure, (1.0, 1.0), 0.3, yield_strength=1.0)
     >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
     (0.62, 0.48)
     """

@@ -217,7 +217,7 @@ def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Arr
 
     Examples
     --------
-    >>> levers((2, 4), (1e-6, 1e-6))[1]
+    >>> moment_arms((2, 4), (1e-6, 1e-6))[1]
     array([-0.375, -0.125,  0.125,  0.375])
     """
     side = max(points * edge for points, edge in zip(shape, pixel, strict=True))

@@ -431,11 +431,10 @@ def history(
     Examples
     --------
     >>> import roughcontact as rc
-    >>> from roughcontact.studies.load_history import load_history
     >>> heights, pixel = rc.reference_map(32)
     >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
-    >>> history = load_history(rc.Surface(heights, pixel), [1.0, 0.0, 1.0], material=steel)
-    >>> history.shaken_down, history.steps[0].indentation_volume > 0
+    >>> found = rc.history(rc.Surface(heights, pixel), [1.0, 0.0, 1.0], material=steel)
+    >>> found.shaken_down, found.steps[0].indentation_volume > 0
     (True, True)
     """
     one_pass = _stages(path)
