@@ -1,4 +1,4 @@
-"""Materials of machines, each value with its source, from ``catalogue.toml``.
+"""Materials of machines, each value with its source, from ``catalog.toml``.
 
 The values are typical ones of the condition named, not guaranteed ones: heat treatment, size and
 supplier move a yield strength by a tenth and more.
@@ -17,7 +17,7 @@ from roughcontact.material import hardness
 from roughcontact.material.hardening import Swift
 from roughcontact.material.material import Conductor, Material
 
-STORED = Path(__file__).with_name("catalogue.toml")
+STORED = Path(__file__).with_name("catalog.toml")
 
 # Plastic strain of a proof stress, in millionths.
 _PROOF = 2000.0
