@@ -58,7 +58,7 @@ def checked_methods(kind: type[T]) -> type[T]:
 
 
 def both(value: Any, name: str) -> tuple[Any, Any]:
-    """Return what is given for y and x as a pair; one value stands for both."""
+    """Return a pair (y, x); a single value is used for both."""
     if isinstance(value, Real):
         return (value, value)
     if not isinstance(value, Iterable) or len(pair := tuple(value)) != 2:

@@ -51,8 +51,8 @@ class Mean:
     count: int  # Measurements
     value: float  # Their mean
     deviation: float  # Their standard deviation, n - 1 in the denominator
-    low: float  # Ends of the interval of confidence `LEVEL`
-    high: float  # Ends of the interval of confidence `LEVEL`
+    low: float  # Lower end of the interval of confidence `LEVEL`
+    high: float  # Upper end
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,8 @@ class Difference:
     """A difference of two means."""
 
     value: float  # Second mean less first
-    low: float  # Ends of its interval of confidence `LEVEL`, which all pairs of groups share
-    high: float  # Ends of its interval of confidence `LEVEL`, which all pairs of groups share
+    low: float  # Lower end of the interval of confidence `LEVEL`, shared by all pairs of groups
+    high: float  # Upper end
     p: float  # How often chance alone would make some pair of groups differ as much, if none did
 
     @property
@@ -79,13 +79,13 @@ class Difference:
 class Components:
     """The two parts of a scatter: between groups, and within them."""
 
-    between: float  # Standard deviations
-    within: float  # Standard deviations
+    between: float  # Standard deviation between groups
+    within: float  # Standard deviation within groups
     share: float  # Of the variance, what is between groups
-    low: float  # Ends of its interval of confidence `LEVEL`, cut at 0 and 1
-    high: float  # Ends of its interval of confidence `LEVEL`, cut at 0 and 1
-    groups: int  # Groups, and measurements in all of them
-    count: int  # Groups, and measurements in all of them
+    low: float  # Lower end of its interval of confidence `LEVEL`, cut at 0
+    high: float  # Upper end, cut at 1
+    groups: int  # Number of groups
+    count: int  # Measurements in all groups
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ class Whole:
     """How sure the number of a whole is, as the scatter of its parts tells."""
 
     half: float  # Half of its interval of confidence `LEVEL`
-    divisions: int  # Parts along a side, and in all, whose scatter it comes from
-    parts: int  # Parts along a side, and in all, whose scatter it comes from
+    divisions: int  # Parts along a side
+    parts: int  # Parts in all, whose scatter it comes from
     scaling: float
     falls: bool  # Whether chance alone explains that it is not 1
 

@@ -50,8 +50,8 @@ _MAPS = 8
 class Verification:
     """What a result states, and what its pressures and heights say."""
 
-    load: float  # As the result states them: load [N], and ε
-    certificate: float  # As the result states them: load [N], and ε
+    load: float  # Load that the result states [N]
+    certificate: float  # ε that the result states
     found_load: float
     found_certificate: float
     doubt: float  # What the last digit of displacement and initial gap may change in a certificate

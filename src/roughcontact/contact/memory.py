@@ -81,8 +81,8 @@ class Room:
     boundary: Boundary  # As for `memory_estimate`
     precision: str = "double"  # As for `memory_estimate`
     maps: int = 0  # As for `memory_estimate`
-    ranks: int = 1  # Processes that hold the map together, and those of them on this machine
-    beside: int = 1  # Processes that hold the map together, and those of them on this machine
+    ranks: int = 1  # Processes that hold the map together
+    beside: int = 1  # Those of them on this machine
 
     @classmethod
     def of(cls, pair: Pair, terms: LoadCase, held: int = 0) -> Room:

@@ -129,8 +129,8 @@ class Totals:
     """Numbers of a contact that need all pixels of the map, counted once."""
 
     points: int  # Pixels that are there
-    contact: int  # Pixels with pressure, and those at the ceiling
-    saturated: int  # Pixels with pressure, and those at the ceiling
+    contact: int  # Pixels with pressure
+    saturated: int  # Pixels at the ceiling
     rims: int  # Edges between an elastic pixel and one that does not touch
     max_pressure: float  # Largest pressure [Pa]
     mean_gap: float  # Mean open gap [m]

@@ -27,8 +27,8 @@ class DepthProfile:
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     accumulated: Array  # (nz,) Accumulated plastic strain
     strength: Array  # (nz,) Yield strength at that strain [Pa]
-    stress: Array  # (nz, 3, 3) Stress under load, and that by the plastic strain alone [Pa]
-    residual_stress: Array  # [Pa], (nz, 3, 3)
+    stress: Array  # (nz, 3, 3) Stress under load [Pa]
+    residual_stress: Array  # (nz, 3, 3) Stress by the plastic strain alone [Pa]
 
     @property
     def depth(self) -> NDArray[np.float64]:
@@ -55,12 +55,12 @@ class DepthSection:
     across: float  # Where the plane lies on the other axis [m]
     edges: NDArray[np.float64]  # (n + 1,) Edges of the pixels along the plane [m]
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
-    pressure: NDArray[np.float64]  # [Pa], (n,)
-    residual_displacement: NDArray[np.float64]  # [Pa], (n,)
+    pressure: NDArray[np.float64]  # (n,) Contact pressure [Pa]
+    residual_displacement: NDArray[np.float64]  # (n,) [m]
     accumulated: Array  # (nz, n) Accumulated plastic strain
     strength: Array  # (nz, n) Yield strength at that strain [Pa]
-    stress: Array  # (nz, n, 3, 3) Stress under load, and that by the plastic strain alone [Pa]
-    residual_stress: Array  # [Pa], (nz, n, 3, 3)
+    stress: Array  # (nz, n, 3, 3) Stress under load [Pa]
+    residual_stress: Array  # (nz, n, 3, 3) By the plastic strain alone [Pa]
 
     @property
     def place(self) -> NDArray[np.float64]:
@@ -90,8 +90,8 @@ class LayerProfile:
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
     plastic_fraction: NDArray[np.float64]  # (nz,) Share of the layer that has plastic strain
     max_accumulated: Array  # (nz,) Largest accumulated plastic strain
-    max_von_mises: Array  # [Pa], (nz,)
-    max_residual_von_mises: Array  # [Pa], (nz,)
+    max_von_mises: Array  # (nz,) Under load [Pa]
+    max_residual_von_mises: Array  # (nz,) By the plastic strain alone [Pa]
 
     @property
     def depth(self) -> NDArray[np.float64]:
@@ -131,10 +131,10 @@ class PlasticBody:
     thickness: NDArray[np.float64]  # (nz,) Thickness of each layer [m]
     plastic_strain: Array  # (nz, 5, ny, nx) Plastic strain, constant over each layer
     accumulated: Array  # (nz, ny, nx) Accumulated plastic strain e = ∫ √(2/3 dε:dε)
-    stress: Array  # [Pa]
-    mean_stress: Array  # [Pa]
-    residual_stress: Array  # [Pa]
-    mean_residual_stress: Array  # [Pa]
+    stress: Array  # (nz, 5, ny, nx) Deviator under load, mean over each layer [Pa]
+    mean_stress: Array  # (nz, ny, nx) A third of its trace [Pa]
+    residual_stress: Array  # (nz, 5, ny, nx) Deviator by the plastic strain alone [Pa]
+    mean_residual_stress: Array  # (nz, ny, nx) A third of its trace [Pa]
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

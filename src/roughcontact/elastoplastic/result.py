@@ -51,9 +51,9 @@ class Increment:
     residuals: tuple[float, ...]
     convolutions: int  # Convolutions of the contact solver
     step_error: float | None = None
-    offset: tuple[float, float] = (0.0, 0.0)  # Where the counter-surface was [m] and what it pulled
-    friction: float = 0.0  # Where the counter-surface was [m] and what it pulled
-    direction: float = 0.0  # Where the counter-surface was [m] and what it pulled
+    offset: tuple[float, float] = (0.0, 0.0)  # Of the counter-surface (y, x) [m]
+    friction: float = 0.0  # Traction over pressure
+    direction: float = 0.0  # Of the traction [°]
 
     @property
     def point(self) -> PathPoint:

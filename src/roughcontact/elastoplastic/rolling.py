@@ -56,8 +56,8 @@ class Pass:
     max_residual_stress: float  # Largest von Mises stress by the plastic strain alone after it [Pa]
     max_residual_displacement: float  # [m]
     steps: int = 0  # Increments that it took
-    contact_area: float = 0.0  # Largest on the way [m²], [m]
-    approach: float = 0.0  # Largest on the way [m²], [m]
+    contact_area: float = 0.0  # Largest during the pass [m²]
+    approach: float = 0.0  # Largest during the pass [m]
     Sq: float = 0.0  # Of the heights after it [m]
     Spk: float = 0.0  # Of the heights after it [m]
     shear: Array = field(default_factory=_nothing, compare=False, repr=False)  # (bodies, nz)
@@ -121,8 +121,8 @@ def rolled_surface(result: ElastoplasticResult) -> Surface:
 class Frame:
     """A picture of a step."""
 
-    number: int  # Which pass, and which of its steps
-    step: int  # Which pass, and which of its steps
+    number: int  # Of the pass
+    step: int  # Of the pass
     pressure: Array  # (ny, nx) Contact pressure [Pa]
     strain: Array  # (nz, n)
 

@@ -282,14 +282,14 @@ class ConductanceStep:
     """What conducts under one load, for bodies of any material."""
 
     load: float  # W [N]
-    contact_area: float  # Real contact area, and that at the ceiling [m²]
-    saturated_area: float  # Real contact area, and that at the ceiling [m²]
+    contact_area: float  # Real contact area [m²]
+    saturated_area: float  # Area at the ceiling [m²]
     spots: int  # Number of contact spots
     length: float  # Constriction length of the whole contact, saturated points included [m]
-    greenwood_length: float  # [m]
-    correlation_length: float  # [m]
-    air_gap: float = math.nan  # [W/(m² K)]
-    oil_gap: float = math.nan  # [W/(m² K)]
+    greenwood_length: float  # By Greenwood's formula [m]
+    correlation_length: float  # By the correlations [m]
+    air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
+    oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
 
 
 @dataclass(frozen=True)
@@ -297,8 +297,8 @@ class Change:
     """How numbers change from one grid to a coarser one."""
 
     pixel: float  # Larger edge of its pixels [m]
-    length: float  # Relative changes
-    contact_area: float  # Relative changes
+    length: float  # Relative change
+    contact_area: float  # Relative change
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -52,9 +52,9 @@ class Groups:
     pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
     ratio: Array  # E* h′ over the pressure ceiling, of the volume model over three yield strengths
     breadth: Array  # Sdq Sal/Sq: how many slopes the waves have beside the longest
-    texture: Array  # Str, Ssk and Sku
-    skewness: Array  # Str, Ssk and Sku
-    kurtosis: Array  # Str, Ssk and Sku
+    texture: Array  # Str
+    skewness: Array  # Ssk
+    kurtosis: Array  # Sku
     hardening: Array  # H h′/σ_Y, H the hardening modulus
 
     @property
@@ -283,9 +283,9 @@ class Roughness:
     Sq: float  # Root-mean-square height [m]
     Sdq: float  # Root-mean-square gradient h′
     Sal: float | None  # Autocorrelation length [m]
-    Str: float  # Texture aspect ratio, skewness and kurtosis
-    Ssk: float  # Texture aspect ratio, skewness and kurtosis
-    Sku: float  # Texture aspect ratio, skewness and kurtosis
+    Str: float  # Texture aspect ratio
+    Ssk: float  # Skewness
+    Sku: float  # Kurtosis
     waves: float | None = None
 
 

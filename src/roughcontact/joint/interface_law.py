@@ -54,13 +54,13 @@ class LawPoint:
     pressure: float  # Nominal pressure p̄: mean of the contact pressure [Pa]
     separation: float  # [m]
     mean_gap: float  # Mean open gap [m]
-    contact_fraction: float  # Shares of the area that touch, and that are at the ceiling
-    saturated_fraction: float  # Shares of the area that touch, and that are at the ceiling
-    stiffness: float  # -dp̄/dū [Pa/m] as the load grows and as it begins to fall
-    unloading_stiffness: float  # -dp̄/dū [Pa/m] as the load grows and as it begins to fall
-    spots: int  # Contact spots, and points of the map that touch and that do not
-    contact_points: int  # Contact spots, and points of the map that touch and that do not
-    open_points: int  # Contact spots, and points of the map that touch and that do not
+    contact_fraction: float  # Contact area over nominal area
+    saturated_fraction: float  # Area at the ceiling over nominal area
+    stiffness: float  # -dp̄/dū as the load grows [Pa/m]
+    unloading_stiffness: float  # -dp̄/dū as it begins to fall [Pa/m]
+    spots: int  # Number of contact spots
+    contact_points: int  # Points of the map in contact
+    open_points: int  # Points of the map without contact
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +70,12 @@ class MapLaw:
     name: str  # What the map is called
     pair: Pair  # The bodies
     window: Window | None  # The part inside the rim
-    first_touch: float  # [m]
-    unloading_touch: float  # [m]
-    loading: tuple[LawPoint, ...]  # The branches by ascending pressure
-    unloading: tuple[LawPoint, ...]  # The branches by ascending pressure
-    wave_numbers: Array  # Spectrum of the gap, as `theory.persson.persson_separation` takes it
-    variances: Array  # Spectrum of the gap, as `theory.persson.persson_separation` takes it
+    first_touch: float  # Separation ū at first contact [m]
+    unloading_touch: float  # The same of the unloading branch [m]
+    loading: tuple[LawPoint, ...]  # By ascending pressure
+    unloading: tuple[LawPoint, ...]  # By ascending pressure
+    wave_numbers: Array  # Of the spectrum of the gap, see `theory.persson`
+    variances: Array  # Of the gap at these wave numbers
 
     def points(self, branch: str) -> tuple[LawPoint, ...]:
         """Return the points of a branch."""
@@ -117,15 +117,15 @@ class LawStep:
 
     branch: str  # `LOADING` or `UNLOADING`
     pressure: float  # p̄ [Pa]
-    separation: float  # Means over the maps
-    mean_gap: float  # Means over the maps
-    contact_fraction: float  # Means over the maps
-    saturated_fraction: float  # Means over the maps
-    stiffness: float  # Means over the maps
-    unloading_stiffness: float  # Means over the maps
-    separation_deviation: float  # Standard deviations over the maps
-    contact_deviation: float  # Standard deviations over the maps
-    stiffness_deviation: float  # Standard deviations over the maps
+    separation: float  # Mean [m]
+    mean_gap: float  # Mean [m]
+    contact_fraction: float  # Mean
+    saturated_fraction: float  # Mean
+    stiffness: float  # Mean [Pa/m]
+    unloading_stiffness: float  # Mean [Pa/m]
+    separation_deviation: float  # Standard deviation [m]
+    contact_deviation: float  # Standard deviation
+    stiffness_deviation: float  # Standard deviation [Pa/m]
     separation_half: float
     contact_half: float
     stiffness_half: float
@@ -142,9 +142,9 @@ class LawTable:
     error: float  # Part of the pressure that a straight line between two rows may be off
     pressure: Array  # (n,) p̄ [Pa], strictly ascending
     separation: Array  # (n,) ū [m], strictly descending
-    mean_gap: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
-    contact_fraction: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
-    thermal_conductance: Array  # (n,) At the same pressures [m], [1], [W/(m² K)]
+    mean_gap: Array  # (n,) [m]
+    contact_fraction: Array  # (n,)
+    thermal_conductance: Array  # (n,) [W/(m² K)]
 
     @property
     def overclosure(self) -> Array:

@@ -154,9 +154,9 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
 class Asperities:
     """What programs of mixed lubrication ask of a rough surface."""
 
-    m0: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
-    m2: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
-    m4: float  # Mean squares of height [m²], of slope, and of curvature [1/m²] along profiles
+    m0: float  # Mean square of height [m²]
+    m2: float  # Mean square of slope along profiles
+    m4: float  # Mean square of curvature along profiles [1/m²]
 
     @property
     def deviation(self) -> float:
@@ -217,10 +217,10 @@ SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
 class Resolved:
     """The range of nominal pressures that maps resolve."""
 
-    low: float  # Its ends [Pa]
-    high: float  # Its ends [Pa]
-    low_by: str = ""  # What ends it: `"spots"`, too few of them
-    high_by: str = ""  # What ends it: `"spots"`, too few of them
+    low: float  # Lowest [Pa]
+    high: float  # Highest [Pa]
+    low_by: str = ""  # What limits it at the low end
+    high_by: str = ""  # What limits it at the high end
 
 
 def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Resolved:

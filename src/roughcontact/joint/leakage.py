@@ -129,8 +129,8 @@ class Seal:
 
     viscosity: float  # η [Pa s]
     pressure_difference: float  # From inlet to outlet [Pa]
-    width: float | None = None  # Of the face, across the flow and along it [m]
-    length: float | None = None  # Of the face, across the flow and along it [m]
+    width: float | None = None  # Of the face across the flow [m]
+    length: float | None = None  # Of the face along the flow [m]
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,8 @@ class LeakageStep:
     """What the gap lets through under one load; pairs are along (y, x)."""
 
     load: float  # W [N]
-    contact_area: float  # Real contact area, and that at the ceiling [m²]
-    saturated_area: float  # Real contact area, and that at the ceiling [m²]
+    contact_area: float  # Real contact area [m²]
+    saturated_area: float  # Area at the ceiling [m²]
     mean_gap: float  # ū [m], over all of the map
     permeability: tuple[tuple[float, float], tuple[float, float]]  # [m³]
     constriction: tuple[Constriction | None, Constriction | None]

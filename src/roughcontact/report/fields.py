@@ -21,11 +21,11 @@ class Row:
     """One quantity of one result."""
 
     key: str  # Name in files
-    symbol: str  # As it is told
-    name: str  # As it is told
+    symbol: str  # Of the quantity
+    name: str  # Of the quantity
     value: Any  # In SI units
     unit: str  # SI unit of the value
-    meaning: str  # As it is told
+    meaning: str  # In a few words
     text: str  # The value in words: a number with its unit
 
     @property

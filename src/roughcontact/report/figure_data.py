@@ -95,8 +95,8 @@ class Illustration:
 
     name: str  # Of its file
     draw: Callable[[Any], Figure]  # `draw(scene)` returns the figure
-    alt: str | Callable[[Any], str]  # What stands for it where it is not seen, and below it
-    caption: str | Callable[[Any], str]  # What stands for it where it is not seen, and below it
+    alt: str | Callable[[Any], str]  # Text in place of the figure
+    caption: str | Callable[[Any], str]  # Text below the figure
     chapter: str = RESULTS  # Where in a report it stands
     when: Callable[[Any], bool] = lambda _: True  # `when(scene)` says whether a report shows it
 

@@ -45,8 +45,8 @@ class Kind:
     """What there is to tell of one class of results, or of some of them."""
 
     result: type  # The class
-    table: Table  # Its quantities, and those of each of its steps
-    columns: Columns = ()  # Its quantities, and those of each of its steps
+    table: Table  # Its quantities
+    columns: Columns = ()  # Those of each of its steps
     when: Callable[[Any], bool] = lambda _: True
     listed: bool = False  # Whether the summary has the columns, too
     brief: bool = True  # Whether a session shows the main rows alone

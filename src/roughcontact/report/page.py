@@ -68,11 +68,11 @@ class PageTable:
 class Picture:
     """A figure as a page takes it."""
 
-    caption: str  # What stands below it, and what stands for it where it is not seen
-    alt: str  # What stands below it, and what stands for it where it is not seen
+    caption: str  # Text below the figure
+    alt: str  # Text in place of the figure
     source: str = ""  # PNG file in base 64
-    width: int = 0  # Size in dots
-    height: int = 0  # Size in dots
+    width: int = 0  # In dots
+    height: int = 0  # In dots
     number: int = 0  # Its number on the page, given last
     draw: Callable[[], Figure] | None = None  # What draws it
 

@@ -47,8 +47,8 @@ class Work:
 
     request: Request  # What was asked for
     read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
-    say: Say  # Called with a few words before every stage, and with the `Progress` of the solver
-    look: Look  # Called with a few words before every stage, and with the `Progress` of the solver
+    say: Say  # Called with a few words before every stage
+    look: Look  # Called with the `Progress` of the solver
     solve: Solve = solve_afresh  # What solves contacts that several tasks look at
     known: Mapping[str, Any] = field(default_factory=dict)
     ranks: Ranks | None = None  # Those that share a volume
@@ -84,8 +84,8 @@ class Work:
 class Outcome:
     """What a request gave."""
 
-    request: Request  # What was asked for
-    found: Any  # What was asked for
+    request: Request  # The request
+    found: Any  # Its result
     contact: ContactResult | None = None
     extras: Mapping[str, Any] = field(default_factory=dict)
     written: tuple[Path, ...] = ()  # Files that are complete

@@ -115,8 +115,8 @@ class Values(Reading):
 class Question:
     """How the page asks it."""
 
-    name: str  # What is asked, and what one learns
-    about: str  # What is asked, and what one learns
+    name: str  # Title
+    about: str  # Result in one sentence
     options: tuple[Option[Any], ...] = ()  # What is given besides the contact
     first: tuple[tuple[Option[Any], str | bool], ...] = ()  # Values to begin with
     fixed: tuple[tuple[Option[Any], str | bool], ...] = ()

@@ -63,10 +63,10 @@ class LoadStep:
     stiffness: float  # dW/dω [N/m] as the load grows
     unloading_stiffness: float  # The same as the load begins to fall [N/m]
     spots: int  # Number of contact spots
-    mean_spot_area: float  # Of the contact spots [m²]
-    largest_spot_area: float  # Of the contact spots [m²]
+    mean_spot_area: float  # [m²]
+    largest_spot_area: float  # [m²]
     certificate: float  # How exactly the step is solved
-    load_error: float  # How exactly the step is solved
+    load_error: float  # Relative
     convolutions: int  # On the full grid
     seconds: float  # Wall time of the solve
     ceiling: float = math.nan  # Largest pressure allowed [Pa]

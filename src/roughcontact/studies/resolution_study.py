@@ -77,10 +77,10 @@ class Variant:
     contact_fraction: float  # Contact area over that of the map (`ContactResult.contact_fraction`)
     corrected_fraction: float
     saturated_fraction: float  # Saturated area over that of the map
-    max_pressure: float  # Largest pressure, and load over contact area [Pa]
-    mean_pressure: float  # Largest pressure, and load over contact area [Pa]
-    approach: float  # Of the bodies, and of the open gap [m]
-    mean_gap: float  # Of the bodies, and of the open gap [m]
+    max_pressure: float  # Largest pressure [Pa]
+    mean_pressure: float  # Load over contact area [Pa]
+    approach: float  # Of the bodies [m]
+    mean_gap: float  # Of the open gap [m]
     certificate: float  # How exactly it is solved
 
 

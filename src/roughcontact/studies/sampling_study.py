@@ -51,8 +51,8 @@ class Sample:
     name: str  # What it is called
     source: str  # Where its map came from
     part: bool  # Whether it was cut out of a map
-    size: tuple[float, float]  # Sides and pixel edges (y, x) of the map [m]
-    pixel: tuple[float, float]  # Sides and pixel edges (y, x) of the map [m]
+    size: tuple[float, float]  # Sides (y, x) of the map [m]
+    pixel: tuple[float, float]  # Pixel edges (y, x) [m]
     shortest_wave: float  # [m]
     curve: LoadCurve  # Its contact under these pressures
     roughness: Mapping[str, float]  # Its `ROUGHNESS`, in SI units
@@ -146,8 +146,8 @@ class SamplingError:
     half: float  # Half of its interval of confidence `statistics.LEVEL` [SI]
     parts: int  # Equal parts whose scatter it comes from
     area: float  # Area at which the half would be `WANTED` of the value [m²]
-    area_low: float  # [m²]
-    area_high: float  # [m²]
+    area_low: float  # Lower end of its interval [m²]
+    area_high: float  # Upper end [m²]
     drift: float
     scaling: float  # Whether the scatter falls with the root of the area, 1 if it does
     falls: bool  # Whether chance alone explains that it is not 1

@@ -55,8 +55,8 @@ class ErrorSource:
     """How far one cause may move a number."""
 
     cause: Cause  # The cause
-    low: float  # Relative changes, `low ≤ 0 ≤ high`
-    high: float  # Relative changes, `low ≤ 0 ≤ high`
+    low: float  # Relative change, at most 0
+    high: float  # Relative change, at least 0
 
     @property
     def known(self) -> bool:
