@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +29,19 @@ _HERTZ = re.compile(r"\s*hertz\s+(.*)", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True)
-class NominalPressure:
+class _Load:
+    """A load that is no force: its value [SI]."""
+
+    value: float
+    dimension: ClassVar[str]
+
+    @checked
+    def __init__(self, value: Quantity) -> None:
+        object.__setattr__(self, "value", _positive(value, self.dimension))
+
+
+@dataclass(frozen=True, init=False)
+class NominalPressure(_Load):
     """A load given as a pressure on the area of the whole map.
 
     Parameters
@@ -48,15 +60,11 @@ class NominalPressure:
     20000000.0
     """
 
-    value: float
-
-    @checked
-    def __init__(self, value: Quantity) -> None:
-        object.__setattr__(self, "value", _positive(value, "pressure"))
+    dimension = "pressure"
 
 
-@dataclass(frozen=True)
-class LineLoad:
+@dataclass(frozen=True, init=False)
+class LineLoad(_Load):
     """A load given per length of a nominal cylinder, for the length of the map along its axis.
 
     Parameters
@@ -75,15 +83,11 @@ class LineLoad:
     600000.0
     """
 
-    value: float
-
-    @checked
-    def __init__(self, value: Quantity) -> None:
-        object.__setattr__(self, "value", _positive(value, "line load"))
+    dimension = "line load"
 
 
-@dataclass(frozen=True)
-class HertzPressure:
+@dataclass(frozen=True, init=False)
+class HertzPressure(_Load):
     """A load given as the peak pressure that the nominal bodies have under it where smooth.
 
     Parameters
@@ -102,11 +106,7 @@ class HertzPressure:
     1500000000.0
     """
 
-    value: float
-
-    @checked
-    def __init__(self, value: Quantity) -> None:
-        object.__setattr__(self, "value", _positive(value, "pressure"))
+    dimension = "pressure"
 
 
 Load = NominalPressure | LineLoad | HertzPressure

@@ -18,8 +18,34 @@ from roughcontact.material.material import Material
 Array = NDArray[Any]
 
 
+class _Layers:
+    """Values of layers, from the surface down."""
+
+    faces: NDArray[np.float64]
+
+    @property
+    def depth(self) -> NDArray[np.float64]:
+        """Depth of the middle of each layer [m], shape (nz,)."""
+        return _middles(self.faces)
+
+
+class _Stresses(_Layers):
+    stress: Array
+    residual_stress: Array
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises stress under load [Pa], one value per tensor."""
+        return tensors.equivalent(tensors.components(self.stress))
+
+    @property
+    def residual_von_mises(self) -> Array:
+        """Von Mises stress by the plastic strain alone [Pa], one value per tensor."""
+        return tensors.equivalent(tensors.components(self.residual_stress))
+
+
 @dataclass(frozen=True, eq=False)
-class DepthProfile:
+class DepthProfile(_Stresses):
     """Plastic strain and stress over the depth below one point."""
 
     point: tuple[int, int]  # Row and column on the map
@@ -30,24 +56,9 @@ class DepthProfile:
     stress: Array  # (nz, 3, 3) Stress under load [Pa]
     residual_stress: Array  # (nz, 3, 3) Stress by the plastic strain alone [Pa]
 
-    @property
-    def depth(self) -> NDArray[np.float64]:
-        """Depth of the middle of each layer [m], shape (nz,)."""
-        return _middles(self.faces)
-
-    @property
-    def von_mises(self) -> Array:
-        """Von Mises stress under load [Pa], shape (nz,)."""
-        return _von_mises(self.stress)
-
-    @property
-    def residual_von_mises(self) -> Array:
-        """Von Mises stress by the plastic strain alone [Pa], shape (nz,)."""
-        return _von_mises(self.residual_stress)
-
 
 @dataclass(frozen=True, eq=False)
-class DepthSection:
+class DepthSection(_Stresses):
     """Plastic strain and stress on a vertical plane along a row or a column of the map."""
 
     along: str  # The horizontal axis of the plane
@@ -67,24 +78,9 @@ class DepthSection:
         """Centres of the pixels along the plane [m], shape (n,)."""
         return _middles(self.edges)
 
-    @property
-    def depth(self) -> NDArray[np.float64]:
-        """Depth of the middle of each layer [m], shape (nz,)."""
-        return _middles(self.faces)
-
-    @property
-    def von_mises(self) -> Array:
-        """Von Mises stress under load [Pa], shape (nz, n)."""
-        return _von_mises(self.stress)
-
-    @property
-    def residual_von_mises(self) -> Array:
-        """Von Mises stress by the plastic strain alone [Pa], shape (nz, n)."""
-        return _von_mises(self.residual_stress)
-
 
 @dataclass(frozen=True, eq=False)
-class LayerProfile:
+class LayerProfile(_Layers):
     """What each layer below the map holds at most."""
 
     faces: NDArray[np.float64]  # (nz + 1,) Depths of the faces of the layers [m], from 0 on
@@ -93,19 +89,10 @@ class LayerProfile:
     max_von_mises: Array  # (nz,) Under load [Pa]
     max_residual_von_mises: Array  # (nz,) By the plastic strain alone [Pa]
 
-    @property
-    def depth(self) -> NDArray[np.float64]:
-        """Depth of the middle of each layer [m], shape (nz,)."""
-        return _middles(self.faces)
-
 
 def _middles(edges: NDArray[np.float64]) -> NDArray[np.float64]:
     middles: NDArray[np.float64] = (edges[1:] + edges[:-1]) / 2
     return middles
-
-
-def _von_mises(tensor: Array) -> Array:
-    return tensors.equivalent(tensors.components(tensor))
 
 
 # --- A body that has yielded: its plastic strain and stress, layer by layer ---
