@@ -143,7 +143,7 @@ def to_text(cautions: Iterable[Caution]) -> str:
     return json.dumps([caution.summary() for caution in cautions], ensure_ascii=False)
 
 
-def from_text(text: str) -> tuple[Caution, ...]:
+def from_text(entry: str) -> tuple[Caution, ...]:
     """Return the cautions in JSON text that `to_text` wrote; arguments are words in it."""
     return tuple(
         Caution(
@@ -152,7 +152,7 @@ def from_text(text: str) -> tuple[Caution, ...]:
             Severity(text["severity"]),
             {str(key): float(value) for key, value in text["numbers"].items()},
         )
-        for text in json.loads(text)
+        for text in json.loads(entry)
     )
 
 

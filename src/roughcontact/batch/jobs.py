@@ -169,10 +169,10 @@ def _done(
     last = {} if last_of is None else {"last": last_of(outcome)}
     called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
     written = {"written": [called[path] for path in outcome.written]}
-    shown_text = plan.sealed({**outcome.record(), **written, **last}, part.digest, outcome.written)
-    text = files.to_json(shown_text) + "\n"
+    record = plan.sealed({**outcome.record(), **written, **last}, part.digest, outcome.written)
+    text = files.to_json(record) + "\n"
     outputs.write([(entry.summary, partial(files.write, content=text))], _nothing)
-    return Report(entry.name, SOLVED, shown_text)
+    return Report(entry.name, SOLVED, record)
 
 
 def _nothing(of: object) -> None:
@@ -193,11 +193,11 @@ def _away(task: Task, journey: FileTransfer) -> Answer:
     if seen and not needed:
         return _answered(task)
     with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
-        remaining = None if seen else Path(folder) / "left"
-        lie = _unpacked(journey, needed, Path(folder) / "read", remaining)
-        parts = tuple(_placed(part, lie, remaining) for part in task.parts)
+        leftovers = None if seen else Path(folder) / "left"
+        lie = _unpacked(journey, needed, Path(folder) / "read", leftovers)
+        parts = tuple(_placed(part, lie, leftovers) for part in task.parts)
         answer = _answered(replace(task, parts=parts))
-        left_ = {} if remaining is None else _packed(remaining)
+        left_ = {} if leftovers is None else _packed(leftovers)
     content = {path: held for path, held in left_.items() if journey.content.get(path) != held}
     if (size := sum(map(len, content.values()))) > MOST:
         return failed_answer(task, too_large("the files that it leaves", size))
@@ -220,7 +220,7 @@ def _is_seen(path: Path, wanted: str) -> bool:
 
 
 def _unpacked(
-    journey: FileTransfer, needed: Iterable[Path], read: Path, remaining: Path | None
+    journey: FileTransfer, needed: Iterable[Path], read: Path, leftovers: Path | None
 ) -> dict[Path, Path]:
     """Write what came as bytes into files of this machine, and return where those read lie."""
     lie = {}
@@ -229,8 +229,8 @@ def _unpacked(
             # Two files of one name may come from two folders.
             lie[path] = place = read / str(number) / path.name
         else:
-            assert remaining is not None
-            place = _below(remaining, path)
+            assert leftovers is not None
+            place = _below(leftovers, path)
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(journey.content[path])
         if path in journey.sums and not _is_seen(place, journey.sums[path]):
@@ -238,13 +238,13 @@ def _unpacked(
     return lie
 
 
-def _placed(part: Part, lie: Mapping[Path, Path], remaining: Path | None) -> Part:
+def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Part:
     """Return a part of which files that are not seen lie in folders of this machine."""
 
     def written(path: Path) -> Path:
-        if remaining is None:
+        if leftovers is None:
             return path
-        place = _below(remaining, path)
+        place = _below(leftovers, path)
         place.parent.mkdir(parents=True, exist_ok=True)
         return place
 
@@ -258,11 +258,11 @@ def _below(folder: Path, path: Path) -> Path:
     return folder / path.relative_to(path.anchor)
 
 
-def _packed(remaining: Path) -> dict[Path, bytes]:
+def _packed(leftovers: Path) -> dict[Path, bytes]:
     """Return what was left below a folder, by where it is wanted."""
     root = Path(Path.cwd().anchor)
     return {
-        root / path.relative_to(remaining): path.read_bytes()
-        for path in sorted(remaining.rglob("*"))
+        root / path.relative_to(leftovers): path.read_bytes()
+        for path in sorted(leftovers.rglob("*"))
         if path.is_file()
     }

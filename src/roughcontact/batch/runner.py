@@ -253,7 +253,7 @@ class _Run:
         read = {path: _resolved(path) for path in task.inputs}
         sums = {lies: self._content(path) for path, lies in read.items()}
         folders = {folder for item in entries if (folder := item.request.get(FOLDER)) is not None}
-        cached = (
+        outputs = (
             path for folder in folders for path in sorted(folder.rglob("*")) if path.is_file()
         )
         parts = tuple(
@@ -266,7 +266,7 @@ class _Run:
         known = {path: checksum for path, checksum in sums.items() if checksum is not None}
         mark = self._marks[entries[0].summary.parent]
         return replace(
-            task, parts=parts, journey=FileTransfer(mark, known, tuple(map(_resolved, cached)))
+            task, parts=parts, journey=FileTransfer(mark, known, tuple(map(_resolved, outputs)))
         )
 
     def _hand_out(self, task: Task, tries: int) -> None:

@@ -294,9 +294,9 @@ def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 
-    remaining = phrases.Forecast()
+    time_left = phrases.Forecast()
     with terminal.progress(quiet) as say:
-        outcome = run(request, say, lambda index: say(phrases.described(index) + remaining(index)))
+        outcome = run(request, say, lambda state: say(phrases.described(state) + time_left(state)))
     result_output.show_outcome(outcome, as_json, quiet)
 
 
@@ -358,7 +358,7 @@ def _worked_through(
     ):
         states: list[str] = []
         start = time.monotonic()
-        index = f"; {engine.dashboard}" if engine.dashboard else ""
+        dashboard = f"; {engine.dashboard}" if engine.dashboard else ""
 
         def told(report: plan.Report) -> None:
             states.append(report.state)
@@ -366,12 +366,12 @@ def _worked_through(
             remaining = phrases.time_remaining_text(fresh, to_do, time.monotonic() - start)
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
             of = f"{len(states)} of {len(entries)} done{failed}"
-            say(f"{of}, {report.name} {report.state}{remaining}{index}")
+            say(f"{of}, {report.name} {report.state}{remaining}{dashboard}")
 
-        say(f"working through {len(entries)} contacts{index}")
+        say(f"working through {len(entries)} contacts{dashboard}")
         warn = (lambda text: None) if quiet else terminal.complain
         reports = runner.run(
-            entries, told, engine, say=lambda text: say(f"{text}{index}"), warn=warn
+            entries, told, engine, say=lambda text: say(f"{text}{dashboard}"), warn=warn
         )
         return reports, entries[0].summary.parent
 

@@ -260,18 +260,18 @@ def _print_cautions(cautions: Iterable[Caution], command: Command) -> None:
     _print_told(text, command)
 
 
-def _print_shared(shown_text: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
+def _print_shared(cautions: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
     """Print cautions of several results, in the form of their summary: each once, with whose."""
     said: dict[tuple[str, str], list[str]] = {}
-    for name, caution in shown_text:
+    for name, caution in cautions:
         said.setdefault((caution["severity"], caution["text"]), []).append(name)
     _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
 
 
-def _print_told(shown_text: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
+def _print_told(lines_told: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
     lines = [
         f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
-        for severity, text in shown_text
+        for severity, text in lines_told
     ]
     for line in lines:
         _print(Text(line))

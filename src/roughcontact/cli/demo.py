@@ -28,8 +28,8 @@ def run(folder: Path, points: int) -> None:
         folder.mkdir(exist_ok=True)
         described = _files(folder, results)
         outputs.write([(path, write) for path, write, _ in described], say)
-    shown_text = [(path.name, text) for path, _, text in described]
-    console.show_demo(results, _LABELS, folder, shown_text)
+    files = [(path.name, text) for path, _, text in described]
+    console.show_demo(results, _LABELS, folder, files)
 
 
 def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
@@ -51,8 +51,8 @@ def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
     results = []
     for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
 
-        def tell(index: Progress, label: str = label) -> None:
-            say(phrases.described(replace(index, label=label)))
+        def tell(state: Progress, label: str = label) -> None:
+            say(phrases.described(replace(state, label=label)))
 
         result = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
                       calibrated=False)  # fmt: skip

@@ -112,17 +112,17 @@ def _section(formatter: Any, heading: str, rows: Rows) -> None:
     """Write two columns under a heading; no option is divided at its hyphens."""
     if not rows:
         return
-    remaining = min(max(len(words) for words, _ in rows), _WORDS) + 2
+    indent_width = min(max(len(words) for words, _ in rows), _WORDS) + 2
     with formatter.section(heading):
         indent = " " * formatter.current_indent
         for words, text in rows:
-            width = formatter.width - len(indent) - remaining
+            width = formatter.width - len(indent) - indent_width
             lines = textwrap.wrap(text, width, break_on_hyphens=False)
-            if len(words) + 2 > remaining:
+            if len(words) + 2 > indent_width:
                 lines.insert(0, "")
             for number, line in enumerate(lines):
                 start = words if number == 0 else ""
-                formatter.write(f"{indent}{start:{remaining}}{line}".rstrip() + "\n")
+                formatter.write(f"{indent}{start:{indent_width}}{line}".rstrip() + "\n")
 
 
 def _first_sentence(text: str | None) -> str:

@@ -47,10 +47,10 @@ def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> No
     from roughcontact.report import phrases
 
     run = elastoplastic_mpi.run if request.get(solve.MODEL) == solve.VOLUME_MODEL else slab_mpi.run
-    remaining = phrases.Forecast()
+    time_left = phrases.Forecast()
     with terminal.progress(quiet or not ranks.first) as say:
         outcome = run(
-            request, ranks, say, lambda index: say(phrases.described(index) + remaining(index))
+            request, ranks, say, lambda state: say(phrases.described(state) + time_left(state))
         )
     if ranks.first:
         result_output.show_outcome(outcome, as_json, quiet)

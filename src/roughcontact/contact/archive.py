@@ -362,11 +362,11 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
         str(attributes[f"{prefix}{name}"])
         for name in ("source", "instrument", "channel", "preparation")
     )
-    cached = attributes.get(f"{prefix}provenance")
-    if cached is None:
+    stored = attributes.get(f"{prefix}provenance")
+    if stored is None:
         # Earlier versions kept the sentences only.
         return Provenance(source, instrument, channel, filter(None, steps.split("\n")))
-    return replace(from_text(str(cached)), source=source, instrument=instrument, channel=channel)
+    return replace(from_text(str(stored)), source=source, instrument=instrument, channel=channel)
 
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:

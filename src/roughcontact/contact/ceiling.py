@@ -173,9 +173,9 @@ def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
     require_positive(load_ratio=load_ratio, first_yield=first_yield)
     # P = π a² p̄, which in the index x is P/P_c = 6 x² (p̄/σ_Y)/(π² C³).
     wanted = load_ratio * math.pi**2 * first_yield**3 / 6
-    index = _loaded(wanted, lambda x: indenters.mean_pressure(x, first_yield))
-    mean = indenters.mean_pressure(index, first_yield)
-    return min(indenters.ceiling(index, mean, first_yield), CEILING_FACTOR)
+    ratio = _loaded(wanted, lambda x: indenters.mean_pressure(x, first_yield))
+    mean = indenters.mean_pressure(ratio, first_yield)
+    return min(indenters.ceiling(ratio, mean, first_yield), CEILING_FACTOR)
 
 
 def _loaded(load: float, mean: Callable[[float], float]) -> float:

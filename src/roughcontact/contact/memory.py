@@ -60,7 +60,7 @@ def memory_estimate(
     pixels = shape[0] * shape[1]
     touching = math.ceil(8 * contact_fraction * pixels)
     # Initial gap and open gap.
-    cached = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
+    arrays = (2 * real + _PRECONDITIONER + 8 * maps) * pixels
     gaps = min(8 * pixels, _HEAPED) + 3 * min(touching, _HEAPED)
     boundary = Boundary(boundary)
     kernel = boundary.kernel_memory(shape)
@@ -70,7 +70,7 @@ def memory_estimate(
     if boundary.free_axes:
         kernels += min(kernel // 3, MOST)
     operator = boundary.operator_memory(shape, precision) + kernels
-    return operator + cached + _TOUCHING * touching + gaps + overhead()
+    return operator + arrays + _TOUCHING * touching + gaps + overhead()
 
 
 @dataclass(frozen=True)

@@ -546,8 +546,8 @@ def _first_touch(result: ContactResult) -> Caution | None:
     share = float(answer.load[number - 1] / answer.load.sum())
     if pixels >= FEW_PIXELS or share > SPIKE_LOAD or lead < SPIKE_LEAD * result.approach:
         return None
-    cached = float(result.residual_indentation.max())
-    own = cached > 0 and cached == result.residual_indentation.flat[first]
+    deepest = float(result.residual_indentation.max())
+    own = deepest > 0 and deepest == result.residual_indentation.flat[first]
     return as_caution(
         Kind.SPIKES,
         f"the bodies touch first on a spike of {counted(pixels, 'pixel')}, which stands "

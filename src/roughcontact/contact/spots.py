@@ -46,8 +46,8 @@ class Spots:
         """Return the value which the spots that carry half of the load have or exceed."""
         order = np.argsort(-values, kind="stable")
         carried = np.cumsum(self.load[order])
-        index = int(np.searchsorted(carried, 0.5 * carried[-1]))
-        return float(values[order[min(index, self.count - 1)]])
+        middle = int(np.searchsorted(carried, 0.5 * carried[-1]))
+        return float(values[order[min(middle, self.count - 1)]])
 
 
 def find(pressure: Array, pixel: tuple[float, float], periodic_axes: tuple[int, ...] = ()) -> Spots:

@@ -105,14 +105,14 @@ class Control:
     def offer(self, choices: Mapping[str, str]) -> None:
         """Let one choose among other texts, by what they are called; what is given stays."""
         specified = self.widget.value
-        cached = {
+        options = {
             shown_text: text
             for shown_text, text in self.widget.options.items()
             if text == specified
         }
         self._silent = True
         try:
-            self.widget.options = {**cached, **choices}
+            self.widget.options = {**options, **choices}
             self.widget.value = specified
         finally:
             self._silent = False

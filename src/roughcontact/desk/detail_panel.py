@@ -138,8 +138,8 @@ class Bearing:
         ratio, height, core, upper = bearing_parts(surface)
         scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
         if ratio.size > _MOST:
-            cached = np.linspace(0, 1, _MOST)
-            ratio, height = cached, np.interp(cached, ratio, height)
+            grid = np.linspace(0, 1, _MOST)
+            ratio, height = grid, np.interp(grid, ratio, height)
         with style.together(self.plot.document):
             self.source.data = {"ratio": 100 * ratio, "height": height * factor}
             ends = np.array([upper, upper - core["Sk"]]) * factor
@@ -451,8 +451,8 @@ def box_around(result: ContactResult, number: int) -> Box:
         half = max((_AROUND + 0.5) * (part[-1] + 1 - part[0]), _FEWEST) / 2
         edges.append(((middle - half) * result.surface.pixel[axis],
                       (middle + half) * result.surface.pixel[axis]))  # fmt: skip
-    (top, bottom), (remaining, right) = edges
-    return Box(top, remaining, bottom, right)
+    (top, bottom), (left, right) = edges
+    return Box(top, left, bottom, right)
 
 
 class SpotTable:

@@ -279,13 +279,13 @@ def _multiple(text: str, session: Session) -> str:
 def _materials(nothing: str, search: str = "") -> dict[str, str]:
     """Return the materials that a search finds, as they are told, by their keys."""
     wanted = search.lower().split()
-    shown_text = {"": nothing}
+    labels = {"": nothing}
     for entry in catalog.entries():
         text = f"{entry.key} – {entry.condition}"
         words_of = " ".join((text, *entry.names, entry.note)).lower()
         if all(word in words_of for word in wanted):
-            shown_text[entry.key] = text
-    return shown_text
+            labels[entry.key] = text
+    return labels
 
 
 def _sources(name: str) -> str:

@@ -205,9 +205,9 @@ class CropBox:
         self._box = None if box is None else _cut(box, self._view.home)
         self.frame.visible = self._box is not None
         if self._box is not None:
-            top, remaining, bottom, right = (edge * self._view.factor for edge in self._box)
+            top, left, bottom, right = (edge * self._view.factor for edge in self._box)
             self._drawing = True
-            self.frame.update(top=top, left=remaining, bottom=bottom, right=right)
+            self.frame.update(top=top, left=left, bottom=bottom, right=right)
             self._drawing = False
 
     def look_from(self, view: View) -> None:
@@ -329,10 +329,10 @@ def headlines(result: ContactResult) -> dict[str, str]:
     touching = percent(result.contact_fraction)
     if result.ceiling is not None:
         touching += f", saturated {percent(result.saturated_fraction)}"
-    cached = told("max_residual_indentation") if result.ceiling is not None else "none"
+    deepest = told("max_residual_indentation") if result.ceiling is not None else "none"
     answer = {
         PRESSURE: f"largest {told('max_pressure')}", TOUCH: touching,
-        GAP: f"mean {told('mean_gap')}", RESIDUAL: cached,
+        GAP: f"mean {told('mean_gap')}", RESIDUAL: deepest,
     }  # fmt: skip
     return {key: text + doubt(result) for key, text in answer.items()}
 
@@ -467,10 +467,10 @@ class Maps:
 
     def _place(self, view: Window) -> dict[str, Any]:
         assert self._surface is not None
-        top, remaining, bottom, right = (
+        top, left, bottom, right = (
             edge * self._factor for edge in rasters.extent(view, self._surface.pixel)
         )
-        return {"x": [remaining], "y": [top], "dw": [right - remaining], "dh": [bottom - top]}
+        return {"x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top]}
 
     def _draw(self) -> None:
         self._draw_heights()

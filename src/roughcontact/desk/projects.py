@@ -129,14 +129,14 @@ class ProjectStore:
     @contextmanager
     def room(self, name: str, size: int, limit: int) -> Iterator[None]:
         """Hold room for a file while it comes; refuse it if all have more than a limit with it."""
-        cached = self._coming
+        total = self._coming
         # What is being written has a hidden name; its announced size is held already.
         for path in self.folder.glob("*/[!.]*"):
             with contextlib.suppress(OSError):
-                cached += path.stat().st_size if path.is_file() else 0
-        if cached + size > limit:
+                total += path.stat().st_size if path.is_file() else 0
+        if total + size > limit:
             raise InputError(
-                f"{name} has {_words(size)}, and the works kept here have {_words(cached)}: more "
+                f"{name} has {_words(size)}, and the works kept here have {_words(total)}: more "
                 f"than {_words(limit)} together. Remove works that are not needed, or start the "
                 "desk with a larger ", ArgumentRef("upload_limit"),
             )  # fmt: skip

@@ -90,13 +90,13 @@ def window(
 
 def extent(view: Window, pixel: tuple[float, float]) -> Box:
     """Return where the cells of a window lie [m]; the last ones may reach beyond the map."""
-    (top, bottom), (remaining, right) = (
+    (top, bottom), (left, right) = (
         (first * edge, (first + cells * block) * edge)
         for (first, _), cells, block, edge in zip(
             view[:2], view.shape, view.blocks, pixel, strict=True
         )
     )
-    return Box(top, remaining, bottom, right)
+    return Box(top, left, bottom, right)
 
 
 def heights(surface: Surface, view: Window, mean: float) -> Values:
@@ -159,8 +159,8 @@ def cover(part: Pressed) -> Colours:
 
 def residual(part: Pressed) -> Values:
     """Return the deepest residual indentation of each cell [m]; NaN where there is none."""
-    cached = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
-    deepest = cell_max(cached, part.blocks)
+    indentation = np.where(part.saturated, np.maximum(-part.gap, 0), 0.0)
+    deepest = cell_max(indentation, part.blocks)
     return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
 
 

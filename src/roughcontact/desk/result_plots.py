@@ -367,8 +367,8 @@ class Stress:
         depth = shown_depth(result, values, None, last - first)
         rows = section_rows(values[:, columns], result.profile.depths, depth)
         length, unit = prefixed_window(first, last)
-        remaining, right, down = first * length, last * length, depth * length
-        self._put(self.cut_source, rows * factor, (remaining, 0.0, right - remaining, down))
+        left, right, down = first * length, last * length, depth * length
+        self._put(self.cut_source, rows * factor, (left, 0.0, right - left, down))
         self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
         self._length = length
         assert rows.shape[0] == SECTION_ROWS
@@ -380,13 +380,9 @@ class Stress:
             surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS / 2, _DOTS / 2)
         )
         length, unit = prefixed_window(0.0, max(surface.size))
-        top, remaining, bottom, right = (
-            edge * length for edge in rasters.extent(view, surface.pixel)
-        )
+        top, left, bottom, right = (edge * length for edge in rasters.extent(view, surface.pixel))
         cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
-        self._put(
-            self.map_source, cells * factor, (remaining, top, right - remaining, bottom - top)
-        )
+        self._put(self.map_source, cells * factor, (left, top, right - left, bottom - top))
         self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
 
     def _put(

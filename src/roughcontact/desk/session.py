@@ -90,15 +90,15 @@ class State:
         paths = (self.file, self.given.get("counter-surface"))
         for path in (Path(str(path)) for path in paths if path is not None):
             text = text.replace(str(path.parent / "_")[:-1], "")
-        for cached, name in self.names.items():
-            text = text.replace(cached, name)
+        for stored, name in self.names.items():
+            text = text.replace(stored, name)
         return text
 
     def bringing(self, path: Path | None, name: str = "") -> State:
         """Return the state with another map; what was said of the old one's file is forgotten."""
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
-        cached = {key: value for key, value in self.given.items() if key not in of_file}
-        state = replace(self, file=path, given=MappingProxyType(cached), line=None, pinned=None)
+        others = {key: value for key, value in self.given.items() if key not in of_file}
+        state = replace(self, file=path, given=MappingProxyType(others), line=None, pinned=None)
         return state if path is None else state._named(path, name)
 
     def facing(self, path: Path | None, name: str = "") -> State:
@@ -327,8 +327,8 @@ class Session:
                 argument="crop",
             )
         before = window(str(state.given.get("crop", ":,:")), "crop")
-        top, remaining = (part.start or 0 for part in before)
-        bounds = (top + rows[0], top + rows[1]), (remaining + columns[0], remaining + columns[1])
+        top, left = (part.start or 0 for part in before)
+        bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
         self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:

@@ -201,12 +201,12 @@ class Job:
                 return JobResult(error=RoughcontactError(self._process.lost()))
         return JobResult(canceled=True)
 
-    def _tell(self, index: Progress | str) -> None:
-        if isinstance(index, Progress) and index.count > 1:
-            done = (index.number - 1 + index.kept) / index.count
+    def _tell(self, state: Progress | str) -> None:
+        if isinstance(state, Progress) and state.count > 1:
+            done = (state.number - 1 + state.kept) / state.count
             self._share = max(self._share or 0.0, done)
         if self._told is not None:
-            self._told(Stage(index, self._share, self._seconds))
+            self._told(Stage(state, self._share, self._seconds))
 
 
 # Processes
@@ -264,7 +264,7 @@ def _serve(connection: Connection) -> None:
             return
         try:
             with _kept_to(limits.memory):
-                value = work(lambda index: connection.send((_AT, index)), *args)
+                value = work(lambda state: connection.send((_AT, state)), *args)
             connection.send((_ENDED, value))
         except RoughcontactError as error:
             connection.send((_FAILED, error))

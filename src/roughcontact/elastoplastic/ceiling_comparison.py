@@ -306,9 +306,9 @@ def _states(
     states: list[ElastoplasticResult] = []
     for number, load in enumerate(loads, start=1):
 
-        def tell(index: Progress, number: int = number) -> None:
+        def tell(state: Progress, number: int = number) -> None:
             if callable(progress):
-                progress(replace(index, number=number, count=len(loads)))
+                progress(replace(state, number=number, count=len(loads)))
 
         states.append(
             elastoplastic.solve_elastoplastic(

@@ -130,11 +130,11 @@ def open_step_folder(
     if folder is None:
         yield Steps(None, problem, path)
         return
-    text = _described(problem, start, volume)
+    described = _described(problem, start, volume)
     if automatic:
-        text["increments"] = "auto"
+        described["increments"] = "auto"
     with checkpoints.lock_folder(
-        folder, text, kind="run", record="volume.json", pattern="step-*.nc"
+        folder, described, kind="run", record="volume.json", pattern="step-*.nc"
     ) as place:
         yield Steps(place, problem, path)
 

@@ -253,7 +253,7 @@ class Loop:
         cuts = 0
         while todo:
             point = todo[-1]
-            cached = self.solver.loaded
+            loaded = self.solver.loaded
             self._go(point)
             slid = self._slid_to(before, point)
             self._slide(slid)
@@ -261,7 +261,7 @@ class Loop:
             if result is None:
                 self._go(before)
                 self._slide(self._slid)
-                self.solver.loaded = cached
+                self.solver.loaded = loaded
                 self._forget()
                 if cuts == _CUTS or (not done and point.load == 0):
                     return self._reason(point.load, cuts)

@@ -71,8 +71,8 @@ class Body:
         )  # fmt: skip
         old, accumulated = self.strain, self.accumulated
         ny, nx = old.shape[-2:]
-        top, remaining = (shape[0] - ny) // 2, (shape[1] - nx) // 2
-        place = np.s_[: len(old), ..., top : top + ny, remaining : remaining + nx]
+        top, left = (shape[0] - ny) // 2, (shape[1] - nx) // 2
+        place = np.s_[: len(old), ..., top : top + ny, left : left + nx]
         self.thickness, self.shape = thickness, shape
         # Which layers are here; those that come below leave the others in their place.
         self.here = self._share.layers(thickness.size)
@@ -117,12 +117,12 @@ class Body:
     def restore(self, held: StrainSnapshot) -> None:
         """Go back to a strain, with the layers and points that there are by now."""
         (ny, nx), (old_y, old_x) = self.shape, held.shape
-        top, remaining = (ny - old_y) // 2, (nx - old_x) // 2
+        top, left = (ny - old_y) // 2, (nx - old_x) // 2
         self.strain[...] = 0
         self.accumulated[...] = 0
         for layer, old in enumerate(held.places):
             rows, columns = np.divmod(old, old_x)
-            place = (rows + top) * nx + columns + remaining
+            place = (rows + top) * nx + columns + left
             self.strain[layer].reshape(5, -1)[:, place] = held.strain[layer]
             self.accumulated[layer, place] = held.accumulated[layer]
         self._hardened(range(len(self.strain)))

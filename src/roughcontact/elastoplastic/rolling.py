@@ -142,8 +142,8 @@ def _at(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
     if old is not None:
         values = getattr(old, name)
         ny, nx = values.shape[-2:]
-        top, remaining = ((n - m) // 2 for n, m in zip(wide.shape[-2:], (ny, nx), strict=True))
-        wide[: len(values), ..., top : top + ny, remaining : remaining + nx] = values
+        top, left = ((n - m) // 2 for n, m in zip(wide.shape[-2:], (ny, nx), strict=True))
+        wide[: len(values), ..., top : top + ny, left : left + nx] = values
     return wide
 
 
@@ -488,10 +488,10 @@ def _rolled(
 def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     """Return what gives, by the number of a pass, what is told of its steps."""
 
-    def told(number: int, index: Progress) -> None:
+    def told(number: int, state: Progress) -> None:
         assert callable(progress)
         done, label = (number - 1) * steps, f"pass {number} of {count}"
-        progress(replace(index, number=done + index.number, count=count * steps, label=label))
+        progress(replace(state, number=done + state.number, count=count * steps, label=label))
 
     return lambda number: partial(told, number) if callable(progress) else progress
 

@@ -334,11 +334,11 @@ def _judged(
 ) -> ElastoplasticResult:
     """Return a result, or raise if its path was left early."""
     if not result.converged and on_failure == "raise":
-        cached = "" if folder is None else f"; the loads before it are kept in {folder}"
+        hint = "" if folder is None else f"; the loads before it are kept in {folder}"
         raise ConvergenceError(
             Sentence(
                 *message_parts(result.status),
-                f"; the state at {result.solution.load:.6g} N is kept{cached}",
+                f"; the state at {result.solution.load:.6g} N is kept{hint}",
             ),
             result,
         )

@@ -158,7 +158,7 @@ def _ascii(text: str) -> str:
 
 def _deck(
     law: InterfaceLaw,
-    shown_text: tuple[str, ...],
+    notes: tuple[str, ...],
     overclosure: Callable[[LawTable], Array],
     conductance: Callable[[str], list[str]],
 ) -> str:
@@ -166,7 +166,7 @@ def _deck(
     lines = [
         *_head(law, "**"),
         "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
-        *(line for text in shown_text for line in _comments(text)),
+        *(line for text in notes for line in _comments(text)),
     ]
     for table in (_short(law, branch) for branch in law.branches):
         across = overclosure(table) * _LENGTH

@@ -332,9 +332,9 @@ def scaled(
     _require_map(path, values.shape, values.dtype, None)
     _refuse_points(path, values)
     _refuse_list(path, values)
-    metre, shown_text = _unit_told(path, Head(0, unit=unit), requested)
+    metre, notes = _unit_told(path, Head(0, unit=unit), requested)
     pixel = asked_pixel(path, None, values.shape, requested)
-    for text in shown_text:
+    for text in notes:
         provenance = provenance.then(Operation.note(text))
     return surface_of(path, in_metres(values, metre), pixel, provenance, metre)
 

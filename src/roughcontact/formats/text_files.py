@@ -492,9 +492,9 @@ def evenly(
     spacing = length / (count - 1)
     place = position[0] + spacing * np.arange(count)
     even = np.interp(place, position, heights)
-    remaining = np.clip(np.searchsorted(position, place, "right") - 1, 0, steps.size - 1)
-    reference = np.minimum(place - position[remaining], position[remaining + 1] - place)
-    even[(steps[remaining] > _GAP * median) & (reference > 0.5 * spacing)] = np.nan
+    left = np.clip(np.searchsorted(position, place, "right") - 1, 0, steps.size - 1)
+    reference = np.minimum(place - position[left], position[left + 1] - place)
+    even[(steps[left] > _GAP * median) & (reference > 0.5 * spacing)] = np.nan
     few, many = (engineering(float(end), "m", 3) for end in (steps.min(), steps.max()))
     note = (
         f"read: {heights.size} points {few} to {many} apart, brought to {count} at equal distances "

@@ -361,13 +361,13 @@ class Convolution:
         runs_in = joined(blocks, loaded)
         runs_out = joined(blocks, shown)
 
-        def columns(remaining: int) -> None:
-            index = slice(remaining, min(remaining + self._column_step, width))
+        def columns(first: int) -> None:
+            block = slice(first, min(first + self._column_step, width))
             multiply_columns(
-                [(rows, spectra[rows, index]) for rows in runs_in],
-                [(rows, spectra[rows, index]) for rows in runs_out],
-                self.spectrum[:, index],
-                scratch_array("column", (my, index.stop - index.start), self._complex),
+                [(rows, spectra[rows, block]) for rows in runs_in],
+                [(rows, spectra[rows, block]) for rows in runs_out],
+                self.spectrum[:, block],
+                scratch_array("column", (my, block.stop - block.start), self._complex),
             )
 
         each(columns, range(0, width, self._column_step))

@@ -394,13 +394,13 @@ class SlabConvolution:
         going = self._shares(spectra, wanted, columns, np.split(back, np.cumsum(parts)[:-1]))
         my, first = self.layout.padded[0], columns.start - self.layout.columns[me]
 
-        def transform(remaining: int) -> None:
-            index = slice(remaining, min(remaining + self._column_step, width))
+        def transform(start: int) -> None:
+            block = slice(start, min(start + self._column_step, width))
             multiply_columns(
-                [(rows, part[:, index]) for rows, part in coming],
-                [(rows, part[:, index]) for rows, part in going],
-                self.spectrum[:, first + index.start : first + index.stop],
-                self.workspace.scratch("column", (my, index.stop - index.start), self._complex),
+                [(rows, part[:, block]) for rows, part in coming],
+                [(rows, part[:, block]) for rows, part in going],
+                self.spectrum[:, first + block.start : first + block.stop],
+                self.workspace.scratch("column", (my, block.stop - block.start), self._complex),
             )
 
         self.workspace.each(transform, range(0, width, self._column_step))

@@ -79,15 +79,15 @@ def love(
     for top in range(0, ny, rows):
         bottom = min(top + rows, ny)
         offsets = np.arange(first_row + top, first_row + bottom, dtype=np.float64)
-        remaining = min(nx, near[1]) if top < near_rows else 0
+        near_columns = min(nx, near[1]) if top < near_rows else 0
         block = coefficients[top:bottom]
-        if remaining:
-            block[:, :remaining] = _closed_form(
-                offsets, np.arange(remaining, dtype=np.float64), pixel
+        if near_columns:
+            block[:, :near_columns] = _closed_form(
+                offsets, np.arange(near_columns, dtype=np.float64), pixel
             )
-        if remaining < nx:
-            block[:, remaining:] = _expansion(
-                offsets, np.arange(remaining, nx, dtype=np.float64), pixel
+        if near_columns < nx:
+            block[:, near_columns:] = _expansion(
+                offsets, np.arange(near_columns, nx, dtype=np.float64), pixel
             )
     coefficients /= math.pi * contact_modulus
     return coefficients

@@ -53,8 +53,8 @@ def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
     """Return the matrix, shape (points, cells), of the interpolation by cubics (Lagrange)."""
     # Where the points lie, counted in cells from the centre of the first one.
     place = (np.arange(points) + 0.5) / coarse - 0.5 + _GUARD
-    remaining = np.floor(place).astype(int)
-    t = place - remaining
+    left = np.floor(place).astype(int)
+    t = place - left
     weights = (
         -t * (t - 1) * (t - 2) / 6,
         (t + 1) * (t - 1) * (t - 2) / 2,
@@ -63,23 +63,23 @@ def _cubic(points: int, coarse: int, cells: int) -> NDArray[np.float64]:
     )
     matrix = np.zeros((points, cells))
     for offset, weight in zip((-1, 0, 1, 2), weights, strict=True):
-        matrix[np.arange(points), remaining + offset] = weight
+        matrix[np.arange(points), left + offset] = weight
     return matrix
 
 
 def _linear(fine: NDArray[np.float64], coarse: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the matrix (nz, mz) that interpolates between the centres of two sets of layers."""
     below = np.cumsum(coarse) - coarse / 2
-    index = np.cumsum(fine) - fine / 2
-    remaining = np.clip(np.searchsorted(below, index) - 1, 0, max(0, below.size - 2))
+    middle = np.cumsum(fine) - fine / 2
+    left = np.clip(np.searchsorted(below, middle) - 1, 0, max(0, below.size - 2))
     matrix = np.zeros((fine.size, coarse.size))
     rows = np.arange(fine.size)
     if coarse.size == 1:
         matrix[:, 0] = 1
         return matrix
-    share = (index - below[remaining]) / (below[remaining + 1] - below[remaining])
-    matrix[rows, remaining] = 1 - share
-    matrix[rows, remaining + 1] = share
+    share = (middle - below[left]) / (below[left + 1] - below[left])
+    matrix[rows, left] = 1 - share
+    matrix[rows, left + 1] = share
     return matrix
 
 

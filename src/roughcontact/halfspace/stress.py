@@ -257,9 +257,7 @@ class Responses:
 
     def _columns(self, width: int) -> list[slice]:
         step = self._column_step
-        return [
-            slice(remaining, min(remaining + step, width)) for remaining in range(0, width, step)
-        ]
+        return [slice(first, min(first + step, width)) for first in range(0, width, step)]
 
     def _wave(self, position: int, numbers: NDArray[np.int64], period: int) -> NDArray[Any]:
         wave: NDArray[Any] = np.exp(2j * np.pi / period * (position * numbers % period))

@@ -660,10 +660,10 @@ def _between(layers: dict[float, _Layer]) -> float | None:
     place = int(np.argmax(values))
     if place in (0, len(depths) - 1):
         return None
-    (remaining, middle, right) = depths[place - 1 : place + 2]
+    (left, middle, right) = depths[place - 1 : place + 2]
     (low, top, high) = values[place - 1 : place + 2]
     # Vertex of the parabola through the three.
-    before, behind = middle - remaining, right - middle
+    before, behind = middle - left, right - middle
     fall_before, fall_behind = (top - low) / before, (top - high) / behind
     if not fall_before + fall_behind > 0:
         return None

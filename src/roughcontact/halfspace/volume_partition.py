@@ -288,8 +288,8 @@ class Shared:
             result[place] = transform(own[place] // self.count, planes[place])
 
         self.workspace.each(forward, range(len(own)))
-        text = self.ranks.joined(result, [len(layers) for layers in batch])
-        for layer, any_strain in zip((n for layers in batch for n in layers), text, strict=True):
+        joined = self.ranks.joined(result, [len(layers) for layers in batch])
+        for layer, any_strain in zip((n for layers in batch for n in layers), joined, strict=True):
             loud[layer] = any_strain
         me, places = self.ranks.number, np.flatnonzero(result)
         moving = [
@@ -366,11 +366,11 @@ class Shared:
         here, own = self._width(me, width), batch[me]
         entries = 2 * components * my
         parts = [len(layers) * entries * here for layers in batch]
-        cached = self._memory("kept", number % 2, (parts[me],), np.dtype(dtype))
+        own_part = self._memory("kept", number % 2, (parts[me],), np.dtype(dtype))
         parts[me] = 0
         going = self._memory("going", number % 2, (sum(parts),), np.dtype(dtype))
         blocks = np.split(going, np.cumsum(parts)[:-1])
-        blocks[me] = cached
+        blocks[me] = own_part
         tasks = []
         for layers, part in zip(batch, blocks, strict=True):
             block = part.reshape(len(layers), components, 2, my, here)
@@ -385,29 +385,29 @@ class Shared:
             for rank in range(self.count)
         ]
         coming = self._memory("coming", number % 2, (sum(sizes),), np.dtype(dtype))
-        cached = cached.reshape(len(own), components, 2, my, here)
-        return self.ranks.exchange(going, parts, coming, sizes), cached
+        own_part = own_part.reshape(len(own), components, 2, my, here)
+        return self.ranks.exchange(going, parts, coming, sizes), own_part
 
     def _read(
         self,
         exchange: Exchange,
-        cached: Array,
+        own_part: Array,
         batch: list[list[int]],
         read: Callable[[int, Parts], None],
         width: int,
     ) -> None:
         """Show the layers of a round that have arrived, with what was kept of them."""
-        own, (my, _) = batch[self.ranks.number], cached.shape[-2:]
+        own, (my, _) = batch[self.ranks.number], own_part.shape[-2:]
         blocks = [
-            cached
+            own_part
             if rank == self.ranks.number
-            else part.reshape(*cached.shape[:-1], self._width(rank, width))
+            else part.reshape(*own_part.shape[:-1], self._width(rank, width))
             for rank, part in enumerate(exchange.arrived())
         ]
 
         def backward(place: int) -> None:
             def parts(component: int) -> Array:
-                out = _scratch(self.workspace, (2, my, width), cached.dtype.type)
+                out = _scratch(self.workspace, (2, my, width), own_part.dtype.type)
                 for rank, block in enumerate(blocks):
                     out[..., self._waves(rank, width)] = block[place, component]
                 return out

@@ -87,13 +87,13 @@ def _constants(material: Material) -> str:
     """Return all constants of a material in words; its name is none of them."""
     if math.isinf(material.young):
         return "rigid"
-    text = [f"E {engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]
+    parts = [f"E {engineering(material.young, 'Pa', 12)}", f"ν {material.poisson!r}"]
     for symbol, value in (("σ_Y", material.yield_strength), ("H", material.hardness)):
         if value is not None:
-            text.append(f"{symbol} {engineering(value, 'Pa', 12)}")
+            parts.append(f"{symbol} {engineering(value, 'Pa', 12)}")
     if material.hardening is not None:
-        text.append(repr(material.hardening))
-    return ", ".join(text)
+        parts.append(repr(material.hardening))
+    return ", ".join(parts)
 
 
 # --- The part of a map that stands for a wide joint: without the rim of a free one ---

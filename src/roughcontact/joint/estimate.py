@@ -232,14 +232,14 @@ class Atlas:
 @lru_cache(maxsize=1)
 def stored() -> Atlas:
     """Return the formulas that the package holds."""
-    text = json.loads(STORED.read_text(encoding="utf-8"))
+    stored = json.loads(STORED.read_text(encoding="utf-8"))
     return Atlas(
-        {name: _formula(item) for name, item in text["formulas"].items()},
+        {name: _formula(item) for name, item in stored["formulas"].items()},
         {
             model: {name: (low, high) for name, (low, high) in ranges.items()}
-            for model, ranges in text["domain"].items()
+            for model, ranges in stored["domain"].items()
         },
-        text["measured"],
+        stored["measured"],
     )
 
 
@@ -460,25 +460,25 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
             require_positive(**{name: value})
         elif value is not None and not math.isfinite(value):
             raise InputError(f"must be finite, got {value!r}", argument=name, value=value)
-    text = {name: value for name, value in specified.items() if value is not None}
+    stated = {name: value for name, value in specified.items() if value is not None}
     if surface is not None:
         if surface.is_profile:
             raise InputError(
                 "is a profile, and formulas are of areas: give Sq and Sdq of the surface",
                 argument="surface",
             )
-        return replace(of_surface(surface), **text)
+        return replace(of_surface(surface), **stated)
     for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
-        if name not in text:
+        if name not in stated:
             raise InputError(f"must be given, or a map: {what}", argument=name)
-    skewness = text.get("Ssk", 0.0)
+    skewness = stated.get("Ssk", 0.0)
     usual = {
         "Sal": None,
         "Str": 1.0,
         "Ssk": skewness,
         "Sku": height_distribution.usual_kurtosis(skewness),
     }
-    return Roughness(**usual | text)
+    return Roughness(**usual | stated)
 
 
 def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:

@@ -312,10 +312,10 @@ class _Solved:
 
     def unbalanced(self, problem: _Problem) -> Array:
         """Return what flows into each node and not out again."""
-        remaining = problem.network.outflow(self.through)
-        np.subtract(self.inflow, remaining, out=remaining)
-        remaining -= self.outflow
-        return remaining
+        residual = problem.network.outflow(self.through)
+        np.subtract(self.inflow, residual, out=residual)
+        residual -= self.outflow
+        return residual
 
 
 def _solved(problem: _Problem) -> _Solved:
@@ -325,11 +325,11 @@ def _solved(problem: _Problem) -> _Solved:
     # What flows at the nodes takes memory: only its sums are kept from round to round.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     for number in range(_ROUNDS):
-        remaining, power = _left(problem, pressure, small)
-        total = float(np.abs(remaining).sum())
+        residual, power = _left(problem, pressure, small)
+        total = float(np.abs(residual).sum())
         if total <= _AIM * power:
             break
-        change, more = _balanced(inverse, remaining, total, power)
+        change, more = _balanced(inverse, residual, total, power)
         if number == 0:
             pressure = change
         else:
@@ -345,17 +345,15 @@ def _left(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, floa
     return result.unbalanced(problem), result.power
 
 
-def _balanced(
-    inverse: Multigrid, remaining: Array, total: float, power: float
-) -> tuple[Array, int]:
+def _balanced(inverse: Multigrid, residual: Array, total: float, power: float) -> tuple[Array, int]:
     """Return the change of pressure that balances what is left, to a part of it."""
 
     def enough(change: Array, unbalanced: float) -> bool:
         # The power of the flow over the pressure difference, 1, is the flow.
-        flow = max(power - _dot(remaining, change), 0.0)
+        flow = max(power - _dot(residual, change), 0.0)
         return unbalanced <= max(_REDUCTION * total, _AIM * flow)
 
-    return conjugate_gradients(inverse, remaining, enough, _MOST_STEPS)
+    return conjugate_gradients(inverse, residual, enough, _MOST_STEPS)
 
 
 def _measured(

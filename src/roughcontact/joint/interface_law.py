@@ -243,15 +243,15 @@ class InterfaceLaw(Result):
         theory, resolved = self.persson(pressures), self.resolved
         conductance = self.thermal_conductance(branch)
         for number, pressure in enumerate(pressures.tolist()):
-            index = {name: result[number] for name, result in means.items()}
+            point = {name: result[number] for name, result in means.items()}
             scatter = {
-                "separation": index["separation"], "contact": index["contact_fraction"],
-                "stiffness": index[_stiffness_of(branch)],
+                "separation": point["separation"], "contact": point["contact_fraction"],
+                "stiffness": point[_stiffness_of(branch)],
             }  # fmt: skip
             yield LawStep(
                 branch=branch,
                 pressure=pressure,
-                **{name: index[name].value for name in names},
+                **{name: point[name].value for name in names},
                 **{f"{name}_deviation": item.deviation for name, item in scatter.items()},
                 **{f"{name}_half": item.high - item.value for name, item in scatter.items()},
                 persson_separation=float(theory[number]),
@@ -696,10 +696,10 @@ def _check(result: ContactResult, first: ContactResult) -> None:
 def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
     """Return the cautions of all contacts, one of each kind."""
     judged = sorted(
-        (item for samples in collected for item in samples.judged), key=lambda text: text[0]
+        (item for samples in collected for item in samples.judged), key=lambda pair_of: pair_of[0]
     )
     # That a flat body is loaded up to its edges is why a rim is left out.
-    result = tuple(text for text in over_loads(judged, "N") if text.kind != Kind.EDGE)
+    result = tuple(caution for caution in over_loads(judged, "N") if caution.kind != Kind.EDGE)
     if collected[0].pair.counter_surface is not None:
         return result
     return (*result, law_curve.SMOOTH)

@@ -60,12 +60,12 @@ class Curve:
         """Return ū [m] at nominal pressures [Pa] between the first and the last."""
         x, y = np.log(self.pressure), self.separation
         slope = _monotone(x, y, -self.slope)
-        index = np.log(np.asarray(pressure, dtype=np.float64))
-        k = np.clip(np.searchsorted(x, index, side="right") - 1, 0, max(x.size - 2, 0))
+        logarithm = np.log(np.asarray(pressure, dtype=np.float64))
+        k = np.clip(np.searchsorted(x, logarithm, side="right") - 1, 0, max(x.size - 2, 0))
         if x.size == 1:
-            return np.full(index.shape, y[0])
+            return np.full(logarithm.shape, y[0])
         step = x[k + 1] - x[k]
-        t = (index - x[k]) / step
+        t = (logarithm - x[k]) / step
         result: Array = (
             (1 + 2 * t) * (1 - t) ** 2 * y[k] + t * (1 - t) ** 2 * step * slope[k]
             + t**2 * (3 - 2 * t) * y[k + 1] - t**2 * (1 - t) * step * slope[k + 1]
@@ -80,27 +80,25 @@ class Curve:
         inner = np.arange(1, self.pressure.size - 1)
         worst = 0.0
         for odd in (inner[::2], inner[1::2]):
-            remaining = np.setdiff1d(np.arange(self.pressure.size), odd)
-            known = None if self.compliance is None else self.compliance[remaining]
-            rest = Curve(
-                self.pressure[remaining], self.separation[remaining], known, self.first_touch
-            )
+            others = np.setdiff1d(np.arange(self.pressure.size), odd)
+            known = None if self.compliance is None else self.compliance[others]
+            rest = Curve(self.pressure[others], self.separation[others], known, self.first_touch)
             off = np.abs(rest.separation_at(self.pressure[odd]) - self.separation[odd])
             slope = self.slope[odd]
-            text = off[slope > 0] / slope[slope > 0]
-            worst = max(worst, float(text.max(initial=0.0)))
+            ratios = off[slope > 0] / slope[slope > 0]
+            worst = max(worst, float(ratios.max(initial=0.0)))
         return worst / (_FROM_NEIGHBORS if self.compliance is None else _COMPUTED)
 
     def fine(self) -> tuple[Array, Array]:
         """Return pressures and separations of closely spaced points, strictly monotone."""
         p = between(self.pressure)
         u = self.separation_at(p)
-        cached = [0]
+        chosen = [0]
         minimum = _LEAST_STEP * abs(self.first_touch)
         for number in range(1, p.size):
-            if u[cached[-1]] - u[number] > minimum:
-                cached.append(number)
-        return p[cached], u[cached]
+            if u[chosen[-1]] - u[number] > minimum:
+                chosen.append(number)
+        return p[chosen], u[chosen]
 
     def table(self, error: float = ERROR) -> tuple[Array, Array]:
         """Return the rows of a table: pressures [Pa] and separations [m]."""
@@ -117,9 +115,9 @@ def between(values: Array, number: int = _FINE) -> Array:
 
 def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
     """Return which points of a curve a table needs, the first and the last among them."""
-    cached = [0]
-    while cached[-1] < x.size - 1:
-        first = cached[-1]
+    chosen = [0]
+    while chosen[-1] < x.size - 1:
+        first = chosen[-1]
         # The next point always holds; the longer a line, the less it does.
         holding, failing = first + 1, x.size
         while failing - holding > 1:
@@ -128,8 +126,8 @@ def thinned(x: Array, y: Array, error: float) -> NDArray[np.int64]:
                 holding = middle
             else:
                 failing = middle
-        cached.append(holding)
-    return np.array(cached)
+        chosen.append(holding)
+    return np.array(chosen)
 
 
 def _holds(x: Array, y: Array, error: float) -> bool:
@@ -316,11 +314,11 @@ def judge_part_size(
     low = max(within.low, parts.pressure[0])
     high = min(within.high, parts.pressure[-1])
     inside = (whole.pressure >= low) & (whole.pressure <= high)
-    index = whole.pressure[inside]
+    pressures = whole.pressure[inside]
     # A difference of separations as one of pressures, by the slope.
     slope = 1 / np.maximum(whole.slope[inside], 1e-300)
-    off = np.abs(parts.separation_at(index) - whole.separation[inside]) * slope
-    chance = np.interp(np.log(index), np.log(parts.pressure), error) * slope
+    off = np.abs(parts.separation_at(pressures) - whole.separation[inside]) * slope
+    chance = np.interp(np.log(pressures), np.log(parts.pressure), error) * slope
     worst = int(np.argmax(off)) if off.size else 0
     numbers = {"off": float(off[worst]), "chance": float(chance[worst])} if off.size else {}
     if off.size and (off > np.maximum(_ALIKE, chance)).any():

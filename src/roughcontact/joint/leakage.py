@@ -219,8 +219,8 @@ class Leakage(Result):
             if old > 0:
                 changes[axis] = new / old - 1
         change = Change(max(coarser.pair.pixel), (changes[0], changes[1]))
-        text = grid(change.permeability, change.pixel)
-        return replace(self, coarser=change, found=(*self.found, *text))
+        change_of = grid(change.permeability, change.pixel)
+        return replace(self, coarser=change, found=(*self.found, *change_of))
 
     def column(self, name: str) -> Array:
         """Return one number of all steps, shape (n,); see `LeakageStep`."""

@@ -386,13 +386,13 @@ def plastic_increment(trial: Array, strain: Array, law: Hardening, shear_modulus
     low, high = np.zeros_like(trial), np.maximum(excess, 0) / stiffness
     small = 4 * float(np.finfo(trial.dtype).eps)
     for _ in range(_STEPS):
-        index = strain + step
-        miss = trial - stiffness * step - law.strength(index)
+        shifted = strain + step
+        miss = trial - stiffness * step - law.strength(shifted)
         if not (flows & (np.abs(miss) > small * trial)).any():
             break
         low = np.where(miss > 0, step, low)
         high = np.where(miss > 0, high, step)
-        newton = step + miss / (stiffness + law.slope(index))
+        newton = step + miss / (stiffness + law.slope(shifted))
         step = np.where((newton >= low) & (newton <= high), newton, (low + high) / 2)
     step[~flows] = 0
     return step

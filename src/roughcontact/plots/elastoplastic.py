@@ -188,13 +188,13 @@ def _panel(
     column: int,
     top: float,
     high: float,
-    remaining: float = 0.0,
+    offset: float = 0.0,
     wide: float = _PANEL,
 ) -> Axes:
     """Add axes to a page of panels, at a distance from its top [inch]."""
     tall = float(figure.get_figheight())
-    index = (_LEFT[column] + remaining) / _PAGE, 1 - (top + high) / tall
-    return figure.add_axes((*index, wide / _PAGE, high / tall))
+    corner = (_LEFT[column] + offset) / _PAGE, 1 - (top + high) / tall
+    return figure.add_axes((*corner, wide / _PAGE, high / tall))
 
 
 def _bar(axes: Axes, mesh: Any, height: float) -> None:
@@ -229,9 +229,9 @@ def _draw_field(axes: Axes, field: _FieldOf, cut: _Cut, factor: float) -> Any:
     outline(axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, NEUTRAL)
     if plane.accumulated.any():
         layer, pixel = cut.largest
-        index = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
+        marker = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
         for colour, line in (("#ffffff", 4.0), (SERIES[0], 1.8)):
-            axes.plot(*index, "+", color=colour, markersize=9, markeredgewidth=line)
+            axes.plot(*marker, "+", color=colour, markersize=9, markeredgewidth=line)
     axes.set_xlim(*_limits(cut, factor))
     axes.set_ylim(cut.depth * factor, 0)
     axes.set_title(name, fontsize=TICK, loc="left", pad=4)

@@ -156,7 +156,7 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
     # Before it forks: loaded once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
 
-    remaining, numbers = os.pipe()
+    queue, numbers = os.pipe()
     # Closed with this process, however it ends: nobody waits for figures any more.
     here, alive = os.pipe()
     # The last figures are the largest ones, and the small ones fill up the end.
@@ -165,8 +165,8 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
     helpers: dict[int, int] = {}
     try:
         for _ in range(processes - 1):
-            _fork(helpers, remaining, (here, alive), drawings)
-        result = _drawn(remaining, drawings)
+            _fork(helpers, queue, (here, alive), drawings)
+        result = _drawn(queue, drawings)
         for helper, answer in list(helpers.items()):
             with os.fdopen(answer, "rb", closefd=False) as stream:
                 text = stream.read()
@@ -176,28 +176,28 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
                 result |= pickle.loads(text)
         return result
     finally:
-        for end in (remaining, here, alive):
+        for end in (queue, here, alive):
             os.close(end)
         _end(helpers)
 
 
 def _fork(
-    helpers: dict[int, int], remaining: int, life: tuple[int, int], drawings: Sequence[Drawing]
+    helpers: dict[int, int], queue: int, life: tuple[int, int], drawings: Sequence[Drawing]
 ) -> None:
     """Begin a process that draws, and keep by its number where it answers."""
-    answer, text = os.pipe()
+    answer, writer = os.pipe()
     # Python warns developers of forks beside threads, which may hold a lock that a fork then waits
     # for. Those that solve are at rest, and what draws has nothing to do with them.
     with _deaf() as before:
         helper = os.fork()
         if helper == 0:
-            _help(remaining, text, life, drawings, before)
+            _help(queue, writer, life, drawings, before)
         helpers[helper] = answer
-    os.close(text)
+    os.close(writer)
 
 
 def _help(
-    remaining: int,
+    queue: int,
     text: int,
     life: tuple[int, int],
     drawings: Sequence[Drawing],
@@ -214,7 +214,7 @@ def _help(
             signal.signal(asking, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
         with os.fdopen(text, "wb") as stream:
-            stream.write(pickle.dumps(_drawn(remaining, drawings)))
+            stream.write(pickle.dumps(_drawn(queue, drawings)))
         status = 0
     finally:
         os._exit(status)
@@ -226,10 +226,10 @@ def _follow(here: int) -> None:
     os._exit(1)
 
 
-def _drawn(remaining: int, drawings: Sequence[Drawing]) -> dict[int, bytes]:
+def _drawn(queue: int, drawings: Sequence[Drawing]) -> dict[int, bytes]:
     """Draw what is left, one after the other; all processes read their numbers from one pipe."""
     result = {}
-    while number := os.read(remaining, 1):
+    while number := os.read(queue, 1):
         result[number[0]] = png(drawings[number[0]]())
     return result
 

@@ -73,9 +73,9 @@ def versus_hertz(result: ContactResult) -> Figure:
         label=f"largest {where}",
     )  # fmt: skip
     axes.plot(distance * factor, mean * scale, color=ELASTIC, linewidth=2.2, label=f"mean {where}")
-    index = np.linspace(-half if line else 0.0, half, 400)
-    pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (index / half) ** 2, 0))
-    axes.plot(index * factor, pressure * scale, color=NEUTRAL, linewidth=1.8, linestyle="--",
+    position = np.linspace(-half if line else 0.0, half, 400)
+    pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
+    axes.plot(position * factor, pressure * scale, color=NEUTRAL, linewidth=1.8, linestyle="--",
               label="Hertz, smooth")  # fmt: skip
     axes.set_xlim(ends[0] * factor, ends[1] * factor)
     axes.set_ylim(bottom=0)
@@ -111,9 +111,9 @@ def _rings(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
     mean = np.bincount(ring, result.pressure.ravel()) / np.maximum(count, 1)
     largest = np.zeros(count.size)
     np.maximum.at(largest, ring, result.pressure.ravel())
-    cached = count > 0
-    middle = (np.flatnonzero(cached) + 0.5) * width
-    return middle.astype(np.float64), mean[cached], largest[cached]
+    filled = count > 0
+    middle = (np.flatnonzero(filled) + 0.5) * width
+    return middle.astype(np.float64), mean[filled], largest[filled]
 
 
 def _ends(distance: Array, largest: Array, half: float, line: bool) -> tuple[float, float]:

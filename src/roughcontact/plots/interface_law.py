@@ -81,8 +81,8 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
         p, u = law.curve(branch).fine()
         axes.plot(u * scale, p * factor, color=colour, linewidth=2, label=_NAMES[branch])
         pressures = law.pressures(branch)
-        index = law.values(branch, "separation").mean(axis=0)
-        axes.plot(index * scale, pressures * factor, "o", color=colour, markersize=4)
+        separation = law.values(branch, "separation").mean(axis=0)
+        axes.plot(separation * scale, pressures * factor, "o", color=colour, markersize=4)
     fine = between(law.pressures(), 8)
     theory = law.persson(fine)
     if np.isfinite(theory).all():

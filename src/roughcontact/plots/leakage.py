@@ -84,7 +84,7 @@ def flow_factors(found: Leakage) -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.2, 4.6), dpi=DPI, layout=layout())
-    remaining, right = figure.subplots(1, 2)
+    left, right = figure.subplots(1, 2)
     load = found.column("load")
     mean = found.column("mean_gap")
     load_factor, load_unit = prefixed(float(load.max()), "N")
@@ -93,12 +93,12 @@ def flow_factors(found: Leakage) -> Figure:
     for axis in found.axes:
         style, colour = ("o-", "s--")[axis], SERIES[axis]
         label = f"along {'yx'[axis]}"
-        remaining.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
+        left.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
                   label=label)  # fmt: skip
         narrow = _positive(found.critical_gap(axis)) * factor
         right.plot(load * load_factor, narrow, style, color=colour, label=f"narrowest, {label}")
     for axes, x, y, title in (
-        (remaining, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
+        (left, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
         (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):

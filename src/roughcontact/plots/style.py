@@ -229,20 +229,20 @@ def draw_map(
     far = max(begin + side for begin, side in zip(corner, size, strict=True))
     factor, unit = prefixed_window(far - max(size), far)
     height, width = size[0] * factor, size[1] * factor
-    top, remaining = corner[0] * factor, corner[1] * factor
+    top, left = corner[0] * factor, corner[1] * factor
     # Cells at the far edges may reach beyond the map; the limits cut them off.
     bottom = top + values.shape[0] * blocks[0] * height / shape[0]
-    right = remaining + values.shape[1] * blocks[1] * width / shape[1]
+    right = left + values.shape[1] * blocks[1] * width / shape[1]
     # Matplotlib cuts colours off to steps of 1/255, which would shift their mean: half a step more
     # has them rounded.
     coloured = values.ndim == 3
     image = axes.imshow(
         np.minimum(values + HALF_A_STEP, 1.0) if coloured else np.ma.masked_invalid(values),
-        extent=(remaining, right, bottom, top),
+        extent=(left, right, bottom, top),
         interpolation="nearest",
         aspect="equal",
     )
-    axes.set_xlim(remaining, remaining + width)
+    axes.set_xlim(left, left + width)
     axes.set_ylim(top + height, top)
     axes.set_xlabel(f"x [{unit}]", fontsize=LABEL)
     axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
@@ -272,9 +272,9 @@ def few_ticks(axes: Axes, aspect: float) -> None:
 
 def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     """Add a colour bar that follows the map's own box; wide strips get it on top."""
-    remaining, right = axes.get_xlim()
+    left, right = axes.get_xlim()
     bottom, top = axes.get_ylim()
-    aspect = abs(bottom - top) / abs(right - remaining)
+    aspect = abs(bottom - top) / abs(right - left)
     upright = aspect > UPRIGHT
     thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
     place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)

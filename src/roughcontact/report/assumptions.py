@@ -211,8 +211,8 @@ def _yielding(result: ContactResult, history: LoadHistory | None) -> Statement:
         return elastic(*both)
     if result.saturated_fraction == 0:
         return limited(phrases.ceiling(result), *both, reached=False)
-    cached = result.residual_indentation if history is None else history.indentation
-    deepest = engineering(float(cached.max()), "m", 3)
+    indentation = result.residual_indentation if history is None else history.indentation
+    deepest = engineering(float(indentation.max()), "m", 3)
     item = limited(phrases.ceiling(result), *both, reached=True, kept=f", up to {deepest},")
     return replace(item, text=joined(item.text, _left_behind(result)))
 

@@ -67,8 +67,8 @@ def trust(kind: Kind, result: Any) -> list[Cells]:
 def steps(kind: Kind, result: Any) -> Blocks:
     """Return one row a step, and what is told of all steps together."""
     heads, rows = kind.listing(result, brief=True)
-    text = [*cells(kind.rows(result, brief=True)), *trust(kind, result)]
-    return [*table(rows, heads=heads), *table(text)]
+    listed = [*cells(kind.rows(result, brief=True)), *trust(kind, result)]
+    return [*table(rows, heads=heads), *table(listed)]
 
 
 def usual(kind: Kind, result: Any) -> Blocks:
@@ -92,9 +92,9 @@ def body(material: Material) -> str:
     if is_rigid(material):
         return "rigid"
     rows = rows_of(inputs.BODY, material, brief=True)
-    text = {row.key: f"{row.name} {row.text}" for row in rows if row.value is not None}
-    constants = (text[key] for key in ("young", "poisson", "yield_strength", "hardness")
-                 if key in text)  # fmt: skip
+    by_key = {row.key: f"{row.name} {row.text}" for row in rows if row.value is not None}
+    constants = (by_key[key] for key in ("young", "poisson", "yield_strength", "hardness")
+                 if key in by_key)  # fmt: skip
     return (f"{material.name}: " if material.name else "") + ", ".join(constants)
 
 
@@ -102,11 +102,11 @@ def problem(
     kind: Kind, result: Any, contact: ContactResult, without: Sequence[str] = ()
 ) -> list[Cells]:
     """Return maps and bodies of a contact, and what was asked for."""
-    text = [*_map(contact.share), ("body", body(contact.material))]
+    lines = [*_map(contact.share), ("body", body(contact.material))]
     other = body(contact.counter_material)
     if contact.counter_surface is None:
-        text.append(("counter-body", f"{other}, flat"))
+        lines.append(("counter-body", f"{other}, flat"))
     else:
-        text += [("counter-body", other), *_map(contact.counter_surface)]
+        lines += [("counter-body", other), *_map(contact.counter_surface)]
     requested = kind.rows(result, PROBLEM, brief=True)
-    return text + cells(row for row in requested if row.key not in without)
+    return lines + cells(row for row in requested if row.key not in without)

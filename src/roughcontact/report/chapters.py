@@ -311,8 +311,8 @@ def pressed(
 ) -> Chapter:
     """Return the chapter on two materials and what was asked for, as rows of a page."""
     chapter = Chapter("Materials and load")
-    text = [(row.title, *texts) for row, texts in side_by_side(table, bodies)]
-    chapter.add("table", PageTable(text, ("", "body", "counter-body")))
+    rows = [(row.title, *texts) for row, texts in side_by_side(table, bodies)]
+    chapter.add("table", PageTable(rows, ("", "body", "counter-body")))
     chapter.add("table", PageTable(specified))
     return chapter
 
@@ -329,8 +329,8 @@ def quantities(rows: Iterable[Row]) -> PageTable:
 
 def facts(kind: Kind, result: Any) -> tuple[Cells, ...]:
     """Return what is told of a result of many steps as a whole."""
-    text = [*kind.rows(result), *kind.rows(result, TRUST)]
-    return tuple((row.title, row.text) for row in text)
+    rows = [*kind.rows(result), *kind.rows(result, TRUST)]
+    return tuple((row.title, row.text) for row in rows)
 
 
 def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
@@ -368,8 +368,8 @@ def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
         "The nominal bodies without their roughness, under the same load, in closed form (Hertz; "
         f"Johnson 1985, chapter 4): {smooth.bodies(contact)}. {smooth.SIZE}",
     )
-    text = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
-    chapter.add("table", PageTable(text, ("", *smooth.HEADS[1:])))
+    rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
+    chapter.add("table", PageTable(rows, ("", *smooth.HEADS[1:])))
     if contact.approach is None:
         chapter.add("text", _NO_APPROACH[contact.shape.kind == LINE])
     chapter.add("text", _VALIDITY)

@@ -574,13 +574,13 @@ def _chapters(result: Comparison) -> list[Chapter]:
         "Each dot is a map; thick lines are means, the bar beside each its interval. Where two or "
         "three maps make it much wider than they lie apart, it runs out of the panel.",
     )  # fmt: skip
-    text = [numbers]
+    chapters = [numbers]
     if len(result.groups) > 1:
-        text.append(_comparison_differences(result))
+        chapters.append(_comparison_differences(result))
     if len(result.pressures) > 1:
-        text.append(_curves(result))
-    text += [_sampling(study) for study in result.sampling]
-    return [*text, _maps(result), *_problem(result, result.samples)]
+        chapters.append(_curves(result))
+    chapters += [_sampling(study) for study in result.sampling]
+    return [*chapters, _maps(result), *_problem(result, result.samples)]
 
 
 def _comparison_differences(result: Comparison) -> Chapter:

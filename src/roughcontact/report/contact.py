@@ -205,18 +205,18 @@ def _key_numbers(result: ContactResult) -> list[Cells]:
     keys = [*contact_fields.HEADLINES, other]
     reference = under_calibrated(result)
     headlines = chapters.headlines(kind_of(result), result, keys)
-    shown_text: list[Cells] = [
+    cells: list[Cells] = [
         (name, text, f"{meaning}; {reference[key]} with the calibrated ceiling")
         if key in reference
         else (name, text, meaning)
         for key, (name, text, meaning) in zip(keys, headlines, strict=True)
     ]
     if result.ceiling is not None:
-        return shown_text
+        return cells
     elastic = ABSENT, "purely elastic: no ceiling"
     saturated = contact_fields.HEADLINES.index("saturated_fraction")
-    shown_text[saturated] = (shown_text[saturated][0], *elastic)
-    return shown_text
+    cells[saturated] = (cells[saturated][0], *elastic)
+    return cells
 
 
 def _certificate_in_short(result: ContactResult) -> str:
@@ -236,14 +236,14 @@ def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Cha
     """Return the chapter on what came out, and how sure it is."""
     chapter = Chapter("Results")
     heads, answer = beside_calibrated(kind_of(result), result)
-    text = [(row.title, *texts, row.meaning) for row, texts in answer]
-    chapter.add("table", PageTable(text, ("quantity", *(heads or ("value",)), "meaning")))
+    rows = [(row.title, *texts, row.meaning) for row, texts in answer]
+    chapter.add("table", PageTable(rows, ("quantity", *(heads or ("value",)), "meaning")))
     if result.converged and result.load:
         chapter.add("text", f"{uncertainty.WHAT} {uncertainty.NOT_BOUNDED}")
-        text = [
+        rows = [
             (capital(name), *texts) for name, *texts in uncertainty.uncertainty_rows(result, study)
         ]
-        chapter.add("table", PageTable(text, uncertainty.HEADS))
+        chapter.add("table", PageTable(rows, uncertainty.HEADS))
     if not result.pair.is_shared:
         chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
     return chapter
@@ -288,8 +288,8 @@ def comparison(
     inside = int(np.count_nonzero(elastic.contact & result.contact))
     touching = int(np.count_nonzero(elastic.contact))
     several = tuple(shown.values())
-    text = [*_beside(several, ANSWER), *_beside(several, TRUST)]
-    chapter.add("table", PageTable(text, ("", *shown)))
+    rows = [*_beside(several, ANSWER), *_beside(several, TRUST)]
+    chapter.add("table", PageTable(rows, ("", *shown)))
     if touching:
         chapter.add(
             "text",
@@ -335,9 +335,9 @@ def _label(result: ContactResult) -> str:
 
 
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
-    text = side_by_side(kind_of(pair[0]).table, pair, part, brief=True)
+    rows = side_by_side(kind_of(pair[0]).table, pair, part, brief=True)
     # What three yield strengths gave has a column of its own.
-    return [(capital(row.name), *texts) for row, texts in text if row.key != "recommended"]
+    return [(capital(row.name), *texts) for row, texts in rows if row.key != "recommended"]
 
 
 # Elastic over limited pressure from which a linear axis would squeeze one of them.
@@ -396,10 +396,10 @@ def beside_calibrated(
     kind: Kind, result: Any, brief: bool = False
 ) -> tuple[Cells, list[tuple[Row, Cells]]]:
     """Return heads and rows of an answer, with a second column where another ceiling changes it."""
-    answer, text = kind.rows(result, brief=brief), under_calibrated(result)
-    if not text:
+    answer, calibrated = kind.rows(result, brief=brief), under_calibrated(result)
+    if not calibrated:
         return (), [(row, (row.text,)) for row in answer]
-    return _ceilings(result), [(row, (row.text, text.get(row.key, ""))) for row in answer]
+    return _ceilings(result), [(row, (row.text, calibrated.get(row.key, ""))) for row in answer]
 
 
 def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
@@ -407,10 +407,10 @@ def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks
     kind = kind_of(result)
     heads, answer = beside_calibrated(kind, result, brief=True)
     problem, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
-    text = [(blocks.title(row), *texts) for row, texts in answer]
-    parts = blocks.table(problem, text, trust)
+    rows = [(blocks.title(row), *texts) for row, texts in answer]
+    parts = blocks.table(problem, rows, trust)
     if heads:
-        parts = [Block((problem,)), Block((text,), ("", *heads)), Block((trust,))]
+        parts = [Block((problem,)), Block((rows,), ("", *heads)), Block((trust,))]
     if result.converged and result.load:
         parts += blocks.table(uncertainty.uncertainty_rows(result, study), heads=uncertainty.HEADS)
     if hertz_comparison.applies(result):

@@ -143,8 +143,8 @@ def _results(result: ElastoplasticResult) -> Chapter:
 def _volume(result: ElastoplasticResult, body: int) -> Chapter:
     scene = figures.VolumeScene(result, body)
     chapter = Chapter(f"Plastic strain and stress{scene.where}")
-    text = rows_of(chapters.YIELDING, chapters.Yielding(result, body))
-    chapter.add("table", chapters.quantities(text))
+    rows = rows_of(chapters.YIELDING, chapters.Yielding(result, body))
+    chapter.add("table", chapters.quantities(rows))
     chapters.show(chapter, figures.VOLUME, scene.close(), figures.BODY)
     return chapter
 

@@ -161,12 +161,12 @@ def side_by_side(
     table: Table, results: Iterable[Any], part: str = ANSWER, brief: bool = False
 ) -> list[tuple[Row, tuple[str, ...]]]:
     """Return what is told of several results side by side: a row, and the text for each result."""
-    text = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
-    keys = [quantity.key for quantity in table if any(quantity.key in result for result in text)]
+    by_key = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
+    keys = [quantity.key for quantity in table if any(quantity.key in result for result in by_key)]
     return [
         (
-            next(result[key] for result in text if key in result),
-            tuple(result[key].text if key in result else ABSENT for result in text),
+            next(result[key] for result in by_key if key in result),
+            tuple(result[key].text if key in result else ABSENT for result in by_key),
         )
         for key in keys
     ]
@@ -196,8 +196,8 @@ def stored(table: Table, result: Any) -> dict[str, Any]:
 
 def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
     """Return what files keep of the steps of a result."""
-    cached = [column for column in columns if column.stored and column.when(result)]
-    return {column.key: [float(value) for value in column.values(result)] for column in cached}
+    stored_only = [column for column in columns if column.stored and column.when(result)]
+    return {column.key: [float(value) for value in column.values(result)] for column in stored_only}
 
 
 def listing_of(
@@ -215,9 +215,9 @@ def listing_of(
 
 def csv_text(columns: Columns, result: Any) -> str:
     """Return the steps of a result as a table in text, units in the head."""
-    cached = [column for column in columns if column.stored and column.when(result)]
-    lines = [",".join(f"{column.key} [{column.unit}]" for column in cached)]
-    steps = zip(*(column.values(result) for column in cached), strict=True)
+    stored_only = [column for column in columns if column.stored and column.when(result)]
+    lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
+    steps = zip(*(column.values(result) for column in stored_only), strict=True)
     lines += [
         ",".join(value if isinstance(value, str) else repr(value) for value in step)
         for step in steps

@@ -45,8 +45,8 @@ def html(shown: Any) -> str:
         for table in _tables(shown)
     )
     kind = markup.escape(_kind(shown))
-    text = (markup.escape(caution, quote=False) for caution in _cautions(shown))
-    cautions = "".join(f"<p>{caution}</p>" for caution in text)
+    lines = (markup.escape(caution, quote=False) for caution in _cautions(shown))
+    cautions = "".join(f"<p>{caution}</p>" for caution in lines)
     return (
         '<div style="display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start">'
         f'{_picture(shown)}<div style="max-width: 40em"><b>{kind}</b>{tables}{cautions}</div></div>'
@@ -75,12 +75,12 @@ def _tables(shown: Any) -> list[list[Cells]]:
     """Return names with values, and the steps where there are some."""
     kind = kinds.of(shown)
     heads, answer = contact.beside_calibrated(kind, shown, kind.brief)
-    text: list[Cells] = [("", *heads)] if heads else []
-    text += [(row.name, *texts) for row, texts in answer]
+    table_rows: list[Cells] = [("", *heads)] if heads else []
+    table_rows += [(row.name, *texts) for row, texts in answer]
     head, steps = kind.listing(shown, brief=True)
     if len(steps) > 2 * _ENDS:
         steps = [*steps[:_ENDS], ("…",) * len(head), *steps[-_ENDS:]]
-    return [table for table in (text, [head, *steps] if steps else []) if table]
+    return [table for table in (table_rows, [head, *steps] if steps else []) if table]
 
 
 def _picture(shown: Any) -> str:

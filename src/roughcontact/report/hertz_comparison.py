@@ -49,19 +49,19 @@ def rows(result: ContactResult) -> list[tuple[str, ...]]:
     smooth = result.smooth
     assert smooth is not None
     names = _SIDES[smooth.shape.kind]
-    text: list[tuple[str, str, float | None, float]] = [
+    rows: list[tuple[str, str, float | None, float]] = [
         (name, "m", there, here)
         for name, there, here in zip(
             names, smooth.semi_axes, hertz_comparison.equivalent_hertz_size(result), strict=True
         )
     ]
-    text += [
+    rows += [
         ("largest pressure", "Pa", smooth.max_pressure, result.max_pressure),
         ("mean pressure", "Pa", smooth.mean_pressure, result.load / result.contact_area),
         (*_area(result), smooth.area, result.contact_area),
         ("approach", "m", smooth.approach, result.approach),
     ]
-    return [_row(*item) for item in text]
+    return [_row(*item) for item in rows]
 
 
 def _area(result: ContactResult) -> tuple[str, str]:

@@ -200,9 +200,9 @@ def filtered(surface: Surface) -> dict[str, float]:
     heights, spacing = surface.filtered(l=wave).heights[0], surface.pixel[1]
     rest = round((surface.size[1] - roughness.SECTIONS * wave) / spacing)
     end = min(round(0.5 * wave / spacing), rest // 2)
-    cached = heights[end : heights.size - end]
+    inner = heights[end : heights.size - end]
     # One more or less by rounding of positions is no section.
-    return roughness.summary(cached, spacing, int(cached.size * spacing / wave + 0.01))
+    return roughness.summary(inner, spacing, int(inner.size * spacing / wave + 0.01))
 
 
 def measured(surface: Surface) -> Measured:

@@ -38,10 +38,10 @@ def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
 
 def _tables(law: InterfaceLaw) -> dict[str, Any]:
     names = ("pressure", "separation", "mean_gap", "contact_fraction", "thermal_conductance")
-    text = {branch: law.table(branch) for branch in law.branches}
+    tables = {branch: law.table(branch) for branch in law.branches}
     return {
         branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
-        for branch, table in text.items()
+        for branch, table in tables.items()
     }
 
 

@@ -85,7 +85,7 @@ class Kind:
 
     def summary(self, result: Any) -> dict[str, Any]:
         """Return a result by name, in SI units, ready for JSON."""
-        text = stored(self.table, result)
+        numbers = stored(self.table, result)
         if self.listed:
-            return {**text, **stored_columns(self.columns, result), "version": __version__}
-        return text
+            return {**numbers, **stored_columns(self.columns, result), "version": __version__}
+        return numbers

@@ -77,12 +77,12 @@ def of(result: Any) -> Kind:
 def of_joint(kind: Kind, result: Any) -> ExtraChapter:
     """Return the chapter on what a joint does; the report is on the largest load."""
     head, rows = kind.listing(result)
-    shown_text = kind.rows(result)
+    quantities = kind.rows(result)
     # The others stand with the contact.
     known = {caution.kind for caution in result.largest.cautions}
     own = tuple(caution for caution in result.cautions if caution.kind not in known)
     text = (
-        *(sentence(f"{row.title}: {row.text}") for row in shown_text),
+        *(sentence(f"{row.title}: {row.text}") for row in quantities),
         *kind.sentences(result),
         *(sentence(caution.text) for caution in own),
         f"The report is on the largest of the loads, {engineering(result.largest.load, 'N')}.",
@@ -130,8 +130,8 @@ def references(result: Any) -> References:
 def shown(result: Any, **more: Any) -> Blocks:
     """Return what the console shows of a result."""
     kind = of(result)
-    text = kind.blocks or partial(blocks.usual, kind)
-    return text(result, **more)
+    show = kind.blocks or partial(blocks.usual, kind)
+    return show(result, **more)
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:

@@ -37,12 +37,12 @@ def _seal(result: Leakage) -> str:
 
 def _coarser(result: Leakage) -> str:
     assert result.coarser is not None
-    text = [
+    parts = [
         f"k along {name} {changed_by(change)}"
         for name, change in zip(AXES, result.coarser.permeability, strict=True)
         if not math.isnan(change)
     ]
-    return f"pixels of {engineering(result.coarser.pixel, 'm')}: {', '.join(text) or 'no flow'}"
+    return f"pixels of {engineering(result.coarser.pixel, 'm')}: {', '.join(parts) or 'no flow'}"
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
@@ -61,11 +61,11 @@ def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
 
 def _place(axis: int) -> Callable[[Leakage], str]:
     def shown(result: Leakage) -> str:
-        text = _narrowest(axis)(result)
-        if text is None:
+        place = _narrowest(axis)(result)
+        if place is None:
             return "no way through"
-        y, x = (engineering(text[name], "m") for name in ("y", "x"))
-        return f"{engineering(text['gap'], 'm')} at y {y}, x {x}"
+        y, x = (engineering(place[name], "m") for name in ("y", "x"))
+        return f"{engineering(place['gap'], 'm')} at y {y}, x {x}"
 
     return shown
 

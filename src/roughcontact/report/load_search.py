@@ -133,11 +133,11 @@ FOUND_COLUMNS: Columns = (
 def addition(loads: LoadSearch) -> ExtraChapter:
     """Return the chapter on the loads that were asked for; the report is on the largest of them."""
     head, rows = KIND.listing(loads)
-    shown_text = (KIND.row(loads, key) for key in ("solves", "worst_certificate"))
+    quantities = (KIND.row(loads, key) for key in ("solves", "worst_certificate"))
     text = (
         "Each load is one of its bracket, two neighboring loads that were solved: under the "
         "smaller the value is not reached, under the larger it is.",
-        *(sentence(f"{row.name}: {row.text}") for row in shown_text),
+        *(sentence(f"{row.name}: {row.text}") for row in quantities),
         f"The report is on the largest of these loads, {engineering(loads.largest.load, 'N')}.",
     )
     return ExtraChapter("Loads that were asked for", text, (head, *rows))

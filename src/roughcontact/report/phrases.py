@@ -34,14 +34,14 @@ if TYPE_CHECKING:
     from roughcontact.studies.load_history import LoadHistory
 
 
-def described(index: Progress) -> str:
+def described(state: Progress) -> str:
     """Return what a solver is doing, in one line."""
-    part = f"{index.number} of {index.count}: " if index.count > 1 else ""
-    label = f"{index.label}: " if index.label else ""
-    if index.kept:
+    part = f"{state.number} of {state.count}: " if state.count > 1 else ""
+    label = f"{state.label}: " if state.label else ""
+    if state.kept:
         return f"{label}{part}kept from before"
     return (
-        f"{label}{part}{_step(index.step) if isinstance(index.step, Step) else _look(index.step)}"
+        f"{label}{part}{_step(state.step) if isinstance(state.step, Step) else _look(state.step)}"
     )
 
 
@@ -166,12 +166,14 @@ def given_load(specified: GivenLoad, result: ContactResult) -> str:
 
 def given_loads(specified: Sequence[GivenLoad], unit: str = "N") -> str:
     """Return several loads in the forms in which they were given, with their forces [``unit``]."""
-    text = []
+    parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
         values = [f"{_form(item.form)} ({engineering(item.force, unit)})" for item in group]
         few = len(values) <= _FEW_LOADS
-        text.append(f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}")
-    return "; ".join(text)
+        parts.append(
+            f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}"
+        )
+    return "; ".join(parts)
 
 
 def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:

@@ -196,12 +196,15 @@ class _Script:
             + (f", SHA-256 of its bytes {digest[:16]}…" if digest else "")
         )
         words = [f'np.load("{name}.npy")', f"pixel={_literal(created.arguments['pixel'])}"]
-        text = [about.source, about.instrument, about.channel]
+        pieces = [about.source, about.instrument, about.channel]
         notes = [step.arguments["text"] for step in about.operations if step.method == NOTE]
-        while text and not text[-1]:
-            text.pop()
-        if text or notes:
-            parts = [*map(_literal, text), *([f"steps={_literal(tuple(notes))}"] if notes else [])]
+        while pieces and not pieces[-1]:
+            pieces.pop()
+        if pieces or notes:
+            parts = [
+                *map(_literal, pieces),
+                *([f"steps={_literal(tuple(notes))}"] if notes else []),
+            ]
             words.append(f"provenance=rc.Provenance({', '.join(parts)})")
         if created.arguments["holes_masked"]:
             words.append("holes_masked=True")

@@ -27,10 +27,10 @@ def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
 def addition(stress: StressResult, onset: StressResult | None = None) -> ExtraChapter:
     """Return the chapter on the stress below the surface, and on the load of first yield."""
     kind = _kind(stress)
-    shown_text = kind.rows(stress)
+    quantities = kind.rows(stress)
     if onset is not None:
-        shown_text += first_yield(onset)
-    rows = (("quantity", "value"), *((row.title, row.text) for row in shown_text))
+        quantities += first_yield(onset)
+    rows = (("quantity", "value"), *((row.title, row.text) for row in quantities))
     own = tuple(c for c in stress.cautions if c not in stress.solution.cautions)
     text = (
         "Elastic stress under the pressure found. Tension is positive.",

@@ -161,8 +161,8 @@ class Contacts:
         arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
         for number, (force, specified) in enumerate(forces, start=1):
 
-            def watch(index: Progress, number: int = number) -> None:
-                self.work.look(replace(index, number=number, count=len(forces)))
+            def watch(state: Progress, number: int = number) -> None:
+                self.work.look(replace(state, number=number, count=len(forces)))
 
             result = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
             yield replace(result, given=specified)
@@ -177,8 +177,8 @@ class Contacts:
         arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
         arguments |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
 
-        def watch(index: Progress) -> None:
-            self.work.look(replace(index, label="coarser grid"))
+        def watch(state: Progress) -> None:
+            self.work.look(replace(state, label="coarser grid"))
 
         with suppress(ConvergenceError, CapacityError):
             return self.work.solve(pair.surface, **arguments, load=result.load, progress=watch)
@@ -189,18 +189,18 @@ class Contacts:
 def cached_solver() -> Iterator[Solve]:
     """Give what solves a contact that it is asked for again only once."""
     with ExitStack() as stack:
-        cached: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
+        solved: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
 
         def solve_once(
             surface: Surface, *, progress: Any = None, **arguments: Any
         ) -> ContactResult:
             requested = {"surface": surface, **arguments}
-            for known, rest, file in cached:
+            for known, rest, file in solved:
                 if _same(known, requested):
                     return _filled(rest, file)
             result = solve_afresh(surface, progress=progress, **arguments)
             file = stack.enter_context(tempfile.TemporaryFile())
-            cached.append((requested, _emptied(result, file), file))
+            solved.append((requested, _emptied(result, file), file))
             return result
 
         yield solve_once

@@ -68,10 +68,10 @@ class Work:
         """Note which loads stood in the folder; after Ctrl-C, tell which stand complete in it."""
         reused: list[int] = []
 
-        def watch(index: Progress) -> None:
-            if index.kept:
-                reused.append(index.number)
-            self.look(index)
+        def watch(state: Progress) -> None:
+            if state.kept:
+                reused.append(state.number)
+            self.look(state)
 
         try:
             yield watch, reused
@@ -128,13 +128,13 @@ class Outcome:
 
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
-        text = self.request.task.record(self)
-        return {**text, "written": [str(path) for path in self.written]}
+        record = self.request.task.record(self)
+        return {**record, "written": [str(path) for path in self.written]}
 
 
 def last_contact(outcome: Outcome) -> dict[str, Any]:
     """Return the contact of an outcome in a few numbers, by the keys of `Outcome.record`."""
     assert outcome.contact is not None
-    text = outcome.contact.summary()
+    numbers = outcome.contact.summary()
     keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
-    return {key: text[key] for key in (*keys, "ceiling")}
+    return {key: numbers[key] for key in (*keys, "ceiling")}

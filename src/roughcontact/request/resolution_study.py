@@ -33,7 +33,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
         work.maps[0],
         **arguments(request, work.maps, *_SOLVER),
         load=load,
-        progress=lambda index: work.look(replace(index, label=f"study: {index.label}")),
+        progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
     )
 
 

@@ -173,14 +173,14 @@ def record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
     from roughcontact.studies import uncertainty
 
-    text = tables.record(outcome.found)
+    record = tables.record(outcome.found)
     study = outcome.extras.get(resolution_study.STUDY.name)
     if study is not None:
-        text["study"] = study.summary()
+        record["study"] = study.summary()
     if outcome.contact is not None and outcome.found is outcome.contact:
         result = uncertainty.uncertainty_intervals(outcome.contact, study)
-        text["intervals"] = {interval.name: interval.summary() for interval in result}
-    return text
+        record["intervals"] = {interval.name: interval.summary() for interval in result}
+    return record
 
 
 def _figures(request: Request) -> tuple[str, ...]:

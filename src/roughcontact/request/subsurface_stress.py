@@ -46,9 +46,9 @@ def _run(request: Request, work: Work) -> Outcome:
 
     Boundary(request[options.BOUNDARY]).require_stress()
     contact = solve.contact(request, work, calibrated=False)
-    text = replace(contact, remarks=work.remarks)
+    solution = replace(contact, remarks=work.remarks)
     if not contact.converged:
-        return Outcome(request, text, text)
+        return Outcome(request, solution, solution)
     work.say("stress below the surface")
     below: dict[str, Any] = {
         "body": "body" if request[WHICH] == "body" else "counter_body",
@@ -61,7 +61,7 @@ def _run(request: Request, work: Work) -> Outcome:
         if request[ONSET]:
             work.say("searching the load of first yield")
             extras["first_yield"] = onset(contact.pair, **below)
-    return Outcome(request, replace(stress, solution=text), text, extras)
+    return Outcome(request, replace(stress, solution=solution), solution, extras)
 
 
 @contextmanager
@@ -87,10 +87,10 @@ def _record(outcome: Outcome) -> dict[str, Any]:
 
     if outcome.found is outcome.contact:
         return solve.record(outcome)
-    text = {**tables.record(outcome.found.solution), "stress": outcome.found.summary()}
+    record = {**tables.record(outcome.found.solution), "stress": outcome.found.summary()}
     if "first_yield" in outcome.extras:
-        text["first_yield"] = outcome.extras["first_yield"].summary()
-    return text
+        record["first_yield"] = outcome.extras["first_yield"].summary()
+    return record
 
 
 def _figures(_: Request) -> tuple[str, ...]:

@@ -114,15 +114,15 @@ class Bar:
         """Draw the line anew."""
         part = 1.0 if at.kept else self._part(at)
         done = (at.number - 1 + part) / max(at.count, 1)
-        text = [at.label] if at.label else []
+        parts = [at.label] if at.label else []
         if at.count > 1:
-            text.append(f"{at.number} of {at.count}")
+            parts.append(f"{at.number} of {at.count}")
         if at.kept:
-            text.append("kept from before")
+            parts.append("kept from before")
         elif at.step is not None:
-            text.append(f"{_error(at):.0e}, target {at.step.tolerance:.0e}")
+            parts.append(f"{_error(at):.0e}, target {at.step.tolerance:.0e}")
         filled = round(_WIDTH * min(max(done, 0.0), 1.0))
-        self._draw(f"{'█' * filled:{_WIDTH}} {', '.join(text)}")
+        self._draw(f"{'█' * filled:{_WIDTH}} {', '.join(parts)}")
 
     def close(self) -> None:
         """Leave the line as it is, and the next one to others."""
@@ -130,12 +130,12 @@ class Bar:
             self._write("\n")
         self._length = 0
 
-    def _part(self, index: Progress) -> float:
+    def _part(self, state: Progress) -> float:
         """Return how much of a part is done: errors fall by about as much each time."""
-        if index.step is None:
+        if state.step is None:
             return 0.0
-        error, tolerance = _error(index), index.step.tolerance
-        first = self._first.setdefault(index.number, max(error, 2 * tolerance))
+        error, tolerance = _error(state), state.step.tolerance
+        first = self._first.setdefault(state.number, max(error, 2 * tolerance))
         if not (0 < error < math.inf and first < math.inf):
             return 0.0
         return min(max(math.log(first / error) / math.log(first / tolerance), 0.0), 1.0)
@@ -153,9 +153,9 @@ class Bar:
             self._length = 0
 
 
-def _error(index: Progress) -> float:
+def _error(state: Progress) -> float:
     """Return the certificate of a contact, or the residual of the volume."""
-    known = index.step.residual if hasattr(index.step, "residual") else index.step.certificate
+    known = state.step.residual if hasattr(state.step, "residual") else state.step.certificate
     return float(known)
 
 

@@ -451,10 +451,10 @@ def _unsolved(
     sweep: _Sweep, number: int, place: Place | None, error: ConvergenceError
 ) -> ConvergenceError:
     unit = sweep.pair.load_unit if sweep.control == "load" else "m"
-    index = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
-    cached = "" if place is None else f"; the steps before it are kept in {place.folder}"
+    label = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
+    hint = "" if place is None else f"; the steps before it are kept in {place.folder}"
     return ConvergenceError(
-        Sentence(f"step {number} of {len(sweep.values)}, {index}: ", *error.parts, cached),
+        Sentence(f"step {number} of {len(sweep.values)}, {label}: ", *error.parts, hint),
         error.result,
     )
 

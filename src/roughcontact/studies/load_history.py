@@ -238,10 +238,10 @@ class LoadHistory(Result):
         if advice is None or not isinstance(ceiling, float):
             return largest.cautions
         bodies = (largest.material, largest.counter_material)
-        remaining = plausibility.indentation_caution(
+        caution = plausibility.indentation_caution(
             advice, ceiling, any(body.hardens for body in bodies)
         )
-        return largest.cautions if remaining is None else ordered([*largest.cautions, remaining])
+        return largest.cautions if caution is None else ordered([*largest.cautions, caution])
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
@@ -601,9 +601,9 @@ def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
     steps: list[HistoryStep] = []
     results: dict[int, ContactResult | None] = {}
     for number, shift in enumerate(way.shifts):
-        cached = _kept(way, number, place)
-        if cached is not None:
-            step, new, result = *cached, None
+        stored = _kept(way, number, place)
+        if stored is not None:
+            step, new, result = *stored, None
             if callable(progress):
                 progress(Progress(number + 1, len(way.stages), None, kept=True))
         else:
@@ -649,8 +649,8 @@ def _solved(
         terms = way.terms_of(stage, lowered)
         result = _pressed(pair, terms, numbered(progress, number + 1, count, label))
     except ConvergenceError as error:
-        cached = "" if place is None else f"; the stages before it are kept in {place.folder}"
-        text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, cached)
+        hint = "" if place is None else f"; the stages before it are kept in {place.folder}"
+        text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, hint)
         raise ConvergenceError(text, error.result) from None
     new = result.residual_indentation
     return _step(result, stage, lowered, new), new, result
@@ -663,9 +663,9 @@ def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
     """Return the indentation before a stage, by its number from 0."""
     indentation = np.zeros(way.bodies.indented.shape)
     for before, shift in enumerate(way.shifts[:number]):
-        cached = _kept(way, before, place)
-        assert cached is not None
-        way.bodies.indent(indentation, cached[1], shift)
+        stored = _kept(way, before, place)
+        assert stored is not None
+        way.bodies.indent(indentation, stored[1], shift)
     return indentation
 
 

@@ -92,8 +92,8 @@ def solve_sample(
     if callable(progress):
         tell = progress
 
-        def watch(index: Progress) -> None:
-            tell(replace(index, label=name))
+        def watch(state: Progress) -> None:
+            tell(replace(state, label=name))
 
     try:
         curve = sweep(

@@ -191,15 +191,15 @@ def common_rectangle(
     common = np.flatnonzero(last > first)
     best, rows, columns = 0, (0, 0), (0, 0)
     for row in common:
-        remaining = np.maximum(first[row], first[row + 1 : common[-1] + 1])
+        left = np.maximum(first[row], first[row + 1 : common[-1] + 1])
         right = np.minimum(last[row], last[row + 1 : common[-1] + 1])
-        width = right - remaining + 1
+        width = right - left + 1
         points = np.where(width > 1, width * np.arange(2, width.size + 2), 0)
         end = int(np.argmax(points)) if points.size else 0
         if points.size and points[end] > best:
             best = int(points[end])
             rows = int(row), int(row) + end + 2
-            columns = int(remaining[end]), int(right[end]) + 1
+            columns = int(left[end]), int(right[end]) + 1
     if best == 0:
         raise InputError(
             "the maps do not overlap: they have no 2 × 2 points in common; check ",

@@ -56,10 +56,10 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
     sigma = 1.4826 * float(np.median(there))
     if sigma == 0:
         sigma = 1.2533 * float(np.mean(there))
-    cached = heights.copy()
+    cleaned = heights.copy()
     # Comparing with NaN is false: holes stay as they are.
-    cached[deviation > limit * sigma] = np.nan
-    return cached
+    cleaned[deviation > limit * sigma] = np.nan
+    return cleaned
 
 
 def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -67,22 +67,22 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
     there = np.isfinite(heights)
     ny, nx = there.shape
     column = np.arange(nx)
-    depth, remaining, right = (np.full(nx, start) for start in (0, 0, nx))
+    depth, left, right = (np.full(nx, start) for start in (0, 0, nx))
     best, rows, columns = 0, (0, 0), (0, 0)
     for y in range(ny):
         free = there[y]
         first = np.maximum.accumulate(np.where(free, 0, column + 1))
         last = np.minimum.accumulate(np.where(free, nx, column)[::-1])[::-1]
         depth = np.where(free, depth + 1, 0)
-        remaining = np.where(free, np.maximum(remaining, first), 0)
+        left = np.where(free, np.maximum(left, first), 0)
         right = np.where(free, np.minimum(right, last), nx)
-        width = right - remaining
+        width = right - left
         points = np.where((depth > (ny > 1)) & (width > 1), depth * width, 0)
         x = int(np.argmax(points))
         if points[x] > best:
             best = int(points[x])
             rows = (y + 1 - int(depth[x]), y + 1)
-            columns = (int(remaining[x]), int(right[x]))
+            columns = (int(left[x]), int(right[x]))
     if best == 0:
         raise InputError(
             "has no 2 × 2 points without a hole; fill the holes instead, e.g. surface.filled()",

@@ -220,8 +220,8 @@ def _convolve(values: Array, weights: Array, axis: int) -> Array:
     for part in _parts(values.shape, axis, points):
         transformed = fft.rfft(values[part], points, axis)
         transformed *= spectrum
-        cached = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
-        result[part] = fft.irfft(transformed, points, axis)[cached]
+        part_of_map = (slice(length), slice(None)) if axis == 0 else (slice(None), slice(length))
+        result[part] = fft.irfft(transformed, points, axis)[part_of_map]
     return result
 
 
@@ -235,15 +235,15 @@ def _parts(shape: tuple[int, ...], axis: int, points: int) -> list[tuple[slice, 
 def _change_waves(values: Array, points: int, axis: int) -> Array:
     old = values.shape[axis]
     spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward"), axis, -1)
-    cached = min(old, points) // 2 + 1
+    waves = min(old, points) // 2 + 1
     # The centre of the first new pixel, in old pixels from the centre of the first old one.
     shift = 0.5 * (old / points - 1)
-    factor = np.exp(2j * math.pi * shift / old * np.arange(cached))
+    factor = np.exp(2j * math.pi * shift / old * np.arange(waves))
     if min(old, points) % 2 == 0:
         # The wave of two pixels: both its signs share one coefficient on the coarser grid, and
         # have one each on the finer.
         factor[-1] *= 0.5 if old < points else 2.0
-    changed = fft.irfft(spectrum[..., :cached] * factor, points, norm="forward")
+    changed = fft.irfft(spectrum[..., :waves] * factor, points, norm="forward")
     return np.ascontiguousarray(np.moveaxis(changed, -1, axis))
 
 
