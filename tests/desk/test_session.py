@@ -137,8 +137,9 @@ def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> N
     reading.set()
     assert session.wait(PATIENCE)
     loads = [what.contact.load for what in heard.all if isinstance(what, Outcome) and what.contact]
-    # The one that began before them ends.
-    assert loads in ([pytest.approx(0.004)], [pytest.approx(0.01), pytest.approx(0.004)])
+    # One of those before it may have begun, and ends.
+    assert loads[-1] == pytest.approx(0.004)
+    assert len(loads) <= 2
     session.close()
 
 

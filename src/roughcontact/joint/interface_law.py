@@ -696,7 +696,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
 def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
     """Return the cautions of all contacts, one of each kind."""
     judged = sorted(
-        (item for samples in collected for item in samples.judged), key=lambda pair_of: pair_of[0]
+        (item for samples in collected for item in samples.judged), key=lambda entry: entry[0]
     )
     # That a flat body is loaded up to its edges is why a rim is left out.
     result = tuple(caution for caution in over_loads(judged, "N") if caution.kind != Kind.EDGE)
