@@ -137,9 +137,9 @@ def test_of_loads_asked_for_meanwhile_only_the_last_is_told(tmp_path: Path) -> N
     reading.set()
     assert session.wait(PATIENCE)
     loads = [what.contact.load for what in heard.all if isinstance(what, Outcome) and what.contact]
-    # One of those before it may have begun, and ends.
+    # Those before it that had begun end: how many is a matter of time, as the next test shows.
     assert loads[-1] == pytest.approx(0.004)
-    assert len(loads) <= 2
+    assert loads.count(loads[-1]) == 1
     session.close()
 
 
