@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 
-from house import floor_of, imports, rooms, tree, wing_of
+from house import PACKAGE, floor_of, imports, rooms, tree, wing_of
 
 
 def test_a_wing_imports_only_wings_below() -> None:
@@ -163,3 +164,46 @@ def test_nothing_is_changed_that_other_threads_share() -> None:
             alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
         }
         assert named & SHARED <= OWNS.get(room, set()), room
+
+
+# Where a user or a formula is: there docstrings are contracts, elsewhere one line.
+CONTRACTS = {"theory", "plots", "halfspace", "solvers"}
+
+
+def offered() -> set[str]:
+    """Return what the package offers, by room and name."""
+    stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    nodes = [*stub.body, *tree("mpi").body]
+    names = {
+        f"{(node.module or '').removeprefix('roughcontact.')}.{alias.name}".strip(".")
+        for node in nodes
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    return names | {room for room in names if room in rooms()}
+
+
+def contracts(node: ast.Module | ast.ClassDef, owner: str, public: set[str]) -> Iterator[str]:
+    """Yield what has a contract and is neither offered nor part of what is."""
+    for child in node.body:
+        if not isinstance(child, ast.FunctionDef | ast.ClassDef):
+            continue
+        name = f"{owner}.{child.name}"
+        if name in public or (owner in public and not child.name.startswith("_")):
+            public.add(name)
+        elif "\nParameters\n---" in (ast.get_docstring(child) or ""):
+            yield name
+        if isinstance(child, ast.ClassDef):
+            yield from contracts(child, name, public)
+
+
+def test_contracts_stand_where_a_user_or_a_formula_is() -> None:
+    public = offered()
+    inner = [room for room in rooms() if wing_of(room) not in CONTRACTS]
+    assert [name for room in inner for name in contracts(tree(room), room, public)] == []
+
+
+def test_a_contract_elsewhere_is_named() -> None:
+    text = 'def solve():\n    """One.\n\n    Parameters\n    ----------\n    a : int\n    """\n'
+    assert list(contracts(ast.parse(text), "desk.page", set())) == ["desk.page.solve"]
+    assert list(contracts(ast.parse(text), "desk.page", {"desk.page.solve"})) == []

@@ -23,7 +23,7 @@ class Reference:
     """A paper, book or standard."""
 
     key: str  # Of BibTeX: first family name and year, or the number of a standard
-    authors: tuple[str, ...]  # `"Family, I
+    authors: tuple[str, ...]  # "Family, I. J."
     year: int | None  # Of publication
     title: str  # Of the work, a standard's with its number before it
     where: str = ""  # Journal

@@ -370,23 +370,7 @@ def _provenance(attributes: dict[str, Any], prefix: str = "") -> Provenance:
 
 
 def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
-    """Write a result to a NetCDF file.
-
-    Parameters
-    ----------
-    result : ContactResult
-        The result.
-    path : str or path
-        File to write; an old one is replaced when the new one is complete. Where several
-        processes hold the map all call this, and the first of them writes, row by row.
-
-    Raises
-    ------
-    InputError
-        If the suffix is not ``.nc``.
-    OSError
-        If the file cannot be written; an old file survives.
-    """
+    """Write a result to a NetCDF file."""
     share = result.share
     if not isinstance(share, Slab):
         packed = {name: {"zlib": True, "complevel": 1} for name in PACKED}

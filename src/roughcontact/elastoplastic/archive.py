@@ -156,25 +156,7 @@ def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> 
 def load_elastoplastic(
     path: str | os.PathLike[str], *, verify: bool = False
 ) -> ElastoplasticResult:
-    """Read a result that ``ElastoplasticResult.save`` wrote.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    verify : bool
-        As for `load_result`.
-
-    Returns
-    -------
-    ElastoplasticResult
-        The same result; every number keeps its bits, so a run can go on from it.
-
-    Raises
-    ------
-    FormatError, InsufficientMemoryError
-        As for `load_result`, and if the file is not an elastic-plastic result of this program.
-    """
+    """Read a result that ``ElastoplasticResult.save`` wrote."""
     result = load_step(path)[0]
     if verify:
         verified(result).require(Path(path).name)
@@ -193,36 +175,7 @@ def load_step(
 def load_result(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None, *, verify: bool = False
 ) -> ContactResult | ElastoplasticResult:
-    """Read the result that a file holds.
-
-    Parameters
-    ----------
-    path : str or path
-        A file that ``ContactResult.save`` or ``ElastoplasticResult.save`` wrote.
-    verify : bool
-        Whether to compute load, gap and certificate of the contact again from its pressures and
-        heights, with one application of the operator; see
-        `roughcontact.contact.archive.verify_solution`.
-
-    Returns
-    -------
-    ContactResult or ElastoplasticResult
-        The same result; every number keeps its bits. `roughcontact.contact.archive.load_contact`
-        reads only the contact of either.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, damaged, changed or not a result of this program, or does not hold
-        the solution that it claims to be.
-    InsufficientMemoryError
-        If there is not enough memory to verify it.
-
-    Notes
-    -----
-    Every load compares the file with its checksums, and refuses numbers that cannot be those of
-    a result.
-    """
+    """Read the result that a file holds."""
     dataset = archive.opened(path) if dataset is None else dataset
     result: ContactResult | ElastoplasticResult
     if "elastoplastic_status" in dataset.attrs:

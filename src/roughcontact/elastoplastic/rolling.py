@@ -660,23 +660,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 def load_rolling(
     path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
 ) -> RollingResult:
-    """Read passes that ``RollingResult.save`` wrote.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-
-    Returns
-    -------
-    Rolling
-        The same; every number keeps its bits.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, damaged, changed or holds no passes.
-    """
+    """Read passes that ``RollingResult.save`` wrote."""
     dataset = contact_archive.opened(path) if dataset is None else dataset
     with contact_archive.refused(Path(path), "Rolling"):
         columns = {

@@ -55,25 +55,7 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class LoadAnswer:
-    """The load at which one quantity has one value.
-
-    Parameters
-    ----------
-    quantity : str
-        ``"contact_fraction"``: share of the map that touches; ``"saturated_share"``: of the
-        contact area that is at the ceiling; ``"approach"`` or ``"mean_gap"`` [m];
-        ``"first_yield"``: the largest von Mises stress at or below the surface over the yield
-        strength, of the elastic contact.
-    target : float
-        The value asked for [SI]; 1 for first yield.
-    value : float
-        The quantity under ``load`` [SI].
-    below, above : Side
-        Neighboring loads that were solved: at the smaller the value is not reached, at the
-        larger it is.
-    result : ContactResult
-        The contact under ``load``, with its certificate.
-    """
+    """The load at which one quantity has one value."""
 
     quantity: str
     target: float

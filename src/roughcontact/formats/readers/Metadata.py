@@ -16,15 +16,7 @@ _NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
 
 
 class InfoModel:
-    """What SurfaceTopography keeps of a file, in plain types.
-
-    Parameters
-    ----------
-    **told : object
-        Any names; ``acquisition_time``, ``instrument``, ``raw_metadata``, ``channel_name`` and
-        ``datafile`` have the types that SurfaceTopography gives them. What is of another type is
-        given to that library, to convert or refuse.
-    """
+    """What SurfaceTopography keeps of a file, in plain types."""
 
     def __init__(self, **told: Any) -> None:
         self._told = _checked(told)

@@ -9,15 +9,7 @@ import numpy as np
 
 
 class NonuniformLineScan:
-    """Positions and heights of a profile in the unit of the file.
-
-    Parameters
-    ----------
-    x, y : array_like
-        Positions and heights.
-    unit, info : object
-        Of no account here: ``ChannelInfo`` has them as well.
-    """
+    """Positions and heights of a profile in the unit of the file."""
 
     is_uniform = False
 

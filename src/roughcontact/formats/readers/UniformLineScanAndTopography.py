@@ -9,17 +9,7 @@ import numpy as np
 
 
 class Topography:
-    """Heights ``[x, y]`` and sides ``(x, y)`` in the unit of the file.
-
-    Parameters
-    ----------
-    heights : ndarray
-        Without their scale; what is not finite, or masked, is missing.
-    physical_sizes : (float, float)
-        Sides.
-    periodic, unit, info : object
-        Of no account here: ``ChannelInfo`` has them as well.
-    """
+    """Heights ``[x, y]`` and sides ``(x, y)`` in the unit of the file."""
 
     def __init__(
         self,

@@ -28,23 +28,7 @@ def library() -> list[str]:
 
 
 def reader(name: str) -> Any:
-    """Return the class of a reader.
-
-    Parameters
-    ----------
-    name : str
-        As SurfaceTopography calls the format.
-
-    Returns
-    -------
-    type
-        A subclass of that library's ``ReaderBase``.
-
-    Raises
-    ------
-    ImportError
-        If the library is absent, or has no such reader that loads alone.
-    """
+    """Return the class of a reader."""
     own = import_module(f"{__name__}.IO")
     for folder in library():
         # Whoever imported either before has not told it where the library is.
