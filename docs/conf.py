@@ -46,6 +46,8 @@ nitpick_ignore_regex = [
     ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),
     ("py:.*", r".*\.T_co"),
+    # The fields that some results share stand in a base that no user names.
+    ("py:class", r"roughcontact\..*\._[A-Z]\w*"),
     ("py:.*", r"(ValueError|MemoryError|RuntimeError|Exception|NamedTuple|Protocol|Enum|Path)"),
 ]
 
