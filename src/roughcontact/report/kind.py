@@ -36,6 +36,10 @@ def _none(_: Any) -> tuple[Any, ...]:
     return ()
 
 
+def _empty(_: Any) -> str:
+    return ""
+
+
 def _itself(result: Any) -> Any:
     return result
 
@@ -51,6 +55,9 @@ class Kind:
     listed: bool = False  # Whether the summary has the columns, too
     brief: bool = True  # Whether a session shows the main rows alone
     title: str = ""  # Of its chapter in the report on the contact that it is of
+    problem: Callable[[Any], str] = _empty  # Bodies and load in one line
+    question: Callable[[Any], str] = _empty  # What was asked, the title of its report
+    answer: Callable[[Any], str] = _empty  # The answer in one sentence, with its interval
     sentences: Callable[[Any], tuple[str, ...]] = _none
     figures: Illustrations = ()  # Of reports, and for `--figures`
     scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
