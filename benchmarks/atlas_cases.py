@@ -186,7 +186,7 @@ def made(drawn: Map) -> Surface:
         hurst=drawn.hurst,
         Ssk=drawn.Ssk,
         Sku=drawn.Sku,
-        seed=drawn.seed,
+        rng=drawn.seed,
     )
     stretched = (pixel, pixel / drawn.Str)
     slope = roughness.rms_gradient(alike.heights, stretched)
@@ -268,7 +268,7 @@ def pressed(surface: Surface, pressure: float, index: float) -> Row:
             boundary="periodic",
             tolerance=1e-5,
         )
-        corrected = result.corrected_contact_area / (result.pressure.size * result.pixel_area)
+        corrected = result.perimeter_corrected_area / (result.pressure.size * result.pixel_area)
         found |= {
             f"contact{suffix}": corrected,
             f"pixels{suffix}": result.contact_fraction,

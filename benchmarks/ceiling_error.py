@@ -6,7 +6,7 @@
 
 Spheres from first yield to full plasticity and periodic rough maps, perfectly plastic and
 hardening. Each is solved once with plasticity of the volume, with a row of ceilings, and with
-``ceiling="recommended"``. The stored numbers are those of the tables of the page of assumptions,
+``ceiling="calibrated"``. The stored numbers are those of the tables of the page of assumptions,
 written with them, and of its chart. What the recommended ceiling is fitted to stands in
 ceiling_rule.py.
 """
@@ -133,7 +133,7 @@ def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str
     usual = both.ceiling[both.factors.index(3.0)][place]
     again = rc.solve(
         usual.surface, material=usual.material, load=usual.load, boundary=boundary,
-        ceiling="recommended",
+        ceiling="calibrated",
     )  # fmt: skip
     advice = recommended_ceiling(again)
     assert advice is not None
@@ -164,7 +164,7 @@ def measured(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, A
             "pressure_map": both.map_error()[:, place].tolist(),
         },
         "best_factor": {name: float(both.best_factor(name)[place]) for name in QUANTITIES},
-        "recommended": recommended(both, place, boundary),
+        "calibrated": recommended(both, place, boundary),
     }
 
 
@@ -223,7 +223,7 @@ def maps(quick: bool) -> list[dict[str, Any]]:
 
 def show(words: str, found: dict[str, Any]) -> None:
     """Print one case in a line."""
-    three, advice = FACTORS.index(3.0), found["recommended"]
+    three, advice = FACTORS.index(3.0), found["calibrated"]
     print(
         f"{words:46} p̄/σ_Y {found['mean_pressure_ratio']:.2f}   "
         f"at 3: area {100 * found['errors']['contact_area'][three]:+5.1f} %, "
@@ -252,7 +252,7 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
         if row["law"] != "perfect":
             continue
         ratio, mean_pressure, advice = (
-            row["load_ratio"], row["mean_pressure_ratio"], row["recommended"],
+            row["load_ratio"], row["mean_pressure_ratio"], row["calibrated"],
         )  # fmt: skip
         index = math.sqrt(ratio * math.pi**2 * FIRST_YIELD**3 / (6 * mean_pressure))
         others = [
@@ -276,7 +276,7 @@ def tables(found: dict[str, Any]) -> dict[str, str]:
             row for row in found["maps"]
             if (row["law"], row["index"]) == (law, index) and row["nominal"] > NOMINAL[0]
         ]  # fmt: skip
-        advice = mean([row["recommended"] for row in rows])
+        advice = mean([row["calibrated"] for row in rows])
         usual = mean([row["errors"] for row in rows])
         names = ("contact_area", "approach", "pressure_map")
         ratio = float(f"{advice['load_ratio']:.2g}")

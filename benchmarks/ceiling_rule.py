@@ -1,4 +1,4 @@
-"""The rule behind ``ceiling="recommended"``: what it is fitted to, and what it is shown on.
+"""The rule behind ``ceiling="calibrated"``: what it is fitted to, and what it is shown on.
 
     python benchmarks/ceiling_rule.py             # table; about an hour on one core
     python benchmarks/ceiling_rule.py --write     # and the stored numbers and the tables
@@ -210,7 +210,7 @@ def followed(case: Case) -> Iterator[dict[str, Any]]:
                 "last": _known(case.path[-1] / case.first),
                 "load": load,
                 "load_ratio": _known(load / case.first),
-                "area": state.corrected_contact_area,
+                "area": state.perimeter_corrected_area,
                 "approach": state.solution.approach,
                 "depth": float(state.residual_displacement.max()),
                 "energy": plastic_work(state),
@@ -223,7 +223,7 @@ def _known(value: float) -> float | None:
 
 def judged(case: Case, volume: dict[str, Any]) -> dict[str, Any]:
     """Return what both ceilings give beside what the volume gives."""
-    return {**volume, **{name: under(case, volume, name) for name in ("auto", "recommended")}}
+    return {**volume, **{name: under(case, volume, name) for name in ("auto", "calibrated")}}
 
 
 def under(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
@@ -232,13 +232,13 @@ def under(case: Case, volume: dict[str, Any], ceiling: str) -> dict[str, float]:
     left = found.residual_indentation
     energy = float((found.pressure * left).sum()) * found.pixel_area
     told = {
-        "area": found.corrected_contact_area / volume["area"] - 1,
+        "area": found.perimeter_corrected_area / volume["area"] - 1,
         "approach": found.approach / volume["approach"] - 1,
         "depth": float(left.max()) / volume["depth"],
         "energy": energy / volume["energy"],
     }
-    if found.recommended is not None:
-        told |= {"factor": found.recommended.factor, "judged": found.recommended.load_ratio}
+    if found.calibration is not None:
+        told |= {"factor": found.calibration.factor, "judged": found.calibration.load_ratio}
     return told
 
 
@@ -307,7 +307,7 @@ def _rule(rows: list[dict[str, Any]]) -> str:
         for ratio in LOADS:
             row = _at(rows, poisson, ratio)
             mean = row["load"] / row["area"] / STRENGTH
-            three, advised = row["auto"], row["recommended"]
+            three, advised = row["auto"], row["calibrated"]
             lines.append(
                 f"| {poisson:g} | {ratio:g} | {mean:.2f} | {advised['factor']:.2f} | "
                 f"{percents(three['area'], advised['area'], advised['approach'])} |"
@@ -321,7 +321,7 @@ def _shown(rows: list[dict[str, Any]]) -> str:
         "|" + "---|" * 7,
     ]
     for name, row in last_of_each(rows):
-        three, advised = row["auto"], row["recommended"]
+        three, advised = row["auto"], row["calibrated"]
         ratio = float(f"{advised['judged']:.2g}")
         lines.append(
             f"| {name} | {row['poisson']:g} | {ratio:g} | {advised['factor']:.2f} | "
@@ -350,7 +350,7 @@ def _imprint(rows: list[dict[str, Any]]) -> str:
     spheres += [(f"sphere, ν = {nu:g}", _at(rows, nu, 40)) for nu in (0.0, 0.15, 0.45, 0.49)]
     maps = [(name, row) for name, row in last_of_each(rows) if row["kind"] == "map"]
     for name, row in [*spheres, *maps]:
-        three, advised = row["auto"], row["recommended"]
+        three, advised = row["auto"], row["calibrated"]
         told = " | ".join(
             f"{one[what]:.2f}" for one in (three, advised) for what in ("depth", "energy")
         )
@@ -416,7 +416,7 @@ def main() -> None:
 
 def show(row: dict[str, Any]) -> None:
     """Print the last load of a case in a line."""
-    three, advised = row["auto"], row["recommended"]
+    three, advised = row["auto"], row["calibrated"]
     print(
         f"{row['kind']}, ν = {row['poisson']:g}: at 3: area {100 * three['area']:+.1f} %   "
         f"recommended {advised.get('factor', 3):.2f}: area {100 * advised['area']:+.1f} %, "

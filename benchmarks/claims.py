@@ -90,7 +90,7 @@ def rough(points: int = 32, seed: int = 1, shortest: float | None = None) -> rc.
     side = 1e-4
     return rc.generate(
         (points, points), (side / points,) * 2, Sq=4e-7, rolloff_wavelength=side / 3,
-        cutoff_wavelength=shortest, seed=seed,
+        cutoff_wavelength=shortest, rng=seed,
     )  # fmt: skip
 
 
@@ -447,7 +447,7 @@ def one_answer(asked: Asked) -> Found:
     file = saved(asked, surface.heights)
     file = *file[:3], "--size", "0.24 mm"
     found = rc.solve(surface, material=material, load=27 * first)
-    recommended = rc.solve(surface, material=material, load=27 * first, ceiling="recommended")
+    recommended = rc.solve(surface, material=material, load=27 * first, ceiling="calibrated")
     volume = rc.solve_elastoplastic(surface, material=material, load=27 * first)
     column = found.calibrated.contact_area if found.calibrated else found.contact_area
     areas = [
@@ -490,7 +490,7 @@ def second_column(asked: Asked) -> Found:
     file = saved(asked, surface.heights)
     steel = "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa"
     _, text = told(asked.folder, "solve", *file, *steel, "--load", "0.4 N")
-    shown = "calibrated, " in text and "recommended" not in text
+    shown = "calibrated, " in text and "calibrated" not in text
     return Found(
         f"area {percent(off['contact_area'])} off, saturated {percent(off['saturated_fraction'])}, "
         f"gap {percent(off['mean_gap'])}; {cost:.2f} times the convolutions; column "
@@ -531,7 +531,7 @@ def headline(asked: Asked) -> Found:
 )  # fmt: skip
 def filled_points(asked: Asked) -> Found:
     words, good = [], True
-    steel = "--material", "42CrMo4", "--load", "0.5 N", "--holes", "fill"
+    steel = "--material", "42CrMo4", "--load", "0.5 N", "--missing", "fill"
     for part in (0.889, 0.08, 0.00229):
         heights = np.array(rough(64).heights)
         number = round(part * heights.size)
@@ -635,7 +635,7 @@ def slip_of_gases(asked: Asked) -> Found:
 )  # fmt: skip
 def filled_gaps(asked: Asked) -> Found:
     side, points = 6.4e-5, 32 if asked.quick else 48
-    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, seed=1)
+    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, rng=1)
     result = rc.solve(
         surface, material=rc.Material(206e9, 0.3, 0.3e9), load=rc.NominalPressure(2e7),
         boundary="periodic",
@@ -697,7 +697,7 @@ def constants(asked: Asked) -> Found:
     _, text = told(
         asked.folder, "conductance", *saved(asked, rough().heights), "--material", "42CrMo4",
         "--counter-material", "6061-T6", "--load", "0.2 N", "--boundary", "periodic",
-        "--film", "1e-12 ohm m^2",
+        "--electrical-film", "1e-12 ohm m^2",
     )  # fmt: skip
     said = text.partition("on a disc by at most ")[2].split()[0]
     assert conductivity is not None

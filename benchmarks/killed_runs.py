@@ -41,7 +41,7 @@ VERDICTS = (RESUMED, ENDED, WRONG)
 _MAP = "--unit um --size '0.1 mm' --young '210 GPa' --poisson 0.3 --yield-strength '1 GPa'"
 _VOLUME = (
     "--unit um --size '0.3 mm' --young '210 GPa' --poisson 0.3 --yield-strength '1.6 GPa' "
-    "--model volume --tolerance 1e-3"
+    "--model elastoplastic --tolerance 1e-3"
 )
 _PROJECT = """\
 folder = "results"
@@ -105,7 +105,7 @@ COMMANDS = {
     ),
     "history": Command(
         f"history rough.npy {_MAP} --path '0.5 N, 0 N' --passes 3 --output out.csv "
-        "--residual out.x3p",
+        "--indented-surface out.x3p",
         ("out.csv", "out.x3p"),
     ),
     "volume": Command(

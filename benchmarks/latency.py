@@ -41,7 +41,7 @@ Timing = tuple[float, float]
 
 def commands(map_file: str, folder: Path) -> dict[str, list[str]]:
     """Return what is timed, by name."""
-    solve = ["solve", map_file, "--load", "1 N", "--material", "100Cr6", "--holes", "fill"]
+    solve = ["solve", map_file, "--load", "1 N", "--material", "100Cr6", "--missing", "fill"]
     return {
         "--help": ["--help"],
         "info": ["info", map_file],

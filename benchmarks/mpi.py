@@ -99,7 +99,7 @@ def pressed(communicator: Any) -> tuple[dict[str, Any], Any]:
     """Solve with the volume model, on ranks or without any."""
     options = volume.arguments(volume.CASES["swift-256"], quick=QUICK in os.environ)
     began, work = time.perf_counter(), cpu()
-    found = rc.solve_elastoplastic(**options, communicator=communicator)
+    found = rc.solve_elastoplastic(**options, ranks=communicator)
     row = {
         "seconds": time.perf_counter() - began,
         "work": cpu() - work,

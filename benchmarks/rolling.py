@@ -96,7 +96,7 @@ def run(case: Case, folder: Path) -> dict[str, Any]:
         "cpu": time.process_time() - cpu,
         "iterations": result.iterations,
         "disk": sum(f.stat().st_size for f in folder.rglob("*") if f.is_file()) / 1e6,
-        "answer": rolled.answer,
+        "answer": rolled.outcome_text,
         "strain": result.max_plastic_strain,
         "tolerance": result.tolerance,
         "load_average": os.getloadavg()[0] if hasattr(os, "getloadavg") else math.nan,

@@ -287,8 +287,8 @@ def followed(folder: Path) -> dict[str, Any]:
     found = rc.solve(
         rough(), material=STEEL, load=0.2, progress=lambda at: steps.append(getattr(at, "step", at))
     )
-    warm = rc.solve(rough(), material=STEEL, load=0.25, start=found)
-    from_array = rc.solve(rough(), material=STEEL, load=0.25, start=found.pressure)
+    warm = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found)
+    from_array = rc.solve(rough(), material=STEEL, load=0.25, initial_guess=found.pressure)
     words = {"steps": steps, "spots": found.spots(), "stiffness": found.stiffness()}
     return {"warm": warm, "warm-array": from_array, "elastic": found.elastic(), **words}
 
@@ -383,7 +383,7 @@ def leakage(folder: Path) -> dict[str, Any]:
     for suffix in ("csv", "json"):
         found.save(folder / f"leak.{suffix}")
     return {"": found, "ring": rc.leakage(
-        contacts[0], direction="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
+        contacts[0], flow_axis="y", viscosity=1e-3, pressure_difference=1e5, seal_width=0.1,
         seal_length=1e-3,
     )}  # fmt: skip
 
@@ -391,7 +391,7 @@ def leakage(folder: Path) -> dict[str, Any]:
 @case
 def conductance(folder: Path) -> dict[str, Any]:
     contacts = pressed()
-    found = rc.conductance(contacts, "42CrMo4", "6061-T6", film=1e-12, thermal_film=1e-7)
+    found = rc.conductance(contacts, "42CrMo4", "6061-T6", electrical_film=1e-12, thermal_film=1e-7)
     for suffix in ("csv", "json"):
         found.save(folder / f"conductance.{suffix}")
     return {"": found, "bare": rc.conductance(contacts[0], "42CrMo4", "6061-T6")}
@@ -414,8 +414,8 @@ def find(folder: Path) -> dict[str, Any]:
     found = rc.find_load(
         rough((32, 32), 5),
         material=STEEL,
-        contact=[0.02, 0.05],
-        saturated=0.3,
+        contact_fraction=[0.02, 0.05],
+        saturated_fraction=0.3,
         approach=2e-7,
         mean_gap=3e-7,
         first_yield=True,
@@ -450,7 +450,7 @@ def estimate(folder: Path) -> dict[str, Any]:
 def generation(folder: Path) -> dict[str, Any]:
     pixel = (2e-6, 2e-6)
     return {
-        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, seed=2),
+        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, rng=2),
         "honed": rc.generate(128, pixel, Sq=4e-7, Sal=1.2e-5, honing=40.0),
         "plateau": rc.generate(48, pixel, Sq=4e-7, Sal=1.2e-5, Ssk=-0.8),
         "turned": rc.generate(48, pixel, Sq=4e-7, rolloff_wavelength=4e-5, turning=(2.4e-5, 8e-4)),
@@ -536,7 +536,7 @@ _HOLES = _SOLVE.replace("rough.npy", "holes.npy")
 _WIDE = f"solve wide.npy --unit um --size '72 um x 80 um' {_STEEL}"
 _BALL = "--points 48 --size '0.4 mm' --material 100Cr6"
 _SPHERE = f"{_BALL} --body 'sphere 10 mm'"
-_PERFECT = "--model volume --increments 2 --tolerance 1e-3"
+_PERFECT = "--model elastoplastic --increments 2 --tolerance 1e-3"
 _VOLUME = f"solve {_SPHERE.replace('48', '32')} --load '80 N' {_PERFECT}"
 _SWEEP = f"sweep {_ON} --from '20 mN' --to '1 N' --steps 4 --folder kept"
 _FORMS = ("sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um",
@@ -547,7 +547,10 @@ _LOADS = "--load '0.1 N, 0.3 N'"
 _LEAK = f"leak {_JOINT} {_LOADS} --viscosity '1 mPa s' --pressure-difference '1 bar'"
 _CONDUCTANCE = f"conductance {_JOINT} {_LOADS} --counter-material 6061-T6"
 _LAW = f"law {_JOINT} --from '10 MPa' --to '90 MPa' --steps 3 --counter-material 6061-T6"
-_FIND = f"find small.npy {_MAP} {_STEEL} --contact '2 %, 5 %' --saturated '30 %' --first-yield"
+_FIND = (
+    f"find small.npy {_MAP} {_STEEL} --contact-fraction '2 %, 5 %' --saturated-fraction '30 %' "
+    "--first-yield"
+)
 _ROLL = (
     "roll --points 16 --size '0.4 mm' --body flat --material 100Cr6 --counter-body "
     "'sphere 5 mm' --load '60 N' --boundary periodic --passes 2 --steps 2 --tolerance 1e-3"
@@ -563,9 +566,9 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "figures": (f"{_SOLVE} --figures out.png", f"{_WIDE} --load '0.2 N' --figures out.svg",
                 f"{_SOLVE} --figures out.pdf"),
     "prepared": (f"{_HOLES} --crop 2:62,0:60 --outliers 6 --level robust --form 'polynomial 3' "
-                 "--holes fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
+                 "--missing fill --s-filter '4 um' --l-filter '60 um' --pixel '1.2 um' --rotate 90 "
                  "--tip-radius '2 um' --report a.html",),
-    "holes": (f"{_HOLES} --holes mask --output a.nc", f"{_HOLES} --holes crop", _HOLES),
+    "holes": (f"{_HOLES} --missing mask --output a.nc", f"{_HOLES} --missing crop", _HOLES),
     "ceilings": (f"{_HALF} --ceiling none", f"{_HALF} --ceiling '2 GPa'",
                  f"{_HALF} --ceiling '62 HRC'", f"{_HALF} --hardening 'linear 2 GPa'"),
     "approach": (f"{_WIDE} --approach '0.3 um' --boundary periodic --precision single",),
@@ -589,13 +592,15 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "sweep-approach": (f"sweep {_ON} --from '0.1 um' --to '0.3 um' --steps 3 --spacing linear "
                        "--json",),
     "history": (f"history {_ON} --path '0.5 N, 0 N, 0.5 N' --passes 2 --shift '0 um, 3.125 um' "
-                "--output h.csv --residual r.x3p --figure h.png --report a.html",
-                f"history {_ON} --path '0.5 N, 0 N' --residual r.sur --output h.json --json",
-                f"history {_ON} --path '0.5 N, 0 N' --residual r.npz --quiet"),
+                "--output h.csv --indented-surface r.x3p --figure h.png --report a.html",
+                f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.sur --output h.json "
+                "--json",
+                f"history {_ON} --path '0.5 N, 0 N' --indented-surface r.npz --quiet"),
     "stress": (f"stress {_SPHERE} --load '5 N' --output s.nc --report a.html --figures s.png",
                f"stress {_ON} --load '0.2 N' --friction 0.2 --direction 30 --depths '1 um, 2 um' "
                "--json"),
-    "stress-onset": (f"stress {_SPHERE} --load '5 N' --onset", f"stress {_SPHERE} --onset"),
+    "stress-onset": (f"stress {_SPHERE} --load '5 N' --first-yield",
+                     f"stress {_SPHERE} --first-yield"),
     "volume": (f"{_VOLUME} --report a.html --output v.nc --output v.vtr --figures v.png",),
     "volume-linear": (f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept --json",
                       f"{_VOLUME} --hardening 'linear 20 GPa' --unload --folder kept"),
@@ -606,7 +611,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
     "tasks": ("run tasks.toml", "run tasks.toml --json"),
     "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.csv --output l.json --json"),
-    "conductance": (f"{_CONDUCTANCE} --film '1e-12 ohm m^2' --report a.html",
+    "conductance": (f"{_CONDUCTANCE} --electrical-film '1e-12 ohm m^2' --report a.html",
                     f"{_CONDUCTANCE} --output c.csv --output c.json --json"),
     "law": (f"{_LAW} --report a.html " + " ".join(
         f"--output l.{kind}" for kind in ("npz", "csv", "json", "inp", "ccx", "txt")),

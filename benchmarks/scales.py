@@ -27,7 +27,7 @@ def told(pair: rc.contact.pair.Pair, pressure: float, ceiling: float | None) -> 
         boundary="periodic",
     )  # fmt: skip
     (conducts,) = rc.conductance(result, UNIT, UNIT).steps
-    (leaks,) = rc.leakage(result, direction="x").steps
+    (leaks,) = rc.leakage(result, flow_axis="x").steps
     place = leaks.constriction[1]
     return {
         "contact area": result.contact_fraction,

@@ -187,7 +187,7 @@ def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
     again = load_result(tmp_path / "out.nc")
     resolved = rc.solve(
         again.surface, material=again.material, counter_material=again.counter_material,
-        ceiling=again.ceiling, load=again.load, start=again,
+        ceiling=again.ceiling, load=again.load, initial_guess=again,
     )  # fmt: skip
     np.testing.assert_allclose(resolved.pressure, masked.pressure, rtol=0, atol=1e-5 * 3e9)
 

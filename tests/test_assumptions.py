@@ -350,7 +350,7 @@ def test_a_ceiling_that_fits_or_cannot_be_judged_is_not_doubted(
 def test_the_calibrated_ceiling_agrees_with_its_own_solution() -> None:
     first = solved(rough(points=128), load=1.0)
     assert first.calibrated is not None
-    own = solved(rough(points=128), load=1.0, ceiling="recommended")
+    own = solved(rough(points=128), load=1.0, ceiling="calibrated")
     assert first.calibrated.ceiling == pytest.approx(own.ceiling, rel=2e-3)
     assert first.calibrated.contact_area == pytest.approx(own.contact_area, rel=5e-3)
     assert own.calibrated is None

@@ -46,7 +46,7 @@ def mean_pressure(load_ratio: float) -> float:
     assert hertz.max_pressure(load, radius, MODULUS) == pytest.approx(peak)
     pixel = (side / points, side / points)
     ball = rc.Surface(shapes.paraboloid((points, points), pixel, radius), pixel)
-    return load / rc.solve(ball, material=STEEL, load=load).corrected_contact_area / 1e9
+    return load / rc.solve(ball, material=STEEL, load=load).perimeter_corrected_area / 1e9
 
 
 # Mean pressures of a perfectly plastic sphere from the volume solution that the page names.
@@ -201,8 +201,8 @@ def test_friction_brings_first_yield_to_the_surface() -> None:
     peak = hertz.max_pressure(load, radius, MODULUS)
     below = subsurface_stress(result, depths, friction=0.30)
     above = subsurface_stress(result, depths, friction=0.37)
-    assert below.place[0] > 0.3 * a_hertz
-    assert above.place[0] == depths[0]
+    assert below.max_von_mises_at[0] > 0.3 * a_hertz
+    assert above.max_von_mises_at[0] == depths[0]
     assert peak / above.max_von_mises < 1.5 < peak / below.max_von_mises
 
 
@@ -252,7 +252,7 @@ def test_what_the_recommended_ceiling_leaves() -> None:
     found = ceiling_error.stored()
     perfect, beyond, hard = (
         [
-            row["recommended"]
+            row["calibrated"]
             for row in found["spheres"]
             if (row["law"] == "perfect") is same and low < row["load_ratio"] <= high
         ]
@@ -264,7 +264,7 @@ def test_what_the_recommended_ceiling_leaves() -> None:
     assert max(abs(row["contact_area"]) for row in hard) < 0.075
     assert max(abs(row["approach"]) for row in perfect + hard) < 0.075
     rough = [row for row in found["maps"] if row["nominal"] > 0.05]
-    errors = np.array([row["recommended"]["contact_area"] for row in rough])
+    errors = np.array([row["calibrated"]["contact_area"] for row in rough])
     assert np.abs(errors).max() < 0.085
     assert np.mean(np.abs(errors) < 0.055) > 0.9
     usual = {law: [r["errors"]["contact_area"][0] for r in rough if r["law"] == law]
@@ -282,14 +282,14 @@ def test_what_the_rule_is_shown_on() -> None:
     found["pair"] = [row for row in rows if row["kind"] not in others]
     assert {row["poisson"] for row in found["sphere"]} == {0.0, 0.15, 0.3, 0.45, 0.49}
     for kind, most in (("sphere", 0.035), ("pair", 0.03), ("line", 0.05), ("map", 0.09)):
-        assert max(abs(row["recommended"]["area"]) for row in found[kind]) < most, kind
-    assert np.mean([abs(row["recommended"]["area"]) < 0.055 for row in found["map"]]) > 0.7
+        assert max(abs(row["calibrated"]["area"]) for row in found[kind]) < most, kind
+    assert np.mean([abs(row["calibrated"]["area"]) < 0.055 for row in found["map"]]) > 0.7
     assert min(row["auto"]["area"] for row in found["sphere"]) == pytest.approx(-0.35, abs=0.03)
 
 
 def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
     rows = [row for row in ceiling_rule.stored()["rows"] if row["kind"] in ("sphere", "map")]
-    left = [(row["recommended"]["depth"], row["recommended"]["energy"]) for row in rows]
+    left = [(row["calibrated"]["depth"], row["calibrated"]["energy"]) for row in rows]
     assert (np.min(left, axis=0) > (1, 1.2)).all()
     assert (np.max(left, axis=0) < (1.32, 1.55)).all()
     for row in rows:

@@ -78,7 +78,7 @@ def test_ctrl_c_returns_the_last_state_where_asked(after):
     assert cut.max_pressure <= cut.ceiling
     assert any("interrupted" in warning for warning in cut.warnings)
     # And a start for going on.
-    again = rc.solve(rough(), material=STEEL, load=0.5, start=cut)
+    again = rc.solve(rough(), material=STEEL, load=0.5, initial_guess=cut)
     np.testing.assert_allclose(again.pressure, whole.pressure, atol=1e-4 * whole.max_pressure)
 
 

@@ -88,7 +88,7 @@ def test_flow_stress_gives_the_hardness_by_the_rule_of_tabor(entry: catalog.Entr
     # 2.8 to 3 flow stresses at a strain of 8 %; without a law as far as one condition scatters.
     ratio = body.hardness / float(body.law.strength(np.array(0.08)))
     assert 2.8 < ratio < 3.05 if body.hardening else 2.6 < ratio < 3.5
-    assert body.at_odds is None
+    assert body.tabor_ratio is None
 
 
 @each

@@ -53,7 +53,7 @@ def test_plasticity_of_the_volume_lies_in_what_is_said(kind):
     # Each stored case was followed with plasticity of the volume.
     within = 0
     for row in STORED[kind]:
-        law, found = ceiling_error.LAWS[row["law"]], row["recommended"]
+        law, found = ceiling_error.LAWS[row["law"]], row["calibrated"]
         strength = float(law.strength(np.array(0.0)))
         flow = float(law.strength(np.array(0.15 * found["slope"])))
         advice = CalibratedCeiling(
@@ -82,7 +82,7 @@ def test_beyond_first_yield_the_area_is_said_to_be_larger():
     doubt = causes(interval(result))[Cause.YIELDING]
     assert doubt.low == 0
     assert 0.2 < doubt.high < 0.5
-    recommended = rc.solve(BALL, material=STEEL, load=12, ceiling="recommended")
+    recommended = rc.solve(BALL, material=STEEL, load=12, ceiling="calibrated")
     area = recommended.contact_fraction
     assert interval(result).low < area < interval(result).high
     again = causes(interval(recommended))[Cause.YIELDING]

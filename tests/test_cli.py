@@ -194,7 +194,7 @@ def test_every_option_reaches_the_library(rough: Path, holed: Path, capsys: Capt
             "--counter-young", "70 GPa", "--counter-poisson", "0.33",
             "--counter-yield-strength", "300 MPa", "--counter-surface", str(holed),
             "--ceiling", "2 GPa", "--boundary", "periodic", "--level", "quadric",
-            "--holes", "fill", "--crop", "0:32,:48", "--tolerance", "1e-5",
+            "--missing", "fill", "--crop", "0:32,:48", "--tolerance", "1e-5",
             "--max-iterations", "300", "--precision", "double", "--json",
         ]
     )  # fmt: skip
@@ -249,7 +249,7 @@ def test_cautions_name_options_in_console_and_report(
     shown = " ".join(capsys.readouterr().out.split())
     report = html.unescape(Path(name).read_text(encoding="utf-8"))
     for told in (shown, report):
-        assert "--ceiling recommended" in told
+        assert "--ceiling calibrated" in told
         assert 'ceiling="' not in told
         assert 'boundary="' not in told
     # What is said of a contact is said once, whatever is computed below it.
@@ -272,7 +272,7 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Ca
     assert "caution" not in shown
     assert app.main(["solve", *ball, *YIELDING, "--uncalibrated"]) == app.SOLVED
     assert capsys.readouterr().out.count("caution:") == 1
-    for better in (f"{other['factor']} GPa", "recommended"):
+    for better in (f"{other['factor']} GPa", "calibrated"):
         assert app.main(["solve", *ball, *YIELDING, "--ceiling", better, "--json"]) == app.SOLVED
         own = json.loads(capsys.readouterr().out)
         assert own["calibrated"] is None
@@ -281,7 +281,7 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Ca
 
 def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 1 mm", "--points", "64", "--size", "150 um")
-    more = (*ball, *YIELDING, "--ceiling", "recommended")
+    more = (*ball, *YIELDING, "--ceiling", "calibrated")
     assert app.main(["solve", *more, "--load", "10 N"]) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert re.search(r"2\.\d+ GPa, recommended: 2\.\d+ yield strengths at \d+ times first", told)
@@ -292,12 +292,12 @@ def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capt
     capsys.readouterr()
     assert app.main(["history", *more, "--path", "10 N, 0 N", "--json"]) == app.SOLVED
     found = json.loads(capsys.readouterr().out)
-    assert found["recommended"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
+    assert found["calibrated"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
     assert any("permanent indentation" in text for text in found["warnings"])
     assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
-    assert json.loads(capsys.readouterr().out)["recommended"]["load"] == 10
-    words = "--ceiling recommended is read from the yield strength of the softer body"
-    assert app.main(["solve", *ball, *STEEL, "--ceiling", "recommended", "--load", "10 N"]) == 2
+    assert json.loads(capsys.readouterr().out)["calibrated"]["load"] == 10
+    words = "--ceiling calibrated is read from the yield strength of the softer body"
+    assert app.main(["solve", *ball, *STEEL, "--ceiling", "calibrated", "--load", "10 N"]) == 2
     assert words in " ".join(capsys.readouterr().err.split())
 
 
@@ -394,10 +394,10 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     "stress": (("stress", *SMALL_BALL, "--load", "1 N", *YIELDING), {"--output": "a.nc"}),
     "history": (
         ("history", *SMALL_BALL, "--path", "1 N", *YIELDING),
-        {"--output": "a.csv", "--residual": "a.nc"},
+        {"--output": "a.csv", "--indented-surface": "a.nc"},
     ),
     "volume": (
-        ("solve", "--model", "volume", "--increments", "1", *SMALL_BALL, "--load", "1 N",
+        ("solve", "--model", "elastoplastic", "--increments", "1", *SMALL_BALL, "--load", "1 N",
          *YIELDING),
         {"--output": "a.nc"},
     ),
@@ -508,7 +508,7 @@ def test_usage_errors_return_2(arguments: list[str], words: list[str], capsys: C
         (("--load", "1 N", *STEEL, "--ceiling", "0 Pa"), ("--ceiling must be positive",)),
         (("--load", "1 N", *STEEL, "--boundary", "open"), ("--boundary", "periodic", "'open'")),
         (("--load", "1 N", *STEEL, "--level", "cubic"), ("--level", "quadric", "'cubic'")),
-        (("--load", "1 N", *STEEL, "--holes", "plug"), ("--holes", "fill", "'plug'")),
+        (("--load", "1 N", *STEEL, "--missing", "plug"), ("--missing", "fill", "'plug'")),
         (("--load", "1 N", *STEEL, "--precision", "half"), ("--precision", "single", "'half'")),
         (("--load", "1 N", *STEEL, "--tolerance", "0"), ("--tolerance", "positive", "0.0")),
         (("--load", "1 N", *STEEL, "--tolerance", "x"), ("--tolerance", "'x'")),
@@ -577,11 +577,11 @@ def test_missing_unit_or_size_is_asked_for_as_an_option(rough: Path, capsys: Cap
 
 
 def test_holes_are_refused_until_the_user_chooses(holed: Path, capsys: Capture) -> None:
-    choices = ("holed.npy has 3 missing points", "--holes fill", "--holes mask", "--crop")
+    choices = ("holed.npy has 3 missing points", "--missing fill", "--missing mask", "--crop")
     refused(capsys, solve(holed, *STEEL), *choices)
     for options, steps in (
-        (("--holes", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
-        (("--holes", "mask"), ["masked: 3 missing points never touch"]),
+        (("--missing", "fill"), ["filled: 3 missing points by harmonic interpolation"]),
+        (("--missing", "mask"), ["masked: 3 missing points never touch"]),
     ):
         assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
         assert json.loads(capsys.readouterr().out)["preparation"][1:] == steps
@@ -849,7 +849,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
     ],
 )
 def test_measured_files_are_solved(name: str, load: str, ceiling: str, capsys: Capture) -> None:
-    arguments = ["--load", load, *YIELDING, "--holes", "fill", "--ceiling", ceiling, "--json"]
+    arguments = ["--load", load, *YIELDING, "--missing", "fill", "--ceiling", ceiling, "--json"]
     assert app.main(["solve", measurement(name), *arguments]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
@@ -883,7 +883,7 @@ def test_damaged_measurements_end_in_one_sentence(
 def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys: Capture) -> None:
     options = (
         "--crop", "0:36,0:60", "--outliers", "5", "--level", "robust", "--form", "polynomial 3",
-        "--holes", "fill", "--s-filter", "12 um", "--l-filter", "80 um", "--pixel", "2 um",
+        "--missing", "fill", "--s-filter", "12 um", "--l-filter", "80 um", "--pixel", "2 um",
         "--rotate", "90",
     )  # fmt: skip
     assert solve(holed, *STEEL, *options, "--json") == app.SOLVED
@@ -905,7 +905,7 @@ def test_every_preparation_reaches_the_library_in_its_order(holed: Path, capsys:
 
 
 def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
-    assert solve(holed, *STEEL, "--holes", "crop", "--json") == app.SOLVED
+    assert solve(holed, *STEEL, "--missing", "crop", "--json") == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     assert told["preparation"][0].startswith("cropped to the largest rectangle without holes")
 
@@ -922,7 +922,7 @@ def test_holes_can_be_cut_away(holed: Path, capsys: Capture) -> None:
         (("--pixel", "1 N"), ("--pixel needs a length", "(a force)")),
         (("--pixel", "1 m"), ("--pixel must be at most half the map",)),
         (
-            ("--pixel", "1 m", "--model", "volume", "--yield-strength", "1 GPa"),
+            ("--pixel", "1 m", "--model", "elastoplastic", "--yield-strength", "1 GPa"),
             ("--pixel must be at most half the map",),
         ),
         (("--s-filter", "1 nm"), ("cutoff",)),
@@ -1110,7 +1110,14 @@ def test_history_writes_steps_and_the_indented_surface(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     output, residual, figure = (tmp_path / name for name in ("h.csv", "h.x3p", "h.png"))
-    written = ("--output", str(output), "--residual", str(residual), "--figure", str(figure))
+    written = (
+        "--output",
+        str(output),
+        "--indented-surface",
+        str(residual),
+        "--figure",
+        str(figure),
+    )
     path = ("--path", "0.5 N, 0 N, 0.5 N", "--passes", "2", "--shift", "0 um, 6.25 um")
     arguments = ["history", str(rough), *SCALE, *YIELDING, *path]
     assert app.main([*arguments, *written]) == app.SOLVED
@@ -1149,14 +1156,21 @@ def test_history_writes_steps_and_the_indented_surface(
         (("--path", "1 N", "--passes", "2", "--shift", "1 um"), ("--shift needs two",)),
         (("--path", "1 N", "--passes", "2", "--shift", "0 um, 1 um"), ("whole number of pixels",)),
         (("--path", "1 N", "--passes", "2", "--shift", "1 mm, 0 um"), ("beyond the map",)),
-        (("--path", "1 N", "--residual", "out.opd"), ("--residual needs a name that ends in .nc",)),
+        (
+            ("--path", "1 N", "--indented-surface", "out.opd"),
+            ("--indented-surface needs a name that ends in .nc",),
+        ),
         (("--path", "1 N", "--output", "out.nc"), ("--output needs a name that ends in .csv",)),
     ],
 )
 def test_bad_histories_end_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
-    written = [] if "--residual" in options else ["--residual", str(tmp_path / "left.x3p")]
+    written = (
+        []
+        if "--indented-surface" in options
+        else ["--indented-surface", str(tmp_path / "left.x3p")]
+    )
     status = app.main(["history", str(rough), *SCALE, *YIELDING, *options, *written])
     refused(capsys, status, *words)
     assert files(tmp_path) == {"rough.npy"}
@@ -1196,7 +1210,7 @@ def test_every_measurement_gets_a_report_in_one_line(
     name: str, load: str, tmp_path: Path, capsys: Capture
 ) -> None:
     report = tmp_path / "out.html"
-    options = ("--material", "100Cr6", "--holes", "fill", "--report", str(report))
+    options = ("--material", "100Cr6", "--missing", "fill", "--report", str(report))
     assert app.main(["solve", measurement(name), "--load", load, *options]) == app.SOLVED
     assert report.read_text(encoding="utf-8").count("<img") >= 8
 
@@ -1247,8 +1261,8 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
         (("--depths", "1 um, 0 um"), ("--depths must be positive", "'0 um'")),
         (("--depths", "1 um, -1 um"), ("--depths must be positive",)),
         (("--depths", "1"), ("--depths needs a length",)),
-        (("--which", "first"), ("--which must be one of body, counter-body",)),
-        (("--which", "counter-body"), ("counter-body is rigid",)),
+        (("--in-body", "first"), ("--in-body must be one of body, counter-body",)),
+        (("--in-body", "counter-body"), ("counter-body is rigid",)),
         (("--friction", "much"), ("--friction must be a number",)),
         (("--output", "out.csv"), ("--output needs a name that ends in .nc",)),
         (("--load", "99 N"), ("60 N",)),
@@ -1264,12 +1278,12 @@ def test_bad_stress_ends_in_one_sentence(
 
 def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
-    assert app.main(["stress", *ball, *YIELDING, "--onset", "--json"]) == app.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, "--first-yield", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     expected = hertz.first_yield_load(10e-3, 210e9 / 0.91, 1.615e9)
     # One per cent in the pressure is three in the load.
     assert told["first_yield"]["load"] == pytest.approx(expected, rel=0.03)
-    assert app.main(["stress", *ball, *YIELDING, "--onset"]) == app.SOLVED
+    assert app.main(["stress", *ball, *YIELDING, "--first-yield"]) == app.SOLVED
     assert "first yield" in capsys.readouterr().out
 
 
@@ -1301,7 +1315,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
 def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"
-    law = ("--model", "volume", "--increments", "3", "--hardening", "linear 2 GPa")
+    law = ("--model", "elastoplastic", "--increments", "3", "--hardening", "linear 2 GPa")
     assert app.main(["solve", *ball, *YIELDING, *law, "--output", str(output)]) == app.SOLVED
     out, err = capsys.readouterr()
     assert err == ""
@@ -1314,15 +1328,24 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     )
     assert stored.max_plastic_strain == pytest.approx(expected.max_plastic_strain, rel=1e-6)
     assert stored.contact.max_pressure == pytest.approx(expected.contact.max_pressure, rel=1e-6)
-    assert app.main(["solve", *ball, *YIELDING, "--model", "volume", "--json"]) == app.SOLVED
+    assert app.main(["solve", *ball, *YIELDING, "--model", "elastoplastic", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     assert told["volume"]["max_plastic_strain"] > stored.max_plastic_strain
     assert told["volume"]["increments"] == 12
     assert 0 < told["volume"]["step_error"] < 0.01
-    few = ("--model", "volume", "--increments", "2")
+    few = ("--model", "elastoplastic", "--increments", "2")
     assert app.main(["solve", *ball, *YIELDING, *few]) == app.SOLVED
     assert "caution: without hardening the pressure of single pixels" in capsys.readouterr().out
-    single = (*ball, *YIELDING, "--model", "volume", "--increments", "1", "--tolerance", "1e-2")
+    single = (
+        *ball,
+        *YIELDING,
+        "--model",
+        "elastoplastic",
+        "--increments",
+        "1",
+        "--tolerance",
+        "1e-2",
+    )
     assert app.main(["solve", *single]) == app.SOLVED
     assert "100 N in 1 increment\n" in capsys.readouterr().out
 
@@ -1352,7 +1375,7 @@ def test_a_law_of_hardening_counts_for_the_recommended_ceiling(capsys: Capture) 
 
 BALL = (
     "--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N",
-    *YIELDING, "--model", "volume", "--increments", "3", "--hardening", "linear 20 GPa",
+    *YIELDING, "--model", "elastoplastic", "--increments", "3", "--hardening", "linear 20 GPa",
     "--tolerance", "1e-3",
 )  # fmt: skip
 
@@ -1439,12 +1462,12 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
     ball = ("--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N")
     report, figures = tmp_path / "v.html", tmp_path / "figures"
     figures.mkdir()
-    given = ("--model", "volume", "--increments", "2", "--report", str(report))
+    given = ("--model", "elastoplastic", "--increments", "2", "--report", str(report))
     command = ["solve", *ball, *YIELDING, *given, "--figures", str(figures)]
     assert app.main(command) == app.SOLVED
     text = html.unescape(report.read_text(encoding="utf-8"))
     assert "Plastic strain and stress" in text
-    assert "--model volume --increments 2" in text
+    assert "--model elastoplastic --increments 2" in text
     assert files(figures) == {f"{name}.png" for name in figure_table.names(figure_table.VOLUME)}
     out, err = capsys.readouterr()
     assert err == ""
@@ -1455,46 +1478,58 @@ def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture)
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--increments", "3"), ("--model volume",)),
-        (("--unload",), ("--unload needs --model volume",)),
+        (("--increments", "3"), ("--model elastoplastic",)),
+        (("--unload",), ("--unload needs --model elastoplastic",)),
         (("--model", "both"), ("--model must be one of",)),
         (
-            ("--model", "volume", "--increments", "0"),
+            ("--model", "elastoplastic", "--increments", "0"),
             ("--increments must be a whole number from 1",),
         ),
-        (("--model", "volume", "--increments", "some"), ("a whole number, or auto", "'some'")),
-        (("--model", "volume", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
-        (("--model", "volume", "--output", "out.npz"), ("ends in .nc, .vtr, .vti, .csv or .json",)),
+        (
+            ("--model", "elastoplastic", "--increments", "some"),
+            ("a whole number, or auto", "'some'"),
+        ),
+        (("--model", "elastoplastic", "--ceiling", "3 GPa"), ("--ceiling needs --model ceiling",)),
+        (
+            ("--model", "elastoplastic", "--output", "out.npz"),
+            ("ends in .nc, .vtr, .vti, .csv or .json",),
+        ),
         (
             ("--output", "out.vtr"),
-            ("ends in .nc, .vti, .csv or .json, got 'out.vtr'", ".vtr needs --model volume"),
+            ("ends in .nc, .vti, .csv or .json, got 'out.vtr'", ".vtr needs --model elastoplastic"),
         ),
-        (("--folder", "steps"), ("--folder needs --model volume",)),
-        (("--model", "volume", "--folder", __file__), (f"--folder {__file__} is a file",)),
+        (("--folder", "steps"), ("--folder needs --model elastoplastic",)),
+        (("--model", "elastoplastic", "--folder", __file__), (f"--folder {__file__} is a file",)),
         (
-            ("--model", "volume", "--folder", f"{__file__}/steps"),
+            ("--model", "elastoplastic", "--folder", f"{__file__}/steps"),
             (f"--folder {__file__}/steps cannot be written to", "give another folder"),
         ),
         (
-            ("--model", "volume", "--report", "out.txt"),
+            ("--model", "elastoplastic", "--report", "out.txt"),
             ("--report needs a name that ends in .html",),
         ),
-        (("--model", "volume", "--study"), ("--study needs --model ceiling",)),
-        (("--model", "volume", "--hardening", "linear 2"), ("--hardening",)),
-        (("--model", "volume", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
-        (("--model", "volume", "--hardening", "swift 1 GPa 20 3"), ("--hardening: exponent",)),
+        (("--model", "elastoplastic", "--study"), ("--study needs --model ceiling",)),
+        (("--model", "elastoplastic", "--hardening", "linear 2"), ("--hardening",)),
+        (("--model", "elastoplastic", "--hardening", "linear -2 GPa"), ("--hardening", "positive")),
         (
-            ("--model", "volume", "--hardening", "swift 945 MPa 20 0.121"),
+            ("--model", "elastoplastic", "--hardening", "swift 1 GPa 20 3"),
+            ("--hardening: exponent",),
+        ),
+        (
+            ("--model", "elastoplastic", "--hardening", "swift 945 MPa 20 0.121"),
             ("--hardening starts at a yield strength of 1.358 GPa", "leave --yield-strength out"),
         ),
-        (("--model", "volume", "--max-iterations", "0"), ("--max-iterations must be",)),
-        (("--model", "volume", "--tolerance", "1e-9"), ("--precision double",)),
-        (("--model", "volume", "--hardening", "steel"), ("--hardening must read like",)),
+        (("--model", "elastoplastic", "--max-iterations", "0"), ("--max-iterations must be",)),
+        (("--model", "elastoplastic", "--tolerance", "1e-9"), ("--precision double",)),
+        (("--model", "elastoplastic", "--hardening", "steel"), ("--hardening must read like",)),
         (
-            ("--model", "volume", "--hardening", "kinematic 1 GPa, kinematic 2 GPa"),
+            ("--model", "elastoplastic", "--hardening", "kinematic 1 GPa, kinematic 2 GPa"),
             ("--hardening must read like", "'kinematic 10 GPa'"),
         ),
-        (("--model", "volume", "--hardening", "kinematic -1 GPa"), ("--hardening", "positive")),
+        (
+            ("--model", "elastoplastic", "--hardening", "kinematic -1 GPa"),
+            ("--hardening", "positive"),
+        ),
     ],
 )
 def test_bad_volume_models_end_in_one_sentence(
@@ -1505,15 +1540,15 @@ def test_bad_volume_models_end_in_one_sentence(
 
 def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture) -> None:
     elastic = ("--young", "210 GPa", "--poisson", "0.3")
-    code = solve(rough, *elastic, "--model", "volume")
-    refused(capsys, code, "--model volume needs a --yield-strength", "--material")
+    code = solve(rough, *elastic, "--model", "elastoplastic")
+    refused(capsys, code, "--model elastoplastic needs a --yield-strength", "--material")
 
 
 def test_the_volume_model_takes_the_options_of_the_solver(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     out = tmp_path / "out.json"
-    given = ("--model", "volume", "--increments", "1", "--precision", "double")
+    given = ("--model", "elastoplastic", "--increments", "1", "--precision", "double")
     assert solve(rough, *YIELDING, *given, "--tolerance", "1e-3", "--output", str(out)) == 0
     told = json.loads(out.read_text("utf-8"))["volume"]
     assert (told["precision"], told["tolerance"]) == ("double", 1e-3)

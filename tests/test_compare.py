@@ -150,7 +150,7 @@ def test_three_groups_are_compared_in_pairs() -> None:
 
 def test_before_and_after_a_first_loading_are_pairs() -> None:
     found = rc.compare(
-        MAPS[:3], material=STEEL, pressure="50 MPa", steps=1, first_pressure="400 MPa"
+        MAPS[:3], material=STEEL, pressure="50 MPa", steps=1, preload_pressure="400 MPa"
     )
     before, after = found.groups
     assert (before.name, after.name, found.paired) == ("before", "after", True)
@@ -187,11 +187,13 @@ def test_what_cannot_be_compared_is_refused() -> None:
     with pytest.raises(rc.InputError, match="two groups of as many maps"):
         rc.compare({"a": MAPS[:2], "b": MAPS[:1]}, material=STEEL, pressure=1e8, paired=True)
     with pytest.raises(rc.InputError, match="one group of maps"):
-        rc.compare({"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, first_pressure=1)
+        rc.compare(
+            {"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, preload_pressure=1
+        )
     soft = rc.Material(70e9, 0.3, 1e8)
     with pytest.raises(rc.InputError, match="indents the counter-body"):
         rc.compare(
-            MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, first_pressure=1e8
+            MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, preload_pressure=1e8
         )
     for pressure in ("1 N", 0, -1.0):
         with pytest.raises(rc.InputError) as caught:

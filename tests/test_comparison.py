@@ -90,11 +90,11 @@ def test_outside_of_the_factors_the_nearest_is_best() -> None:
 
 
 def test_columns_are_those_of_the_results(compared: rc.ModelComparison) -> None:
-    assert compared.column("volume", "approach")[1] == compared.volume[1].contact.approach
+    assert compared.column("elastoplastic", "approach")[1] == compared.volume[1].contact.approach
     last = compared.ceiling[-1][2]
     assert compared.column("ceiling", "max_pressure")[-1, 2] == last.max_pressure
-    assert compared.column("volume", "mean_pressure") == pytest.approx(
-        compared.loads / compared.column("volume", "contact_area")
+    assert compared.column("elastoplastic", "mean_pressure") == pytest.approx(
+        compared.loads / compared.column("elastoplastic", "contact_area")
     )
     pressure = last.pressure[last.contact]
     assert compared.column("ceiling", "plateau_pressure")[-1, 2] == pytest.approx(
@@ -107,11 +107,11 @@ def test_columns_are_those_of_the_results(compared: rc.ModelComparison) -> None:
 
 def test_rims_that_flowed_are_no_elastic_rims(compared: rc.ModelComparison) -> None:
     elastic, _, plastic = compared.volume
-    assert elastic.corrected_contact_area == elastic.contact.corrected_contact_area
-    assert plastic.flowed.any()
+    assert elastic.perimeter_corrected_area == elastic.contact.perimeter_corrected_area
+    assert plastic.yielded.any()
     assert (
-        plastic.contact.corrected_contact_area
-        < plastic.corrected_contact_area
+        plastic.contact.perimeter_corrected_area
+        < plastic.perimeter_corrected_area
         <= plastic.contact.contact_area
     )
 
@@ -167,4 +167,4 @@ def test_unknown_names(compared: rc.ModelComparison) -> None:
     with pytest.raises(rc.InputError, match="model must be"):
         compared.column("elastic", "approach")
     with pytest.raises(rc.InputError, match="name must be one of"):
-        compared.column("volume", "gap")
+        compared.column("elastoplastic", "gap")

@@ -45,7 +45,9 @@ def test_the_length_is_that_of_the_load_curve() -> None:
 
 def test_a_film_adds_its_resistance() -> None:
     bare = rc.conductance(RESULT, COPPER, COPPER)
-    film = rc.conductance(RESULT, COPPER, COPPER, film="1e-12 ohm m^2", thermal_film="1e-6 m^2 K/W")
+    film = rc.conductance(
+        RESULT, COPPER, COPPER, electrical_film="1e-12 ohm m^2", thermal_film="1e-6 m^2 K/W"
+    )
     added = film.electrical_resistance - bare.electrical_resistance
     assert added == pytest.approx(1e-12 / RESULT.contact_area)
     added = film.thermal_resistance - bare.thermal_resistance
@@ -69,12 +71,12 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
     with pytest.raises(rc.InputError, match="known are resistivity of the body and conductivity"):
         rc.conductance(RESULT, rc.Conductor(1e-8), rc.Conductor(conductivity=3))
     with pytest.raises(rc.InputError, match="film needs the resistivity of both"):
-        rc.conductance(RESULT, rc.Conductor(conductivity=3), COPPER, film=1e-12)
+        rc.conductance(RESULT, rc.Conductor(conductivity=3), COPPER, electrical_film=1e-12)
     with pytest.raises(rc.InputError, match="thermal_film must be zero or positive"):
         rc.conductance(RESULT, COPPER, COPPER, thermal_film=-1.0)
     with pytest.raises(rc.InputError, match="is empty"):
         rc.conductance([], COPPER, COPPER)
-    with pytest.raises(rc.InputError, match="body must be a Conductor"):
+    with pytest.raises(rc.InputError, match="conductor must be a Conductor"):
         rc.conductance(RESULT, 17e-9, COPPER)  # type: ignore[arg-type]
     with pytest.raises(rc.InputError, match="'nickle' is not in the catalogue"):
         rc.conductance(RESULT, "nickle", COPPER)
@@ -180,12 +182,12 @@ def test_greenwoods_formula_is_warned_of_where_spots_are_no_discs() -> None:
 
 def test_a_length_that_hangs_on_the_grid_is_warned_of() -> None:
     other = rc.solve(ROUGH, material=STEEL, load=1.3, boundary="periodic")
-    found = rc.conductance(RESULT, COPPER, COPPER).beside(other)
+    found = rc.conductance(RESULT, COPPER, COPPER).with_coarser_grid(other)
     assert found.coarser is not None
     assert found.coarser.length > 0.05
     assert Kind.STUDY in kinds(found)
     assert found.summary()["coarser"] == dataclasses.asdict(found.coarser)
-    same = rc.conductance(RESULT, COPPER, COPPER).beside(RESULT)
+    same = rc.conductance(RESULT, COPPER, COPPER).with_coarser_grid(RESULT)
     assert same.coarser is not None
     assert same.coarser.length == same.coarser.contact_area == 0
     assert Kind.STUDY not in kinds(same)
@@ -243,7 +245,7 @@ def test_the_command_tells_in_a_table_and_in_json(
 ) -> None:
     words = command(
         tmp_path / "map.npy", "--load", "1 N, 0.3 N", "--counter-resistivity", "17 nohm m",
-        "--counter-conductivity", "400 W/m/K", "--film", "1e-13 ohm m^2",
+        "--counter-conductivity", "400 W/m/K", "--electrical-film", "1e-13 ohm m^2",
         "--output", str(tmp_path / "joint.csv"), "--figure", str(tmp_path / "joint.png"),
         "--report", str(tmp_path / "joint.html"),
     )  # fmt: skip
@@ -258,7 +260,7 @@ def test_the_command_tells_in_a_table_and_in_json(
     told = json.loads(capsys.readouterr().out)
     steel = rc.catalog.material("42CrMo4")
     contacts = [rc.solve(ROUGH, material=steel, load=w, boundary="periodic") for w in (0.3, 1.0)]
-    found = rc.conductance(contacts, "42CrMo4", COPPER, film=1e-13)
+    found = rc.conductance(contacts, "42CrMo4", COPPER, electrical_film=1e-13)
     assert told["load"] == [0.3, 1.0]
     assert told["electrical_resistance"] == pytest.approx(found.electrical_resistance, rel=1e-3)
     assert told["thermal_resistance"] == pytest.approx(found.thermal_resistance, rel=1e-3)
@@ -272,8 +274,8 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (
-            (*load, "--counter-conductivity", "3 W/m/K", "--film", "1e-12 ohm m^2"),
-            "--film needs --resistivity and --counter-resistivity",
+            (*load, "--counter-conductivity", "3 W/m/K", "--electrical-film", "1e-12 ohm m^2"),
+            "--electrical-film needs --resistivity and --counter-resistivity",
         ),
         ((*load, "--counter-conductivity", "3 W"), "--counter-conductivity needs a conductivity"),
         (

@@ -539,7 +539,7 @@ def test_a_start_from_a_higher_load_keeps_what_is_saturated() -> None:
     for load in (0.2, 1.0):
         high = rc.solve(surface, load=1.03 * load, **options)
         cold = rc.solve(surface, load=load, **options)
-        warm = rc.solve(surface, load=load, start=high, **options)
+        warm = rc.solve(surface, load=load, initial_guess=high, **options)
         assert warm.convolutions < cold.convolutions
         assert warm.approach == pytest.approx(cold.approach, rel=1e-6)
 
@@ -551,16 +551,16 @@ def test_start_from_a_neighbouring_load(independent, ceiling):
     cold = rc.solve(surface, load=0.55, **options)
     for load in (0.5, 0.1, 0.0001, 2.0):
         near = rc.solve(surface, load=load, **options)
-        warm = rc.solve(surface, load=0.55, start=near, **options)
+        warm = rc.solve(surface, load=0.55, initial_guess=near, **options)
         independent.assert_solved(warm, 0.55, tolerance=1e-9)
         assert difference(warm.pressure, cold.pressure) < 1e-6
-    again = rc.solve(surface, load=0.55, start=cold, **options)
+    again = rc.solve(surface, load=0.55, initial_guess=cold, **options)
     assert again.convolutions <= 2
     # From another ceiling, and under approach control.
     other = rc.solve(surface, load=0.55, material=STEEL, ceiling=5e9)
-    warm = rc.solve(surface, load=0.55, start=other, **options)
+    warm = rc.solve(surface, load=0.55, initial_guess=other, **options)
     assert difference(warm.pressure, cold.pressure) < 1e-6
-    warm = rc.solve(surface, approach=cold.approach, start=other, **options)
+    warm = rc.solve(surface, approach=cold.approach, initial_guess=other, **options)
     assert difference(warm.pressure, cold.pressure) < 1e-6
 
 
@@ -824,7 +824,7 @@ def test_bad_arguments_of_solve(options, words):
 def test_start_must_fit():
     other = rc.solve(rough((20, 30)), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match=r"start.*\(20, 30\).*\(45, 70\)"):
-        rc.solve(rough(), material=STEEL, load=0.5, start=other)
+        rc.solve(rough(), material=STEEL, load=0.5, initial_guess=other)
 
 
 def test_holes_have_to_be_handled():

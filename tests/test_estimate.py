@@ -96,7 +96,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
 
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
-        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
+        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, rng=77
     )
     for pressure, ceiling in (("2 GPa", None), ("400 MPa", "auto")):
         result = rc.solve(
@@ -104,7 +104,7 @@ def test_a_map_that_is_solved_lies_in_the_interval() -> None:
             ceiling=ceiling,
         )  # fmt: skip
         found = rc.estimate(surface, pressure=pressure, material=STEEL, ceiling=ceiling)
-        share = result.corrected_contact_area / math.prod(surface.size)
+        share = result.perimeter_corrected_area / math.prod(surface.size)
         assert share == pytest.approx(found.contact.value, rel=0.06)
         assert result.mean_gap == pytest.approx(found.gap.value, abs=0.05 * 0.4e-6)
         assert result.saturated_fraction == pytest.approx(found.saturated.value, abs=0.01)
@@ -287,7 +287,7 @@ def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
             surface, material=STEEL, load=rc.NominalPressure("600 MPa"), boundary="periodic",
             ceiling=None,
         )  # fmt: skip
-        share = result.corrected_contact_area / math.prod(surface.size)
+        share = result.perimeter_corrected_area / math.prod(surface.size)
         asked = {"pressure": "600 MPa", "material": STEEL, "ceiling": None}
         found = rc.estimate(surface, **asked)
         assert found.contact.low <= share <= found.contact.high
@@ -348,7 +348,7 @@ def test_a_map_outside_the_formulas_is_named(
         (COMMAND, "--pressure is needed"),
         (["estimate", *COMMAND[3:], "--pressure", "1 MPa"], "--sq must be given"),
         ([*COMMAND, "--pressure", "1 MPa"], "--pressure lies outside the formulas"),
-        ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "recommended"], "--ceiling"),
+        ([*COMMAND, "--pressure", "200 MPa", "--ceiling", "calibrated"], "--ceiling"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(

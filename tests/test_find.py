@@ -54,7 +54,7 @@ def test_a_solve_at_the_load_found_has_the_value(
     assert answer.result.converged
     low, high = answer.bracket
     assert low <= answer.load <= high
-    values = answer.below.value, answer.above.value
+    values = answer.bracket_low.value, answer.bracket_high.value
     assert values == pytest.approx((value, value), rel=1.001 * ACCURACY)
     reached = [found <= value if name == "mean_gap" else found >= value for found in values]
     assert reached == [False, True]
@@ -66,12 +66,12 @@ def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
     share: float, boundary: str
 ) -> None:
     terms = {"material": STEEL, "boundary": boundary}
-    (answer,) = rc.find_load(ROUGH, **terms, contact=share).answers
+    (answer,) = rc.find_load(ROUGH, **terms, contact_fraction=share).answers
     below, above = (
         fields(rc.solve(ROUGH, load=load, **terms))["contact_fraction"] for load in answer.bracket
     )
     assert below < share <= above
-    assert (below, above) == (answer.below.value, answer.above.value)
+    assert (below, above) == (answer.bracket_low.value, answer.bracket_high.value)
     low, high = answer.bracket
     one_pixel = round((above - below) * HEIGHTS.size) <= 1
     assert one_pixel or high / low - 1 <= 1.001 * ACCURACY
@@ -80,20 +80,20 @@ def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
 
 def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
     terms = {"material": STEEL}
-    (answer,) = rc.find_load(BALL, **terms, saturated=0.3).answers
+    (answer,) = rc.find_load(BALL, **terms, saturated_fraction=0.3).answers
     below, above = (
         fields(rc.solve(BALL, load=load, **terms))["saturated_share"] for load in answer.bracket
     )
     assert below < 0.3 <= above
-    assert answer.value == above == answer.above.value
+    assert answer.value == above == answer.bracket_high.value
 
 
 def test_several_answers_share_their_contacts() -> None:
-    one = rc.find_load(ROUGH, material=STEEL, contact=0.05)
-    two = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.05])
+    one = rc.find_load(ROUGH, material=STEEL, contact_fraction=0.05)
+    two = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.05])
     assert two.solves == one.solves
     assert [answer.load for answer in two.answers] == [one.answers[0].load] * 2
-    mixed = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach="300 nm")
+    mixed = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach="300 nm")
     assert [answer.quantity for answer in mixed.answers] == [
         "contact_fraction", "contact_fraction", "approach"
     ]  # fmt: skip
@@ -106,7 +106,7 @@ def test_a_ball_yields_first_where_hertz_says() -> None:
     (answer,) = rc.find_load(ball, material=STEEL, first_yield=True).answers
     expected = hertz.first_yield_load(2e-3, 210e9 / 0.91, STEEL.first_yield_pressure or 0)
     assert answer.load == pytest.approx(expected, rel=0.05)
-    assert answer.below.value < 1 <= answer.above.value
+    assert answer.bracket_low.value < 1 <= answer.bracket_high.value
     assert answer.result.ceiling is None
 
 
@@ -115,12 +115,12 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
         rc.find_load(ROUGH, material=STEEL, mean_gap=1.0)
     assert caught.value.argument == "mean_gap"
     with pytest.raises(rc.InputError, match="not passed at any load: under the smallest") as caught:
-        rc.find_load(ROUGH, material=STEEL, contact=1e-9)
+        rc.find_load(ROUGH, material=STEEL, contact_fraction=1e-9)
     assert caught.value.argument == "contact"
     with pytest.raises(rc.InputError, match="nothing is asked"):
         rc.find_load(ROUGH, material=STEEL)
     with pytest.raises(rc.InputError, match="nothing is saturated"):
-        rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated=0.1)
+        rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated_fraction=0.1)
     with pytest.raises(rc.InputError, match="of either body"):
         rc.find_load(ROUGH, material=rc.Material(210e9, 0.3), first_yield=True)
     for given_, name in ((0, "contact"), (1.5, "contact"), (-1, "saturated")):
@@ -167,14 +167,15 @@ def test_the_command_answers_in_a_table_and_in_json(
     words = [
         "find", str(path), "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--level", "none",
         "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa",
-        "--contact", "5 %, 10 %", "--approach", "300 nm", "--output", str(tmp_path / "loads.csv"),
+        "--contact-fraction", "5 %, 10 %", "--approach", "300 nm",
+        "--output", str(tmp_path / "loads.csv"),
     ]  # fmt: skip
     assert app.main(words) == app.SOLVED
     shown = capsys.readouterr().out
     assert all(text in shown for text in ("contact 5.00 %", "contact 10.0 %", "approach 300 nm"))
     assert app.main([*words, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
-    found = rc.find_load(ROUGH, material=STEEL, contact=[0.05, 0.1], approach=300e-9)
+    found = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach=300e-9)
     assert [one["load"] for one in told["answers"]] == pytest.approx(
         [answer.load for answer in found.answers], rel=1e-5
     )
@@ -187,7 +188,7 @@ def test_the_command_answers_in_a_table_and_in_json(
     assert app.main([*words[:-6], "--mean-gap", "1 m"]) == app.BAD_INPUT
     assert "--mean-gap must be below" in capsys.readouterr().err
     assert app.main(words[:-6]) == app.BAD_INPUT
-    assert "nothing is asked: give --contact" in capsys.readouterr().err
+    assert "nothing is asked: give --contact-fraction" in capsys.readouterr().err
 
 
 def test_a_project_shows_the_contact_under_the_largest_load_found(
@@ -198,7 +199,7 @@ def test_a_project_shows_the_contact_under_the_largest_load_found(
     project.write_text(
         'folder = "out"\nwrite = ["csv"]\n[[contact]]\nname = "part"\nfile = "map.npy"\n'
         'task = "find"\nunit = "um"\nsize = "50 um x 50 um"\nyoung = "210 GPa"\npoisson = "0.3"\n'
-        'contact = "10 %"\nmean-gap = "400 nm"\n',
+        'contact-fraction = "10 %"\nmean-gap = "400 nm"\n',
         encoding="utf-8",
     )
     assert app.main(["run", str(project), "--json"]) == app.SOLVED

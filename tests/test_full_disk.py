@@ -24,7 +24,7 @@ STRESS = ["stress", *MAP, "--load", "10 mN", "--depths", "1 um"]
 HISTORY = ["history", *MAP, "--path", "10 mN, 0 N", "--yield-strength", "2 GPa"]
 BALL = [
     "solve", "--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm", *STEEL,
-    "--yield-strength", "1 GPa", "--model", "volume", "--load", "60 N", "--increments", "2",
+    "--yield-strength", "1 GPa", "--model", "elastoplastic", "--load", "60 N", "--increments", "2",
     "--tolerance", "1e-3",
 ]  # fmt: skip
 
@@ -55,7 +55,7 @@ CASES = {
     "sweep figure": ([*SWEEP, "--figure", "box/out.png"], "out.png", False),
     "stress": ([*STRESS, "--output", "box/out.nc"], "out.nc", False),
     "history": ([*HISTORY, "--output", "box/out.csv"], "out.csv", False),
-    **{f"residual {end}": ([*HISTORY, "--residual", f"box/out.{end}"], f"out.{end}", False)
+    **{f"residual {end}": ([*HISTORY, "--indented-surface", f"box/out.{end}"], f"out.{end}", False)
        for end in ("nc", "npz", "x3p", "sur", "csv", "vti")},
     **{f"volume {end}": ([*BALL, "--output", f"box/out.{end}"], f"out.{end}", False)
        for end in ("nc", "vtr")},

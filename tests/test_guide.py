@@ -114,7 +114,7 @@ def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> 
         "roughcontact solve x.opd --material 100": "100Cr6",
         "roughcontact solve x.opd --boundary periodic-": "periodic-x periodic-y",
         "roughcontact materials Ti-": "Ti-6Al-4V",
-        "roughcontact solve x.opd --holes|": "error fill fill-all mask crop",
+        "roughcontact solve x.opd --missing|": "error fill fill-all mask crop",
         # Nothing of ours: the shell completes the name of a file.
         "roughcontact solve x.o": "",
     }

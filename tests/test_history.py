@@ -91,7 +91,7 @@ def test_reloading_finds_the_same_pressure_and_no_new_saturation(boundary: str) 
     alone = rc.solve(rough(), load=0.4, **options)
     assert again.steps[1].approach > alone.approach
     assert again.steps[1].contact_area > alone.contact_area
-    assert again.shaken_down
+    assert again.is_elastic_now
 
 
 def test_touch_after_unloading_is_where_the_deformed_bodies_touch() -> None:
@@ -122,7 +122,7 @@ def test_elastic_paths_close(boundary: str) -> None:
         same = approach[np.array(loads) == load]
         assert np.ptp(same) <= 1e-8 * same.max()
     assert found.dissipated_energy == found.indentation_volume == 0
-    assert found.shaken_down
+    assert found.is_elastic_now
 
 
 @pytest.mark.parametrize("ceiling", [None, 1e15])
@@ -244,7 +244,7 @@ def test_imprints_far_apart_are_copies() -> None:
     assert two.residual.heights.min() == -two.indentation.max()
     assert two.residual.provenance.source == "flat"
     assert two.indentation_volume == pytest.approx(2 * one.indentation_volume, rel=1e-8)
-    assert not two.shaken_down
+    assert not two.is_elastic_now
 
 
 def test_an_overlapping_pass_hits_the_indented_surface() -> None:
@@ -375,17 +375,17 @@ def test_passes() -> None:
 def test_repeated_passes_shake_down() -> None:
     surface = rough(32)
     first = history(surface, repeat_stages([0.5, 1.0, 0.0], 1), material=STEEL)
-    assert not first.shaken_down
+    assert not first.is_elastic_now
     second = history(surface, repeat_stages([0.5, 1.0, 0.0], 2), material=STEEL)
-    assert second.shaken_down
+    assert second.is_elastic_now
     # A lower load afterwards shows nothing about the higher one.
     lower = history(surface, [1.0, 0.0, 0.9], material=STEEL)
-    assert not lower.shaken_down
+    assert not lower.is_elastic_now
     higher = history(surface, [1.0, 0.0, 1.0, 1.1], material=STEEL)
-    assert not higher.shaken_down
+    assert not higher.is_elastic_now
     by_depth = [Stage(approach=value) for value in (2e-7, 0.0, 2e-7)]
-    assert history(surface, by_depth, material=STEEL).shaken_down
-    assert not history(surface, by_depth[:1], material=STEEL).shaken_down
+    assert history(surface, by_depth, material=STEEL).is_elastic_now
+    assert not history(surface, by_depth[:1], material=STEEL).is_elastic_now
 
 
 # --- the table -------------------------------------------------------------------------------
@@ -394,7 +394,7 @@ def test_repeated_passes_shake_down() -> None:
 def test_passes_end_with_one_that_indents_nothing() -> None:
     ended = history(rough(), [0.5, 1.0, 0.0], passes=1000, material=STEEL)
     assert (ended.passes, ended.requested_passes) == (2, 1000)
-    assert ended.shaken_down
+    assert ended.is_elastic_now
     # Those that were followed are the same, to the bit.
     followed = history(rough(), repeat_stages([0.5, 1.0, 0.0], 2), material=STEEL)
     assert [same(step) for step in ended.steps] == [same(step) for step in followed.steps]

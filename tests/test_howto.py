@@ -55,7 +55,7 @@ def test_the_recipe_of_the_roller_runs_in_python() -> None:
     names: dict[str, Any] = {"rc": rc, "steel": rc.Material(210e9, 0.3, hardness=7.5e9)}
     exec(script, names)
     assert names["result"].load == pytest.approx(78.41, abs=0.01)
-    assert names["result"].smooth.max_pressure == pytest.approx(1.5e9)
+    assert names["result"].hertz.max_pressure == pytest.approx(1.5e9)
 
 
 def test_the_maps_of_the_pages_come_with_the_folder_for_their_figures(

@@ -40,19 +40,19 @@ def test_numbers_are_those_of_the_flow_through_the_gap() -> None:
         assert place is not None
         assert gap[place.place] == place.gap == found.critical_gap(axis)[0]
         assert 0 < place.gap < gap.max()
-    assert found.film_ratio[0] == near(RESULT.mean_gap / np.std(RESULT.initial_gap))
+    assert found.gap_ratio[0] == near(RESULT.mean_gap / np.std(RESULT.initial_gap))
     assert step.unbalanced <= 1e-8
     assert found.largest is RESULT
 
 
 def test_the_rate_goes_with_the_face_and_the_fluid() -> None:
-    of_map = rc.leakage(RESULT, direction="x", **WATER)
-    ring = rc.leakage(RESULT, direction="x", **WATER, seal_width="20 mm", seal_length="2 mm")
+    of_map = rc.leakage(RESULT, flow_axis="x", **WATER)
+    ring = rc.leakage(RESULT, flow_axis="x", **WATER, seal_width="20 mm", seal_length="2 mm")
     assert ring.rate(1)[0] == near(10 * of_map.rate(1)[0])
-    oil = rc.leakage(RESULT, direction="x", viscosity=0.1, pressure_difference=2e5)
+    oil = rc.leakage(RESULT, flow_axis="x", viscosity=0.1, pressure_difference=2e5)
     assert oil.rate(1)[0] == near(0.02 * of_map.rate(1)[0])
     assert math.isnan(ring.rate(0)[0])
-    assert math.isnan(rc.leakage(RESULT, direction="x").rate(1)[0])
+    assert math.isnan(rc.leakage(RESULT, flow_axis="x").rate(1)[0])
 
 
 def test_loads_close_the_gap_and_a_ceiling_closes_it_more() -> None:
@@ -133,7 +133,7 @@ def test_where_no_way_leads_through_is_an_answer() -> None:
     (caution,) = (caution for caution in found.cautions if caution.kind == Kind.WAYS)
     assert "no way leads through the gap along y" in caution.text
     assert found.summary()["narrowest_y"] is None
-    assert "no way" not in str(rc.leakage(closed, direction="x").warnings)
+    assert "no way" not in str(rc.leakage(closed, flow_axis="x").warnings)
 
 
 def test_without_contact_the_gap_is_open() -> None:
@@ -153,16 +153,16 @@ def test_near_the_threshold_one_constriction_decides() -> None:
 def test_a_coarser_grid_tells_what_it_hangs_on() -> None:
     coarse = rc.Surface(ROUGH.heights[::2, ::2], tuple(2 * edge for edge in ROUGH.pixel))
     other = rc.solve(coarse, material=STEEL, load=1.0, boundary="periodic")
-    found = rc.leakage(RESULT, direction="y").beside(other)
+    found = rc.leakage(RESULT, flow_axis="y").with_coarser_grid(other)
     assert found.coarser is not None
-    k, coarser = (one.permeability(0)[0] for one in (found, rc.leakage(other, direction="y")))
+    k, coarser = (one.permeability(0)[0] for one in (found, rc.leakage(other, flow_axis="y")))
     assert found.coarser.permeability[0] == near(coarser / k - 1)
     assert math.isnan(found.coarser.permeability[1])
 
 
 def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
     for given, said in (
-        ({"direction": "z"}, "direction must be 'y' or 'x'"),
+        ({"flow_axis": "z"}, "flow_axis must be 'y' or 'x'"),
         ({"viscosity": 1e-3}, "pressure_difference is needed for a leak rate"),
         ({"pressure_difference": 1e5}, "viscosity is needed for a leak rate"),
         ({"seal_width": 1e-2}, "viscosity is needed for a leak rate"),
@@ -236,7 +236,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     load = ("--load", "1 N")
     for more, said in (
         ((), "--load is needed"),
-        ((*load, "--direction", "z"), "--direction"),
+        ((*load, "--flow-axis", "z"), "--flow-axis"),
         ((*load, "--viscosity", "1 mPa s"), "--pressure-difference is needed for a leak rate"),
         ((*load, "--seal-width", "1 mm"), "--viscosity is needed for a leak rate"),
         (

@@ -80,7 +80,7 @@ def test_stiffness_is_the_slope_of_the_curve(ceiling: float | None, boundary: st
     surface = rough()
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary, "tolerance": 1e-10}
     here = rc.solve(surface, load=1.0, **options)
-    near = rc.solve(surface, load=1.0 + 1e-5, start=here, **options)
+    near = rc.solve(surface, load=1.0 + 1e-5, initial_guess=here, **options)
     assert (near.contact == here.contact).all()
     assert (near.saturated == here.saturated).all()
     slope = (near.load - here.load) / (near.approach - here.approach)
@@ -170,19 +170,19 @@ def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, bounda
     curve = rc.sweep(surface, loads=loads, **options)
     last, each = None, 0
     for load in loads:
-        last = rc.solve(surface, load=load, start=last, **options)
+        last = rc.solve(surface, load=load, initial_guess=last, **options)
         each += last.convolutions
     assert curve.column("convolutions").sum() < 0.9 * each
 
 
-@pytest.mark.parametrize("ceiling", ["recommended", 1.05e9])
+@pytest.mark.parametrize("ceiling", ["calibrated", 1.05e9])
 def test_loads_near_what_the_ceiling_carries(ceiling: Any) -> None:
     # Steps that are saturated all over, or whose own ceiling cannot carry the next load.
     soft = rc.Material(210e9, 0.3, 3.5e8)
     surface = rough(32)
     most = 1.05e9 * surface.shape[0] ** 2 * surface.pixel[0] ** 2
     loads = [share * most for share in (0.02, 0.3, 0.7, 0.99, 0.9999, 1.0)]
-    if ceiling == "recommended":
+    if ceiling == "calibrated":
         loads = loads[:3]
     curve = rc.sweep(surface, material=soft, loads=loads, ceiling=ceiling)
     assert curve.column("certificate").max() <= 1e-6
@@ -197,7 +197,7 @@ def test_stiffness_without_elastic_pixels_is_zero_and_in_full_contact_infinite()
     soft = rc.solve(surface, load=1.0, material=STEEL, ceiling=1.0 / full.pixel_area / 32**2)
     assert soft.saturated.all()
     assert soft.stiffness() == 0
-    assert soft.corrected_contact_area == soft.contact_area
+    assert soft.perimeter_corrected_area == soft.contact_area
 
 
 @pytest.mark.parametrize("n", [32, 64, 128])
@@ -206,8 +206,10 @@ def test_corrected_area_of_hertz(n: int) -> None:
     a = hertz.contact_radius(0.1, 0.01, result.contact_modulus)
     exact = np.pi * a**2
     # A rim of 2πa/Δx pixels, each known to some tenths: measured below a sixth of it.
-    assert abs(result.corrected_contact_area - exact) < 0.2 * 2 * np.pi * a * result.pixel_area**0.5
-    assert abs(result.corrected_contact_area - exact) < abs(result.contact_area - exact)
+    assert (
+        abs(result.perimeter_corrected_area - exact) < 0.2 * 2 * np.pi * a * result.pixel_area**0.5
+    )
+    assert abs(result.perimeter_corrected_area - exact) < abs(result.contact_area - exact)
 
 
 def test_corrected_area_counts_the_seam_of_a_period() -> None:
@@ -216,13 +218,15 @@ def test_corrected_area_counts_the_seam_of_a_period() -> None:
     result = rc.solve(surface, **options)
     moved = rc.Surface(np.roll(surface.heights, (11, 23), (0, 1)), surface.pixel)
     shifted = rc.solve(moved, **options)
-    assert shifted.corrected_contact_area == pytest.approx(result.corrected_contact_area, rel=1e-3)
+    assert shifted.perimeter_corrected_area == pytest.approx(
+        result.perimeter_corrected_area, rel=1e-3
+    )
 
 
 def test_two_loads_have_a_slope_whatever_is_saturated() -> None:
     curve = rc.sweep(rough(64), material=STEEL, loads=[1.0, 2.0])
     assert not curve.low_loads.any()
-    secant = curve.steps[0].corrected_contact_area / curve.steps[0].load
+    secant = curve.steps[0].perimeter_corrected_area / curve.steps[0].load
     expected = secant * curve.contact_modulus * curve.rms_gradient
     assert curve.low_load_slope == pytest.approx(expected)
     assert curve.summary()["low_load_slope"] == pytest.approx(expected)

@@ -128,16 +128,20 @@ def test_a_form_that_does_not_fit_the_bodies_is_refused(
 @pytest.mark.parametrize("load", ["20 MPa", rc.LineLoad("2 N/mm"), "hertz 200 MPa"])
 def test_the_result_keeps_how_its_load_was_given(load: Any, tmp_path: Path) -> None:
     result = rc.solve(ROLLER, material=STEEL, load=load, boundary="periodic-x")
-    assert result.given is not None
-    assert result.given.form == load_case.parse_load(load)
-    assert result.load == result.given.force == load_case.force(result.given.form, result.pair)
+    assert result.specified_load is not None
+    assert result.specified_load.form == load_case.parse_load(load)
+    assert (
+        result.load
+        == result.specified_load.force
+        == load_case.force(result.specified_load.form, result.pair)
+    )
     told = result.summary()["given_load"]
     assert told["load"] == result.load
-    assert told["value"] == result.given.form.value
+    assert told["value"] == result.specified_load.form.value
     result.save(tmp_path / "out.nc")
-    assert rc.read_result(tmp_path / "out.nc").given == result.given
+    assert rc.read_result(tmp_path / "out.nc").specified_load == result.specified_load
     plain = rc.solve(ROLLER, material=STEEL, load=result.load, boundary="periodic-x")
-    assert plain.given is None
+    assert plain.specified_load is None
     assert plain.summary()["given_load"] is None
     assert plain.pressure.tobytes() == result.pressure.tobytes()
 
@@ -147,14 +151,14 @@ def test_curves_and_histories_take_every_form() -> None:
     curve = rc.sweep(ROLLER, loads=["5 MPa", rc.NominalPressure("20 MPa")], **options)
     area = ROLLER.size[0] * ROLLER.size[1]
     assert [step.load for step in curve.steps] == pytest.approx([5e6 * area, 20e6 * area])
-    assert [one.form.value for one in curve.given] == [5e6, 20e6]
+    assert [one.form.value for one in curve.specified_load] == [5e6, 20e6]
     assert [one["form"] for one in curve.summary()["given_loads"]] == 2 * ["nominal pressure"]
     with pytest.raises(rc.InputError, match="ascend"):
         rc.sweep(ROLLER, loads=["5 MPa", "1 nN"], **options)
     history = rc.history(ROLLER, ["hertz 300 MPa", 0.0, rc.Stage("2 N/mm")], **options)
     force = hertz.line_load(300e6, 0.01, MODULUS) * 24e-6
     assert [step.load for step in history.steps] == pytest.approx([force, 0.0, 2e3 * 24e-6])
-    assert [type(one.form) for one in history.given] == [rc.HertzPressure, rc.LineLoad]
+    assert [type(one.form) for one in history.specified_load] == [rc.HertzPressure, rc.LineLoad]
     assert history.summary()["given_loads"][1]["value"] == 2e3
 
 
@@ -163,8 +167,8 @@ def test_a_profile_takes_loads_per_length() -> None:
     profile = rc.Surface(-(x**2) / 0.02, 1e-6)
     asked = {form: rc.solve(profile, material=STEEL, load=form) for form in ("20 N/mm", "100 MPa")}
     assert [one.load for one in asked.values()] == pytest.approx([2e4, 100e6 * 200e-6])
-    assert asked["20 N/mm"].given is None
-    assert asked["100 MPa"].given is not None
+    assert asked["20 N/mm"].specified_load is None
+    assert asked["100 MPa"].specified_load is not None
     with pytest.raises(rc.InputError, match="line load"):
         rc.solve(profile, material=STEEL, load="20 N")
 

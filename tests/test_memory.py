@@ -321,7 +321,7 @@ def test_a_start_is_part_of_the_contact(monkeypatch: pytest.MonkeyPatch) -> None
     leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.5))
     rc.solve(surface, material=STEEL, load=0.1)
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on"):
-        rc.solve(surface, material=STEEL, load=0.1, start=np.ones(surface.shape))
+        rc.solve(surface, material=STEEL, load=0.1, initial_guess=np.ones(surface.shape))
 
 
 @pytest.mark.parametrize(("ceiling", "fits"), [(None, True), (3e9, False)])
@@ -333,11 +333,11 @@ def test_a_start_that_cannot_carry_the_load_takes_all_of_the_map(
     leave(monkeypatch, memory_estimate(surface.shape, contact_fraction=0.6, maps=3))
     rc.solve(surface, load=0.2, **given)
     if fits:
-        rc.solve(surface, load=0.2, start=start, **given)
+        rc.solve(surface, load=0.2, initial_guess=start, **given)
         rc.sweep(surface, loads=[0.1, 0.2], **given)
         return
     with pytest.raises(rc.InsufficientMemoryError, match="in contact on 100 %"):
-        rc.solve(surface, load=0.2, start=start, **given)
+        rc.solve(surface, load=0.2, initial_guess=start, **given)
     # Said before the first step.
     monkeypatch.setattr(solve.bounded, "solve", lambda *_, **__: pytest.fail("solved"))
     monkeypatch.setattr(contact_memory, "coarse_contact_guess", lambda *_: 0.01)
@@ -429,7 +429,7 @@ CONSTANTS = ("--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GP
 BODY = ("--body", "sphere 10 mm", "--size", "1 mm", *CONSTANTS)
 TASKS = {
     "solve": ("solve", "--load", "1 N"),
-    "volume": ("solve", "--load", "1 N", "--model", "volume"),
+    "volume": ("solve", "--load", "1 N", "--model", "elastoplastic"),
     "sweep": ("sweep", "--from", "1 mN", "--to", "1 N"),
     "history": ("history", "--path", "1 N, 0 N"),
     "stress": ("stress", "--load", "1 N"),

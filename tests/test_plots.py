@@ -844,7 +844,7 @@ def curve(
     loads = (0.01, 0.1, 1.0)
     steps = tuple(
         LoadStep(
-            load=load, approach=1e-7 * (1 + i), contact_area=area, corrected_contact_area=area,
+            load=load, approach=1e-7 * (1 + i), contact_area=area, perimeter_corrected_area=area,
             saturated_area=area * share, max_pressure=GIGA, mean_gap=1e-6 / (1 + i),
             stiffness=(0.0, 1e6, np.inf)[i], unloading_stiffness=1e6, spots=i + 1,
             mean_spot_area=1e-12, largest_spot_area=1e-12, certificate=1e-7, load_error=0.0,

@@ -175,7 +175,7 @@ def test_a_start_at_less_load_costs_no_more_than_none():
     surface, steel = rc.Surface(heights, pixel), rc.Material(210e9, 0.3)
     little = rc.solve(surface, material=steel, load=0.3)
     cold = rc.solve(surface, material=steel, load=10.0)
-    warm = rc.solve(surface, material=steel, load=10.0, start=little)
+    warm = rc.solve(surface, material=steel, load=10.0, initial_guess=little)
     # The cold one has coarse grids to start from: twice its convolutions are fair.
     assert warm.convolutions <= 2 * cold.convolutions
 

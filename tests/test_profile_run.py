@@ -131,11 +131,11 @@ def test_info_has_the_parameters_of_a_profile(trace, capsys):
 
 def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
     for command in (
-        ["solve", "--load", "20 N/mm", "--model", "volume"],
+        ["solve", "--load", "20 N/mm", "--model", "elastoplastic"],
         ["solve", "--load", "20 N/mm", "--load-point", "0 um, 5 um"],
-        ["solve", "--load", "20 N/mm", "--ceiling", "recommended"],
+        ["solve", "--load", "20 N/mm", "--ceiling", "calibrated"],
         ["history", "--path", "1 N, 0 N"],
-        ["find", "--contact", "5 %"],
+        ["find", "--contact-fraction", "5 %"],
         [
             "conductance",
             "--load",
@@ -158,7 +158,7 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
 @pytest.mark.long
 def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     page, result = tmp_path / "s.html", tmp_path / "s.nc"
-    words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--onset"]
+    words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--first-yield"]
     files = ["--report", str(page), "--output", str(result), "--figures", str(tmp_path / "s.png")]
     assert app.main([*words, *files]) == app.SOLVED
     shown = capsys.readouterr().out

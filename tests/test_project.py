@@ -73,12 +73,12 @@ def widest(out: str) -> int:
 
 @pytest.mark.process
 def test_a_ceiling_can_be_recommended(folder: Path, capsys: Capture) -> None:
-    path = changed(folder, 'ceiling = "none"', 'ceiling = "recommended"')
+    path = changed(folder, 'ceiling = "none"', 'ceiling = "calibrated"')
     assert app.main(["run", str(path), "--json"]) == app.SOLVED
     two = next(c for c in json.loads(capsys.readouterr().out)["contacts"] if c["name"] == "two")
     assert two["state"] == "solved"
     found = rc.read_result(folder / "results" / "two.nc")
-    assert found.recommended.factor == pytest.approx(found.ceiling / 1e9)
+    assert found.calibration.factor == pytest.approx(found.ceiling / 1e9)
 
 
 def line_of(text: str) -> int:
@@ -96,7 +96,7 @@ young = "210 GPa"
 poisson = 0.3
 yield-strength = "1 GPa"
 hardening = "linear 20 GPa"
-model = "volume"
+model = "elastoplastic"
 increments = 2
 tolerance = 1e-3
 folder = "steps"

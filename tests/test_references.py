@@ -283,7 +283,7 @@ def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
     assert keys(single) <= keys(curve.references())
     soft = rc.sweep(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
     assert not {"Jackson2005", "EngineeringModel"} & keys(soft.references())
-    advised = rc.sweep(surface, loads=[1.0], material=STEEL, ceiling="recommended")
+    advised = rc.sweep(surface, loads=[1.0], material=STEEL, ceiling="calibrated")
     assert "recommended ceiling" in dict(advised.references().uses)
     assert "recommended ceiling" not in dict(curve.references().uses)
 
@@ -310,7 +310,7 @@ def test_a_profile_has_the_norms_of_profiles_as_a_curve() -> None:
 def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> None:
     heights, pixel = rc.reference_map(32)
     surface = rc.Surface(heights, pixel)
-    loose = rc.find_load(surface, material=STEEL, contact=0.05)
+    loose = rc.find_load(surface, material=STEEL, contact_fraction=0.05)
     assert keys(loose.references()) == keys(loose.largest.references())
     yielded = rc.find_load(surface, material=STEEL, first_yield=True)
     assert "stress below the surface" in dict(yielded.references().uses)

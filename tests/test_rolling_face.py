@@ -63,7 +63,7 @@ def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.RollingResult:
         boundary="periodic",
         friction=0.1,
         folder=folder / "kept",
-        each=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
+        on_step=lambda number, step, state: seen.append((number, step, state.max_plastic_strain)),
     )
 
 
@@ -78,7 +78,7 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
         passes=1000,
         steps=2,
         boundary="periodic",
-        to_and_fro=to_and_fro,
+        reciprocating=to_and_fro,
         progress=lambda at: numbers.append((at.number, at.count, at.label)),
     )
     # The way back may flow where the way there does not.
@@ -139,7 +139,7 @@ def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: P
     found.save(folder / "out.nc")
     loaded = rc.read_result(folder / "out.nc")
     assert loaded.passes == found.passes
-    assert (loaded.answer, loaded.direction) == (found.answer, found.direction)
+    assert (loaded.outcome_text, loaded.direction) == (found.outcome_text, found.direction)
     for old, new in zip(found.passes, loaded.passes, strict=True):
         for name in ("shear", "residual_along", "residual_across"):
             np.testing.assert_array_equal(getattr(new, name), getattr(old, name))
@@ -157,13 +157,13 @@ def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:
     found.save(folder / "out.csv")
     told = json.loads((folder / "out.json").read_text())
     assert told["shakedown"] == str(found.shakedown)
-    assert told["each"]["flow"] == [one.flow for one in found.passes]
+    assert told["each"]["strain_added"] == [one.strain_added for one in found.passes]
     assert told["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
     assert len(told["shear_over_depth"][0]) == len(told["depth"])
     head, *rows = (folder / "out.csv").read_text().splitlines()
     assert head.startswith("number [1],flow [1],gain [1],largest_shear [1]")
-    assert [float(row.split(",")[1]) for row in rows] == told["each"]["flow"]
-    assert found.answer in repr(found)
+    assert [float(row.split(",")[1]) for row in rows] == told["each"]["strain_added"]
+    assert found.outcome_text in repr(found)
 
 
 @pytest.mark.long
@@ -248,7 +248,7 @@ def test_hardness_alone_hides_no_ratcheting() -> None:
     assert steel.hardens
     found = rc.roll(
         line.flat, counter_surface=line.roller, material=steel, load=line.load, passes=1, steps=2,
-        boundary="periodic", layers=line.layers, centered=True,
+        boundary="periodic", layers=line.layers, start_at_center=True,
     )  # fmt: skip
     assert not found.result.bodies[0].material.hardens
 
@@ -261,14 +261,14 @@ def test_a_way_with_two_ends_lies_around_the_counter_body() -> None:
         load=0.05,
         passes=2,
         steps=4,
-        way="32 um",
-        centered=True,
-        to_and_fro=True,
+        travel="32 um",
+        start_at_center=True,
+        reciprocating=True,
     )
     offsets = [step.offset[1] for step in elastic.result.increments]
     ahead = [-12e-6, -4e-6, 4e-6, 12e-6]
     assert offsets == pytest.approx([*ahead, *ahead[::-1]])
-    assert elastic.answer == "elastic"
+    assert elastic.outcome_text == "elastic"
 
 
 # The command
@@ -292,7 +292,7 @@ def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFi
     assert max(map(len, out.splitlines())) <= 80
     assert "solved by an earlier run: 3 loads" in out
     loaded = rc.read_result("out.nc")
-    assert loaded.answer in " ".join(out.split())
+    assert loaded.outcome_text in " ".join(out.split())
     assert len(Path("out.csv").read_text().splitlines()) == 3
     # The same in one go.
     fresh = rc.roll(
@@ -330,7 +330,7 @@ def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None
         ({"--yield-strength": None, "--hardening": None}, "needs a --yield-strength"),
         ({"--output": "out.pvd"}, "--folder is needed for .pvd"),
         ({"--movie": "out.mp4"}, "--movie needs a name that ends in .gif"),
-        ({"--boundary": "free"}, "--way is needed where the map is not periodic"),
+        ({"--boundary": "free"}, "--travel is needed where the map is not periodic"),
         ({"--passes": "0"}, "--passes"),
     ],
 )
@@ -364,7 +364,7 @@ def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[
     first, last = found.passes
     assert 0.3 * before.roughness()["Spk"] < last.Spk < first.Spk < 0.6 * before.roughness()["Spk"]
     assert last.Sq == pytest.approx(before.roughness()["Sq"], rel=0.01)
-    assert last.flow < 0.05 * first.flow
+    assert last.strain_added < 0.05 * first.strain_added
     pressed = found.rolled_surface.heights - before.heights
     yielded = found.result.bodies[0].accumulated.max(axis=0) > 0
     assert pressed[yielded].mean() < pressed[~yielded].mean()

@@ -114,7 +114,7 @@ def _typed(page: str) -> str:
     "arguments",
     [
         ("solve", *BALL, "--load", "0.3 N", "--boundary", "periodic"),
-        ("solve", *BALL, "--load", "0.3 N", "--model", "volume", "--increments", "2"),
+        ("solve", *BALL, "--load", "0.3 N", "--model", "elastoplastic", "--increments", "2"),
         SWEEP,
         (*HISTORY, "--shift", "0 um, 5 um", "--passes", "2"),
         STRESS,
@@ -146,7 +146,12 @@ def _timeless(told: Any) -> Any:
 
 @pytest.mark.parametrize(
     "more",
-    [(), ("--load-point", "1 um, 0 um"), ("--model", "volume", "--increments", "1"), ("stress",)],
+    [
+        (),
+        ("--load-point", "1 um, 0 um"),
+        ("--model", "elastoplastic", "--increments", "1"),
+        ("stress",),
+    ],
     ids=["solve", "tilt", "volume", "stress"],
 )
 def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(

@@ -35,7 +35,7 @@ def objects() -> dict[str, Any]:
         "LoadCurve": rc.sweep(rough, material=STEEL, loads=np.geomspace(1e-4, 1e-2, 12)),
         "LoadHistory": rc.history(rough, ["10 mN", "0 N"], material=STEEL),
         "StressResult": rc.subsurface_stress(result),
-        "LoadSearch": rc.find_load(rough, material=STEEL, contact=[0.05]),
+        "LoadSearch": rc.find_load(rough, material=STEEL, contact_fraction=[0.05]),
     }
 
 

@@ -18,8 +18,8 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such s
 STEEL = ["--material", "bearing steel", "--quiet"]
 MAP = ["rough.npy", "--unit", "m", "--size", "32 um x 32 um", *STEEL]
 BALL = [
-    "--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm", *STEEL, "--model", "volume",
-    "--load", "60 N", "--increments", "2", "--tolerance", "1e-3",
+    "--body", "sphere 10 mm", "--points", "16", "--size", "0.4 mm", *STEEL,
+    "--model", "elastoplastic", "--load", "60 N", "--increments", "2", "--tolerance", "1e-3",
 ]  # fmt: skip
 
 # The command, the file that is being written when the signal comes, and what stays.
@@ -29,7 +29,7 @@ CASES = {
     "sweep": (["sweep", *MAP, "--from", "1 mN", "--to", "9 mN", "--steps", "3", "--folder", "kept"],
               "kept/step-0002.npz", ["kept/step-0001.npz"]),
     "history": (["history", *MAP, "--path", "1 mN, 0 N", "--output", "out.csv",
-                 "--residual", "out.x3p"],
+                 "--indented-surface", "out.x3p"],
                 "out.x3p", ["out.csv"]),
     "volume": (["solve", *BALL, "--folder", "kept"], "kept/step-0002.nc", ["kept/step-0001.nc"]),
 }  # fmt: skip

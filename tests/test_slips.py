@@ -20,7 +20,7 @@ SLIPS = {
     "object": object(),
 }  # fmt: skip
 # What goes on with other words than numbers, materials or boundaries.
-ELSEWHERE = ("progress", "folder", "each", "communicator", "on_interrupt", "caveat", "options")
+ELSEWHERE = ("progress", "folder", "on_step", "ranks", "on_interrupt", "caveat", "options")
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
 
@@ -66,7 +66,7 @@ def calls() -> dict[str, Call]:
             rc.hardening.Kinematic,
             {"isotropic": rc.hardening.Perfect(1e9), "modulus": 1e9},
         ),
-        "contact_modulus": (rc.contact_modulus, {"first": steel, "second": steel}),
+        "contact_modulus": (rc.contact_modulus, {"material": steel, "counter_material": steel}),
         "hardness.ceiling": (rc.hardness.ceiling, {"hardness": "62 HRC"}),
         "hardness.pressure": (rc.hardness.pressure, {"vickers": 700}),
         "hardness.vickers": (rc.hardness.vickers, {"value": 62, "scale": "HRC"}),
@@ -103,7 +103,7 @@ def calls() -> dict[str, Call]:
         "solve": (rc.solve, {**both, "load": 0.1, "calibrated": False}),
         "load_curve": (rc.sweep, {**both, "loads": [0.1]}),
         "load_history": (rc.history, {**both, "path": [0.1]}),
-        "find_load": (rc.find_load, {**both, "contact": 0.01}),
+        "find_load": (rc.find_load, {**both, "contact_fraction": 0.01}),
         "estimate": (rc.estimate, {**both, "surface": rough, "pressure": 1e8}),
         "compare": (
             rc.compare,
@@ -126,7 +126,7 @@ def calls() -> dict[str, Call]:
         ),
         "conductance": (
             rc.conductance,
-            {"contacts": contacts, "body": conductor, "counter_body": conductor},
+            {"contacts": contacts, "conductor": conductor, "counter_conductor": conductor},
         ),
         "interface_law": (rc.interface_law, {"contacts": periodic}),
         "solve_elastoplastic": (rc.solve_elastoplastic, {**plastic, "load": 0.01}),
@@ -134,7 +134,7 @@ def calls() -> dict[str, Call]:
             rc.compare_models,
             {"surface": ball, "material": steel, "loads": [0.01], "increments": 1},
         ),
-        "roll": (rc.roll, {**rolled, "load": 0.01, "passes": 1, "steps": 2, "way": 4e-6}),
+        "roll": (rc.roll, {**rolled, "load": 0.01, "passes": 1, "steps": 2, "travel": 4e-6}),
         "shakedown_load": (
             rc.shakedown_load,
             {
@@ -143,8 +143,8 @@ def calls() -> dict[str, Call]:
                 "high": 0.02,
                 "passes": 2,
                 "steps": 4,
-                "way": 1e-6,
-                "within": 0.9,
+                "travel": 1e-6,
+                "rel_tol": 0.9,
             },
         ),
     }

@@ -96,7 +96,7 @@ def test_section_shows_the_plane(light, along):
     expected = light.von_mises_section(along)[number] * 1e-6
     np.testing.assert_allclose(values[row], expected, rtol=0.01, atol=1)
     (cross,) = axes.lines
-    depth, y, x = light.place
+    depth, y, x = light.max_von_mises_at
     assert cross.get_xdata()[0] == pytest.approx((x if along == "x" else y) * 1e6)
     assert cross.get_ydata()[0] == pytest.approx(depth * 1e6)
     assert "at depth" in axes.get_title()
@@ -163,8 +163,8 @@ def test_map_shows_the_peak_and_what_yields(light, heavy):
     assert f"exceeded below {share:.1f} % of the map" in texts(figure)
     assert "black: above yield" in texts(plots.stress_section(heavy))
     (cross,) = figure.axes[0].lines
-    assert cross.get_xdata()[0] == pytest.approx(heavy.place[2] * 1e6)
-    assert cross.get_ydata()[0] == pytest.approx(heavy.place[1] * 1e6)
+    assert cross.get_xdata()[0] == pytest.approx(heavy.max_von_mises_at[2] * 1e6)
+    assert cross.get_ydata()[0] == pytest.approx(heavy.max_von_mises_at[1] * 1e6)
 
 
 def test_bodies_are_told_apart(light):

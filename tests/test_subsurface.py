@@ -42,7 +42,7 @@ def test_it_is_the_stress_of_the_pressure(pressed, found):
     assert found.yield_factor == expected.yield_factor
     assert found.yielded_volume == expected.yielded_volume
     row, column = expected.pixel_of_max
-    assert found.place == (
+    assert found.max_von_mises_at == (
         expected.depth_of_max, (row + 0.5) * PIXEL[0], (column + 0.5) * PIXEL[1],
     )  # fmt: skip
 
@@ -65,7 +65,7 @@ def test_planes_go_through_the_largest_stress(found):
 def test_the_bodies_differ_by_ratio_and_sign(pressed):
     options = {"friction": 0.3, "direction": 30.0, "depths": [1e-9, 5e-6], "precision": "double"}
     first = subsurface_stress.subsurface_stress(pressed, **options)
-    second = subsurface_stress.subsurface_stress(pressed, body="counter_body", **options)
+    second = subsurface_stress.subsurface_stress(pressed, in_body="counter_body", **options)
     for body, sign, ratio in ((first, 1, 0.3), (second, -1, 0.2)):
         point = body.profile.pixel_of_max
         expected, _ = stress.sections(
@@ -99,7 +99,7 @@ def test_arrays_are_read_only(found):
 def test_summary_is_ready_for_json(found):
     numbers = json.loads(json.dumps(found.summary()))
     assert numbers["max_von_mises"] == found.max_von_mises
-    assert numbers["max_von_mises_place"] == list(found.place)
+    assert numbers["max_von_mises_place"] == list(found.max_von_mises_at)
     assert numbers["yield_factor"] == found.yield_factor
     assert numbers["body"] == "body"
     assert numbers["load"] == 0.15
@@ -145,7 +145,7 @@ def test_saved_dataset_holds_everything(found, tmp_path):
             data.attrs["max_von_mises_depth"],
             data.attrs["max_von_mises_y"],
             data.attrs["max_von_mises_x"],
-        ) == found.place
+        ) == found.max_von_mises_at
         for name, variable in data.data_vars.items():
             assert "units" in variable.attrs, name
     with pytest.raises(rc.InputError, match=r"\.nc"):
@@ -156,10 +156,10 @@ def test_bad_arguments(pressed):
     with pytest.raises(rc.InputError, match="ContactResult, got ndarray"):
         subsurface_stress.subsurface_stress(pressed.pressure)
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
-        subsurface_stress.subsurface_stress(pressed, body="third")
+        subsurface_stress.subsurface_stress(pressed, in_body="third")
     on_rigid = rc.solve(ball(), material=STEEL, load=0.1)
     with pytest.raises(rc.InputError, match="counter-body is rigid"):
-        subsurface_stress.subsurface_stress(on_rigid, body="counter_body")
+        subsurface_stress.subsurface_stress(on_rigid, in_body="counter_body")
 
 
 def test_memory_is_asked_for_first(pressed, monkeypatch):
@@ -204,7 +204,7 @@ def test_onset_of_a_sphere(poisson, start):
     expected = hertz.first_yield_load(RADIUS, modulus, material.first_yield_pressure)
     a = hertz.contact_radius(expected, RADIUS, modulus)
     pixel = (a / 30, a / 30)
-    onset = rc.first_yield_load(ball(96, pixel=pixel), material=material, start=start)
+    onset = rc.first_yield_load(ball(96, pixel=pixel), material=material, initial_load=start)
     # The pressure is asked for to 1 %, of which the fit of Jackson and Green takes a part.
     assert onset.solution.max_pressure == pytest.approx(material.first_yield_pressure, rel=0.01)
     assert onset.solution.load == pytest.approx(expected, rel=0.03)
@@ -234,7 +234,7 @@ def test_onset_needs_a_yield_strength(monkeypatch):
     with pytest.raises(rc.InputError, match=r"body.*'third'"):
         rc.first_yield_load(ball(), material=STEEL, body="third")
     with pytest.raises(rc.InputError, match=r"start.*-1"):
-        rc.first_yield_load(ball(), material=STEEL, start=-1.0)
+        rc.first_yield_load(ball(), material=STEEL, initial_load=-1.0)
     monkeypatch.setattr(subsurface_stress, "_SOLVES", 1)
     with pytest.raises(rc.ConvergenceError, match="after 1 contacts") as caught:
         rc.first_yield_load(ball(), material=STEEL)

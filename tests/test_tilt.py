@@ -202,7 +202,7 @@ def test_a_rough_map_balances_its_moments(
     assert abs(float(force.sum(axis=1) @ y) - moments[0]) <= 1e-8 * load * side
     assert abs(float(force.sum(axis=0) @ x) - moments[1]) <= 1e-8 * load * side
     assert result.moment_error <= 1e-8
-    assert result.centre_of_pressure == pytest.approx(
+    assert result.center_of_pressure == pytest.approx(
         (point[0] * side, point[1] * side), abs=1e-8 * side
     )
     assert result.moments == moments
@@ -244,7 +244,7 @@ def test_the_moments_of_fixed_bodies_keep_them_where_they_are() -> None:
     assert fixed.tilt == (0, 0)
     assert fixed.moments is None
     assert fixed.moment_error == 0
-    moments = fixed.centre_of_pressure
+    moments = fixed.center_of_pressure
     free = rc.solve(rough(), load=1.0, moments=moments, material=STEEL, tolerance=1e-9)
     size = fixed.approach / fixed.surface.size[0]
     assert np.abs(free.tilt).max() < 1e-6 * size
@@ -280,10 +280,10 @@ def test_what_goes_with_a_tilted_result() -> None:
     assert said["moments"] == [5e-6, -1e-5]
     assert said["moment_error"] == result.moment_error
     # Another start, the same end; from the solution itself hardly any work.
-    again = rc.solve(rough(), start=result, **options)
+    again = rc.solve(rough(), initial_guess=result, **options)
     assert again.convolutions <= 4
     assert again.tilt == pytest.approx(result.tilt, rel=1e-5)
-    near = rc.solve(rough(), start=result.pressure, **options)
+    near = rc.solve(rough(), initial_guess=result.pressure, **options)
     assert near.tilt == pytest.approx(result.tilt, rel=1e-4)
     elastic = result.elastic()
     assert elastic.moments == result.moments

@@ -97,7 +97,10 @@ def test_answer_first_then_chapters_in_the_order_of_the_other_report(pressed) ->
 @pytest.mark.usefixtures("quick")
 def test_the_area_keeps_the_rim_that_has_flowed(pressed) -> None:
     page = words(volume_report.render(pressed, Edition(date=DAY)))
-    corrected, all_elastic = pressed.corrected_contact_area, pressed.contact.corrected_contact_area
+    corrected, all_elastic = (
+        pressed.perimeter_corrected_area,
+        pressed.contact.perimeter_corrected_area,
+    )
     assert corrected > 1.001 * all_elastic
     assert f"Contact area without rim excess {engineering(corrected, 'm²')}" in page
     assert f"the contact area is {engineering(corrected, 'm²', 3)} instead" in page

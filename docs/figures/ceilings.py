@@ -21,8 +21,8 @@ for axes, name, title in (
         axes.semilogx(
             loads, error, "-", color=plt.cm.Reds(shade), label=f"ceiling {factor:g} $\\sigma_Y$"
         )
-    advised = [100 * row["recommended"][name] for row in balls]
-    axes.semilogx(loads, advised, "o--", color="#009e73", ms=4, label="recommended")
+    advised = [100 * row["calibrated"][name] for row in balls]
+    axes.semilogx(loads, advised, "o--", color="#009e73", ms=4, label="calibrated")
     axes.axhline(0, color="0.6", lw=0.8)
     axes.set(xlabel="load / load of first yield", ylabel="error [%]", ylim=(-30, 40), title=title)
 panels[0].legend(frameon=False, fontsize=8, loc="upper left")
@@ -30,9 +30,9 @@ panels[0].legend(frameon=False, fontsize=8, loc="upper left")
 axes = panels[2]
 for law, marker in (("perfect", "o"), ("linear", "s"), ("Swift", "^")):
     rows = [row for row in found["maps"] if row["law"] == law and row["nominal"] > 0.05]
-    at = [row["recommended"]["load_ratio"] for row in rows]
+    at = [row["calibrated"]["load_ratio"] for row in rows]
     usual = np.array([row["errors"]["contact_area"][0] for row in rows])
-    advised = np.array([row["recommended"]["contact_area"] for row in rows])
+    advised = np.array([row["calibrated"]["contact_area"] for row in rows])
     axes.semilogx(at, 100 * usual, marker, color="#7f0d1b", ms=4, alpha=0.6, mew=0)
     axes.semilogx(at, 100 * advised, marker, color="#009e73", ms=4, mew=0, label=law)
 axes.axhline(0, color="0.6", lw=0.8)

@@ -24,7 +24,7 @@ def mean_pressure_of_the_model(load_ratio: float) -> float:
     pixel = (side / POINTS, side / POINTS)
     ball = rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel)
     result = rc.solve(ball, material=steel, load=load)
-    return load / result.corrected_contact_area / steel.yield_strength
+    return load / result.perimeter_corrected_area / steel.yield_strength
 
 
 def kogut_etsion(load_ratio: np.ndarray) -> np.ndarray:

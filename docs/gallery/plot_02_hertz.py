@@ -71,7 +71,7 @@ axes.legend(markerscale=4, fontsize=8.5, frameon=False, ncols=2)
 radii, saturated_radii = {}, {}
 for fraction, result in results.items():
     # The corrected area leaves out what the pixels on the elastic rim add.
-    radii[fraction] = math.sqrt(result.corrected_contact_area / math.pi) / a_hertz
+    radii[fraction] = math.sqrt(result.perimeter_corrected_area / math.pi) / a_hertz
     area = np.count_nonzero(result.saturated) * result.pixel_area
     saturated_radii[fraction] = math.sqrt(area / math.pi) / a_hertz
 

@@ -35,7 +35,7 @@ widths, results = [], []
 for ratio in ratios:
     result = rc.solve(strip, material=steel, load=ratio * closing * strip_area, boundary="periodic")
     results.append(result)
-    widths.append(result.corrected_contact_area / strip_area)
+    widths.append(result.perimeter_corrected_area / strip_area)
 exact = [2 * waves.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios]
 
 # %%
@@ -79,9 +79,9 @@ for ratio in ratios:
         material=steel,
         load=ratio * crossed_closing * wavelength**2,
         boundary="periodic",
-        start=start,
+        initial_guess=start,
     )
-    areas.append(start.corrected_contact_area / wavelength**2)
+    areas.append(start.perimeter_corrected_area / wavelength**2)
 
 figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
 m = np.linspace(1e-3, 1, 300)

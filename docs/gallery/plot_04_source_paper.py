@@ -121,7 +121,7 @@ ceilings = np.array([1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48]) * 1e9
 areas, saturated = [], []
 start = limited
 for ceiling in ceilings:
-    start = rc.solve(surface, material=steel, load=load, ceiling=ceiling, start=start)
+    start = rc.solve(surface, material=steel, load=load, ceiling=ceiling, initial_guess=start)
     areas.append(start.contact_fraction)
     saturated.append(start.saturated_fraction)
 
@@ -174,7 +174,7 @@ for points in grids:
     for name, body in (("same", same), ("finer", finer)):
         for kind, ceiling in (("elastic", None), ("ceiling", 3e9)):
             found = rc.solve(rc.Surface(body, step), material=steel, load=load, ceiling=ceiling)
-            curves[f"{name} {kind}"].append(found.corrected_contact_area / side**2)
+            curves[f"{name} {kind}"].append(found.perimeter_corrected_area / side**2)
 
 figure_grid, panels = plt.subplots(1, 2, figsize=(9, 3.9), sharey=True, layout="constrained")
 for axes, name, title in zip(

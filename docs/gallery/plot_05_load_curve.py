@@ -50,7 +50,7 @@ curves = {
 colours = {"elastic": "#0072b2", "ceiling 3 GPa": "#7f0d1b"}
 figure, axes = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
 for name, curve in curves.items():
-    fraction = curve.column("corrected_contact_area") / curve.nominal_area
+    fraction = curve.column("perimeter_corrected_area") / curve.nominal_area
     theory, _ = curve.persson
     axes.loglog(curve.column("load"), fraction, "o", color=colours[name], label=f"{name}, solved")
     axes.loglog(

@@ -101,5 +101,5 @@ for rms, name in finishes.items():
 # The polished pair is Hertz's contact, though it was measured on two grids and lies on two
 # cylinders:
 
-radius_error = abs(math.sqrt(results[1e-9].corrected_contact_area / math.pi) / a_hertz - 1)
+radius_error = abs(math.sqrt(results[1e-9].perimeter_corrected_area / math.pi) / a_hertz - 1)
 print(f"contact radius within {100 * radius_error:.1f} % of Hertz")

@@ -65,7 +65,7 @@ figure.colorbar(image, ax=panels, label="von Mises stress / $p_H$")
 # The load at which the ball first yields follows from solving, and from Jackson and Green's formula
 # :math:`p_Y = 1.295\,\mathrm{e}^{0.736\nu}\sigma_Y`, on which the regime of every result rests.
 
-onset = first_yield_load(ball, material=steel, start=0.2 * load)
+onset = first_yield_load(ball, material=steel, initial_load=0.2 * load)
 formula = hertz.first_yield_load(radius, modulus, steel.first_yield_pressure)
 onset_error = abs((onset.solution.load / formula) ** (1 / 3) - 1)
 print(f"first yield at {onset.solution.load * 1e3:.2f} mN, by the formula {formula * 1e3:.2f} mN:")

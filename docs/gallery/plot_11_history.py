@@ -39,7 +39,7 @@ print(
     f"permanently indented: {cycle.indentation_volume * 1e18:.2f} µm³, at most {cycle.indentation.max() * 1e9:.0f} nm"
 )
 print(f"dissipated: {cycle.dissipated_energy * 1e9:.1f} nJ")
-print(f"shaken down: {cycle.shaken_down}")
+print(f"shaken down: {cycle.is_elastic_now}")
 
 # %%
 # The loop between loading and unloading is the work that the ceiling has dissipated. What stays
@@ -62,7 +62,7 @@ figure_indented.colorbar(image, label="permanent indentation [nm]")
 # place leaves its load to others at the next: running-in takes many passes, and each of them
 # finds less to flatten.
 
-counter_heights, _ = rc.reference_map(POINTS, rng_seed=7)
+counter_heights, _ = rc.reference_map(POINTS, rng=7)
 counter = rc.Surface(0.3 * counter_heights, pixel)
 places, rounds = 8, 3
 count = places * rounds

@@ -202,9 +202,9 @@ for (name, material), colour in zip(laws.items(), ("#0072b2", "#009e73", "#d55e0
         advice = recommended_ceiling(usual)
         better = rc.solve(usual.surface, material=material, load=usual.load, ceiling=advice.ceiling)
         areas = [
-            both.volume[-1].corrected_contact_area,
-            better.corrected_contact_area,
-            usual.corrected_contact_area,
+            both.volume[-1].perimeter_corrected_area,
+            better.perimeter_corrected_area,
+            usual.perimeter_corrected_area,
         ]
         table.append([*areas, advice.factor])
         wrong = [100 * (area / areas[0] - 1) for area in (areas[2], areas[1])]
@@ -264,9 +264,9 @@ for axes, (name, law) in zip(
     nominal_area = rough.size[0] * rough.size[1]
     curves = {
         "plasticity of the volume": (both.column("volume", "contact_area"), "o-", "#0072b2"),
-        "recommended ceiling": ([r.corrected_contact_area for r in better], "--", "#009e73"),
+        "recommended ceiling": ([r.perimeter_corrected_area for r in better], "--", "#009e73"),
         "ceiling 3 $\\sigma_Y$": (both.column("ceiling", "contact_area")[0], "s:", "#7f0d1b"),
-        "elastic": ([r.corrected_contact_area for r in elastic], ":", "0.4"),
+        "elastic": ([r.perimeter_corrected_area for r in elastic], ":", "0.4"),
     }
     for label, (values, style, colour) in curves.items():
         axes.plot(nominal, 100 * np.array(values) / nominal_area, style, color=colour, label=label)
@@ -274,7 +274,7 @@ for axes, (name, law) in zip(
     true = both.column("volume", "contact_area")
     for place, result in enumerate(better):
         wrong = 100 * both.excess("contact_area")[0, place]
-        right = 100 * (result.corrected_contact_area / true[place] - 1)
+        right = 100 * (result.perimeter_corrected_area / true[place] - 1)
         print(
             f"{name:9} {nominal[place]:12g} {100 * true[place] / nominal_area:10.1f} % "
             f"{wrong:20.0f} % {right:14.0f} % {result.ceiling / body.yield_strength:10.2f}"

@@ -29,7 +29,7 @@ LENGTH, RADIUS, HERTZ = 200e-6, 2e-3, 1.5e9
 
 grid = {"shape": (POINTS // 4, POINTS), "pixel": (LENGTH / POINTS, LENGTH / POINTS)}
 ground = rc.generate(
-    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, seed=4
+    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, rng=4
 )
 roller = nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **grid)
 steel = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1.7 GPa", "20 GPa"))
@@ -60,7 +60,7 @@ print(rolled)
 figure, (adding, heights) = plt.subplots(1, 2, figsize=(10.5, 4), layout="constrained")
 number = np.arange(1, PASSES + 1)
 adding.semilogy(number, [100 * one.flow for one in rolled.passes], "o-", label="largest, added")
-adding.axhline(100 * rolled.least_strain, color="0.4", ls="-.", label="counts as none")
+adding.axhline(100 * rolled.strain_threshold, color="0.4", ls="-.", label="counts as none")
 adding.set(xlabel="pass", ylabel="plastic strain by the pass [%]")
 adding.legend(frameon=False)
 for name, colour in (("Sq", "tab:blue"), ("Spk", "tab:orange")):
@@ -138,7 +138,7 @@ profile.legend(frameon=False)
 #   more of Sq;
 # * in the volume the largest pressure passes three yield strengths of the metal as it was: it has
 #   hardened by what it has flowed, which this ceiling does not know;
-# * only the volume tells residual stress and strain, and would tell ratchetting if there were any.
+# * only the volume tells residual stress and strain, and would tell ratcheting if there were any.
 #
 # For a first look at how a finish runs in, the ceiling serves; for residual stress, and for the
 # question whether it ever ends, take the volume.

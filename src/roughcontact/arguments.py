@@ -11,6 +11,7 @@ from itertools import chain, repeat
 from numbers import Integral, Real
 from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
 
+from roughcontact import deprecated
 from roughcontact.errors import InputError, shown
 
 P = ParamSpec("P")
@@ -41,8 +42,10 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         # Python says itself what is too many.
         each = zip(chain(names, repeat("")), positional, strict=False)
         specified: Any = [_taken(known.get(name, []), name, value) for name, value in each]
+        current = {deprecated.current_argument(function.__name__, name): value
+                   for name, value in named.items()}  # fmt: skip
         others: Any = {
-            name: _taken(known.get(name, []), name, value) for name, value in named.items()
+            name: _taken(known.get(name, []), name, value) for name, value in current.items()
         }
         return function(*specified, **others)
 
@@ -81,6 +84,7 @@ def _known(function: Callable[..., Any]) -> dict[str, list[_Kind]]:
 
 def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
     """Return an argument as its function takes it."""
+    value = deprecated.current_value(name, value)
     if not kinds:
         return value
     # An array of no dimension is a number.

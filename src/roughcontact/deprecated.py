@@ -1,10 +1,13 @@
-"""Names of 0.2 that work until 0.4, each with the one that replaced it: the one table of them."""
+"""Names of 0.2 that work until 0.4, each with the one that replaced it: the one place of them."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Iterable
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+Warn = Callable[[str], object]
 
 NAMES = {
     "FoundLoad": "studies.load_search.LoadAnswer",
@@ -33,17 +36,136 @@ NAMES = {
 }
 """Of the package: old name to new name or place."""
 
+ARGUMENTS = {
+    "compare": {"first_pressure": "preload_pressure"},
+    "conductance": {
+        "body": "conductor", "counter_body": "counter_conductor", "film": "electrical_film",
+    },
+    "contact_modulus": {"first": "material", "second": "counter_material"},
+    "find_load": {"contact": "contact_fraction", "saturated": "saturated_fraction"},
+    "first_yield_load": {"start": "initial_load"},
+    "generate": {"seed": "rng"},
+    "leakage": {"direction": "flow_axis"},
+    "read_slab": {"holes_masked": "mask_missing"},
+    "reference_map": {"rng_seed": "rng"},
+    "roll": {
+        "way": "travel", "to_and_fro": "reciprocating", "each": "on_step",
+        "centered": "start_at_center",
+    },
+    "shakedown_load": {"within": "rel_tol"},
+    "solve": {"start": "initial_guess"},
+    "solve_elastoplastic": {"each": "on_step", "communicator": "ranks"},
+    "subsurface_stress": {"body": "in_body"},
+}  # fmt: skip
+"""Of a function: old argument to new argument."""
+
+ATTRIBUTES = {
+    "ContactResult": {
+        "centre_of_pressure": "center_of_pressure",
+        "corrected_contact_area": "perimeter_corrected_area", "given": "specified_load",
+        "recommended": "calibration", "remarks": "extra_cautions", "smooth": "hertz",
+        "unsealed": "without_checksums",
+    },
+    "ElastoplasticResult": {"flowed": "yielded", "travelled": "has_moved"},
+    "InterfaceLaw": {"found": "messages"},
+    "Leakage": {"beside": "with_coarser_grid", "film_ratio": "gap_ratio"},
+    "LoadAnswer": {"above": "bracket_high", "below": "bracket_low"},
+    "LoadHistory": {"shaken_down": "is_elastic_now"},
+    "Material": {"at_odds": "tabor_ratio"},
+    "Pass": {"flow": "strain_added", "gain": "strain_net"},
+    "RollingResult": {
+        "answer": "outcome_text", "least_strain": "strain_threshold",
+        "to_and_fro": "reciprocating",
+    },
+    "StressResult": {"place": "max_von_mises_at"},
+}  # fmt: skip
+"""Of a class: old attribute to new attribute."""
+
+
+class Renamed:
+    """A class some of whose attributes had other names; its own name is that of their table."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return what an old name means now."""
+            new = ATTRIBUTES.get(type(self).__name__, {}).get(name)
+            if new is None:
+                kind = type(self).__name__
+                raise AttributeError(f"{kind!r} object has no attribute {name!r}", name=name)
+            _warn(f"{type(self).__name__}.{name} is {new} now")
+            return getattr(self, new)
+
+
+OPTIONS = {
+    "compare": {"first-load": "preload"},
+    "conductance": {"film": "electrical-film"},
+    "find": {"contact": "contact-fraction", "saturated": "saturated-fraction"},
+    "history": {"residual": "indented-surface"},
+    "leak": {"direction": "flow-axis"},
+    "roll": {"way": "travel", "to-and-fro": "reciprocating"},
+    "stress": {"onset": "first-yield", "which": "in-body"},
+    "": {"holes": "missing"},
+}
+"""Of a command, or of all: old option to new option, in project files, too."""
+
+VALUES = {
+    "ceiling": {"recommended": "calibrated"},
+    "model": {"volume": "elastoplastic"},
+}
+"""Of an argument or option: old value to new value."""
+
+
+def current_argument(function: str, name: str) -> str:
+    """Return what an argument is called now."""
+    new = ARGUMENTS.get(function, {}).get(name, name)
+    if new != name:
+        _warn(f"{function}({name}=) is {function}({new}=) now")
+    return new
+
+
+def current_option(command: str, name: str, warn: Warn | None = None) -> str:
+    """Return what an option or a key of a project file is called now."""
+    new = (OPTIONS[""] | OPTIONS.get(command, {})).get(name, name)
+    if new != name:
+        (warn or _warn)(f"{name} is {new} now")
+    return new
+
+
+def current_value(name: str, value: Any, warn: Warn | None = None) -> Any:
+    """Return what a value of an argument or option is called now."""
+    new = VALUES.get(name, {}).get(value) if isinstance(value, str) else None
+    if new is not None:
+        (warn or _warn)(f"{name} {value} is {new} now")
+    return value if new is None else new
+
+
+def current_words(words: Iterable[str], warn: Warn) -> list[str]:
+    """Return the words of a command line as they are written now."""
+    command, option, result = "", "", []
+    for word in words:
+        name, equals, value = word.partition("=")
+        if name.startswith("--"):
+            option = current_option(command, name[2:], warn)
+            result.append(f"--{option}{equals}{current_value(option, value, warn)}")
+            continue
+        command = command or word
+        result.append(current_value(option, word, warn))
+        option = ""
+    return result
+
+
+def _warn(text: str) -> None:
+    """Warn of an old name where the caller of the package uses it."""
+    warnings.warn(f"{text}; the old name works until 0.4", DeprecationWarning, stacklevel=4)
+
 
 def renamed(name: str) -> Any:
     """Return what a name of the package means now; `AttributeError` where it never had one."""
     if name not in NAMES:
         raise AttributeError(f"module 'roughcontact' has no attribute {name!r}")
     new = NAMES[name]
-    warnings.warn(
-        f"roughcontact.{name} is roughcontact.{new} now; the old name works until 0.4",
-        DeprecationWarning,
-        stacklevel=3,
-    )
+    _warn(f"roughcontact.{name} is roughcontact.{new} now")
     package = import_module("roughcontact")
     first, _, rest = new.partition(".")
     if not rest or first in package.__dir__():

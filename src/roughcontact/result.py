@@ -10,6 +10,8 @@ import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from roughcontact.deprecated import Renamed
+
 if TYPE_CHECKING:
     from roughcontact.references import References
 
@@ -84,7 +86,7 @@ def face() -> Face:
     return _loaded[0]()
 
 
-class Displayable:
+class Displayable(Renamed):
     """An object that a session shows by its headline numbers, and that offers its figures."""
 
     def __repr__(self) -> str:

@@ -299,7 +299,7 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     "keys",
     ['load = "1 N"', 'approach = "1 um"\nstudy = true',
-     'load = "1 N"\nceiling = "recommended"\nstudy = true'],
+     'load = "1 N"\nceiling = "calibrated"\nstudy = true'],
 )  # fmt: skip
 def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')

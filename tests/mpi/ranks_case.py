@@ -61,7 +61,7 @@ def solve(folder, ranks):
     for name in PROBLEMS:
         result = rc.solve(slab_of(name, ranks), **asked(name))
         result.save(folder / f"{name}.nc")
-        told = [result.contact_area, result.corrected_contact_area, result.mean_gap,
+        told = [result.contact_area, result.perimeter_corrected_area, result.mean_gap,
                 result.totals.max_indentation, result.totals.edge_load or 0.0]  # fmt: skip
         # Every rank tells the same.
         assert ranks.communicator.allgather(told) == [told] * ranks.count
@@ -80,11 +80,13 @@ def whole(folder, ranks):
         "surface": lambda: result.surface,
         "page": result.explore,
         "csv": lambda: result.save(folder / "out.csv"),
-        "centre": lambda: result.centre_of_pressure,
+        "centre": lambda: result.center_of_pressure,
         "slope": lambda: result.pair.rms_slope,
         "tilt": lambda: rc.solve(result.share, material=STEEL, load=0.3, moments=(0.0, 0.0)),
-        "start": lambda: rc.solve(result.share, material=STEEL, load=0.3, start=result.pressure),
-        "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="recommended"),
+        "start": lambda: rc.solve(
+            result.share, material=STEEL, load=0.3, initial_guess=result.pressure
+        ),
+        "ceiling": lambda: rc.solve(result.share, material=STEEL, load=0.3, ceiling="calibrated"),
         "counter": lambda: rc.solve(
             result.share,
             material=STEEL,
@@ -99,7 +101,7 @@ def whole(folder, ranks):
     if ranks.first:
         # Alone: no other rank would answer.
         told = [str(result), result._repr_html_(), str(result.summary()), str(result.references())]
-        told += [str(result.warnings), str(result.regime), str(result.smooth)]
+        told += [str(result.warnings), str(result.regime), str(result.hertz)]
         assert all(told)
         assert result.summary()["ranks"] == ranks.count
 

@@ -70,7 +70,7 @@ def test_any_number_of_ranks_finds_the_same(tmp_path, problems, alone, count):
         told = np.load(tmp_path / f"{name}.npy")
         edge = [c.numbers["edge_load"] for c in expected.cautions if "edge_load" in c.numbers]
         numbers = [
-            expected.contact_area, expected.corrected_contact_area, expected.mean_gap,
+            expected.contact_area, expected.perimeter_corrected_area, expected.mean_gap,
             expected.residual_indentation.max(), *(edge or [0.0]),
         ]  # fmt: skip
         np.testing.assert_allclose(told, numbers, rtol=10 * near, atol=1e-18)
@@ -124,7 +124,7 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     )  # fmt: skip
     expected = json.loads(single.stdout)
     for key in ("load", "approach", "contact_area", "max_pressure", "mean_gap",
-                "max_residual_indentation", "corrected_contact_area"):  # fmt: skip
+                "max_residual_indentation", "perimeter_corrected_area"):  # fmt: skip
         assert told[key] == pytest.approx(expected[key], rel=1e-5), key
     assert told["shape"] == expected["shape"]
     assert told["pixel"] == pytest.approx(expected["pixel"])

@@ -78,7 +78,7 @@ def folder(tmp_path_factory, problems):
     return place
 
 
-WORDS = ["--unit", "um", "--size", "39.2 um x 48 um", "--model", "volume", "--load", "0.2 N",
+WORDS = ["--unit", "um", "--size", "39.2 um x 48 um", "--model", "elastoplastic", "--load", "0.2 N",
          "--increments", "2", "--young", "210 GPa", "--poisson", "0.3",
          "--yield-strength", "1.6 GPa"]  # fmt: skip
 
@@ -127,7 +127,7 @@ def test_python_refuses_on_all_ranks(tmp_path):
     assert run.returncode == 0, run.stderr
     for name, sentence in (
         ("folder", "not available for a volume on several ranks"),
-        ("each", "not available for a volume on several ranks"),
+        ("on_step", "not available for a volume on several ranks"),
         ("layers", "2 ranks share 1 layers"),
         ("load", "more than the map can carry"),
     ):

@@ -53,7 +53,7 @@ def asked(name):
 
 def told(result):
     """Return all that a result tells without its fields."""
-    numbers = {**result.summary(), "corrected": result.corrected_contact_area}
+    numbers = {**result.summary(), "corrected": result.perimeter_corrected_area}
     del numbers["seconds"]
     found = {
         "numbers": numbers,
@@ -74,7 +74,7 @@ def told(result):
 def solve(folder, ranks):
     comm = ranks.communicator
     for name in PROBLEMS:
-        result = rc.solve_elastoplastic(surface(name), **asked(name), communicator=comm)
+        result = rc.solve_elastoplastic(surface(name), **asked(name), ranks=comm)
         result.save(folder / f"{name}.nc")
         words = told(result)
         # Every rank tells the same.
@@ -136,13 +136,13 @@ def die_solving(folder, ranks):
 
     problem = asked("both bodies yield")
     rc.solve_elastoplastic(
-        surface("both bodies yield"), **problem, communicator=ranks.communicator, progress=look
+        surface("both bodies yield"), **problem, ranks=ranks.communicator, progress=look
     ).save(folder / "out.nc")
 
 
 def die_writing(folder, ranks):
     problem = asked("both bodies yield")
-    result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, communicator=ranks)
+    result = rc.solve_elastoplastic(surface("both bodies yield"), **problem, ranks=ranks)
     if not ranks.first:
         ranks.sent_to_first = lambda part, sender: os.kill(os.getpid(), signal.SIGKILL)
     result.save(folder / "out.nc")
@@ -151,11 +151,11 @@ def die_writing(folder, ranks):
 def refuse(folder, ranks):
     """What is known of a volume in one place is refused on all ranks, and so are too many."""
     for more in (
-        {"folder": folder}, {"each": print}, {"layers": [20e-6]}, {"load": 1e6}
+        {"folder": folder}, {"on_step": print}, {"layers": [20e-6]}, {"load": 1e6}
     ):  # fmt: skip
         problem = {"material": STEEL, "load": 0.3, **more}
         try:
-            rc.solve_elastoplastic(surface("grows"), **problem, communicator=ranks)
+            rc.solve_elastoplastic(surface("grows"), **problem, ranks=ranks)
         except rc.RoughcontactError as error:
             (folder / f"{next(iter(more))}-{ranks.number}").write_text(str(error))
 

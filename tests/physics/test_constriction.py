@@ -124,7 +124,7 @@ def test_greenwoods_sum_is_that_of_all_pairs() -> None:
 def test_all_of_a_periodic_map_adds_no_resistance() -> None:
     result = touching([], boundary="periodic")
     full = dataclasses.replace(result, pressure=np.ones((256, 256)))
-    found = rc.conductance(full, UNIT, UNIT, film=2e-12)
+    found = rc.conductance(full, UNIT, UNIT, electrical_film=2e-12)
     assert found.steps[0].length == math.inf
     assert found.electrical_resistance[0] == pytest.approx(2e-12 / full.contact_area)
     assert found.thermal_resistance[0] == 0
@@ -182,7 +182,7 @@ def test_resistance_hangs_less_on_the_grid_than_the_contact_area() -> None:
         rc.solve(part, load=2.0, material=STEEL, boundary="periodic")
         for part in [surface.resampled(pixel=(2e-6, 2e-6), method="bandlimited")]
     )
-    found = rc.conductance(fine, UNIT, UNIT).beside(coarse)
+    found = rc.conductance(fine, UNIT, UNIT).with_coarser_grid(coarse)
     assert found.coarser is not None
     assert found.coarser.pixel == pytest.approx(2e-6)
     assert 0.03 < found.coarser.contact_area < 0.3
@@ -252,7 +252,7 @@ def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> f
 
 
 def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
-    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, seed=1)
+    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, rng=1)
     metal = rc.Material(206e9, 0.3, 0.3e9)
     steel, aluminium = rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167)
     resistivity = 1 / 42.6 + 1 / 167

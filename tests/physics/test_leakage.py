@@ -222,7 +222,7 @@ def test_steps_do_not_grow_with_the_grid() -> None:
         heights, pixel = rc.reference_map(n)
         result = rc.solve(rc.Surface(heights, pixel), material=STEEL, load=3.0, ceiling=3e9,
                           boundary="periodic")  # fmt: skip
-        steps.append(rc.leakage(result, direction="y").steps[0].steps)
+        steps.append(rc.leakage(result, flow_axis="y").steps[0].steps)
     assert max(steps) <= 30
 
 

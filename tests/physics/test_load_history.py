@@ -95,7 +95,7 @@ def test_cycles_dissipate_once() -> None:
     first = loop(0, 19)
     assert first > 0
     assert abs(loop(18, 38)) < 1e-7 * first
-    assert found.shaken_down
+    assert found.is_elastic_now
 
 
 def test_one_step_or_many_make_the_same_imprint() -> None:

@@ -51,7 +51,7 @@ def test_a_cylinder_first_yields_where_and_when_theory_says():
     # 0.5575 p₀ at 0.704 a (ν = 0.3).
     assert found.solution.max_pressure == pytest.approx(1.7937e9, rel=2e-3)
     half_width = found.solution.contact_area / 2
-    assert found.place[0] == pytest.approx(0.704 * half_width, rel=0.03)
+    assert found.max_von_mises_at[0] == pytest.approx(0.704 * half_width, rel=0.03)
     assert found.max_von_mises == pytest.approx(1e9, rel=1e-3)
     load = math.pi * found.solution.max_pressure**2 * 0.01 / found.solution.contact_modulus
     assert found.solution.load == pytest.approx(load, rel=5e-3)
@@ -90,6 +90,6 @@ def test_friction_pulls_the_largest_stress_to_the_surface():
     surface = rc.Surface(-(x**2) / 0.02, A / 100)
     result = rc.solve(surface, material=steel, load=1e5, ceiling=None)
     free, pulled = (rc.subsurface_stress(result, friction=mu) for mu in (0.0, 0.35))
-    assert free.place[0] > 0
-    assert pulled.place[0] == 0
+    assert free.max_von_mises_at[0] > 0
+    assert pulled.max_von_mises_at[0] == 0
     assert pulled.max_von_mises > free.max_von_mises

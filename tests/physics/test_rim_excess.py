@@ -23,6 +23,8 @@ def test_errors_are_those_that_are_stated(pixels: int, counted: float, corrected
             ball = rc.Surface(-(y**2 + x**2) / 2 / RADIUS, (1.0, 1.0))
             load = 4 / 3 * pixels**3 / RADIUS
             result = rc.solve(ball, load=load, material=BODY, ceiling=None)
-            found.append((result.contact_area / area - 1, result.corrected_contact_area / area - 1))
+            found.append(
+                (result.contact_area / area - 1, result.perimeter_corrected_area / area - 1)
+            )
     means = np.mean(found, axis=0)
     assert means == pytest.approx((counted, corrected), abs=0.004)

@@ -34,7 +34,7 @@ def test_light_loads_touch_in_proportion(curve: rc.LoadCurve) -> None:
 
 
 def test_area_lies_between_persson_and_bush_gibson_thomas(curve: rc.LoadCurve) -> None:
-    area, load = curve.column("corrected_contact_area"), curve.column("load")
+    area, load = curve.column("perimeter_corrected_area"), curve.column("load")
     many = curve.column("spots") >= 20
     assert many.sum() >= 5
     persson, _ = curve.persson
@@ -96,7 +96,7 @@ def test_low_load_slope_of_rough_maps():
     assert np.ptp(slopes) < 0.15
     # Three decades of load, and the area follows within some ten per cent on the average map.
     corrected = np.mean(
-        [c.column("corrected_contact_area") * MODULUS * c.rms_gradient for c in curves], axis=0
+        [c.column("perimeter_corrected_area") * MODULUS * c.rms_gradient for c in curves], axis=0
     )
     np.testing.assert_allclose(corrected / loads, np.mean(slopes), rtol=0.15)
 
@@ -113,7 +113,7 @@ def test_elastic_contact_against_persson():
         load = mean * deviation * area(surface)
         result = rc.solve(surface, material=ELASTIC, load=load, boundary="periodic")
         theory, _ = persson.persson_fractions(mean * deviation, MODULUS, surface.Sdq)
-        found = result.corrected_contact_area / area(surface)
+        found = result.perimeter_corrected_area / area(surface)
         ratios.append(found / theory)
         assert found == pytest.approx(theory, abs=0.075)
     # Measured 1.47 down to 1.00, never up again.
@@ -134,7 +134,7 @@ def test_contact_under_a_ceiling_against_persson(independent, hardness):
         )
         independent.assert_solved(result, load)
         theory = persson.persson_fractions(filling * ceiling, MODULUS, surface.Sdq, ceiling)
-        found = result.corrected_contact_area / area(surface), result.saturated_fraction
+        found = result.perimeter_corrected_area / area(surface), result.saturated_fraction
         # More touches and less is saturated than in the theory, which neither unloads nor
         # correlates: by 0.08 and 0.09 of the map at most, hardness 2.
         assert -0.002 < found[0] - theory[0] < 0.09

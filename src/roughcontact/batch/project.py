@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact import memory
+from roughcontact import deprecated, memory
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry, spell_key
 from roughcontact.errors import ArgumentRef, FormatError, InputError
@@ -321,6 +321,10 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
     table = ("contact", str(number))
     if not isinstance(read, dict):
         raise project.source.refusal(table, "each contact must be a table, [[contact]]")
+    command = str(read.get("task", project.defaults.get("task", solve.TASK.name)))
+    own, shared = ({deprecated.current_option(command, key): key for key in keys}
+                   for keys in (read, project.defaults))  # fmt: skip
+    read = {key: deprecated.current_value(key, read[old]) for key, old in own.items()}
     # A material of its own comes before constants that all others share.
     aside = {
         f"{prefix}{constant}"
@@ -328,9 +332,10 @@ def _contact(project: _Project, number: int, read: Any) -> _Contact:
         for constant in _MATERIAL_KEYS
         if f"{prefix}material" in read
     }
-    defaults = {key: value for key, value in project.defaults.items() if key not in aside}
-    where: dict[str, tuple[str, ...]] = {key: ("defaults", key) for key in defaults}
-    where |= {key: (*table, key) for key in read}
+    defaults = {key: deprecated.current_value(key, project.defaults[old])
+                for key, old in shared.items() if key not in aside}  # fmt: skip
+    where: dict[str, tuple[str, ...]] = {key: ("defaults", shared[key]) for key in defaults}
+    where |= {key: (*table, old) for key, old in own.items()}
     values = {**defaults, **read}
     name = values.get("task", solve.TASK.name)
     task = PROJECT_TASKS.get(str(name), solve.TASK)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from roughcontact import deprecated
 from roughcontact._version import __version__
 from roughcontact.cli import help_format, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
@@ -72,6 +73,9 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
     written: Sequence[Path] = ()
     try:
+        arguments = deprecated.current_words(
+            arguments, lambda text: terminal.complain(f"note: --{text}; until 0.4 both work")
+        )
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
     except SystemExit as stop:

@@ -251,8 +251,8 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
         "warnings": "\n".join(result.warnings),
         "cautions": cautions.to_text(result.cautions),
     }
-    if result.remarks:
-        attributes["remarks"] = cautions.to_text(result.remarks)
+    if result.extra_cautions:
+        attributes["remarks"] = cautions.to_text(result.extra_cautions)
     if result.counter_surface is not None:
         attributes |= _described(result.counter_surface.provenance, "counter_")
     if result.share.missing:
@@ -260,7 +260,7 @@ def _attributes(result: ContactResult) -> dict[str, Any]:
     attributes |= _scalar_attributes(result)
     if not (result.ceiling is None or isinstance(result.ceiling, np.ndarray)):
         attributes |= _with_unit("ceiling", result.ceiling, "Pa")
-    if result.unsealed:
+    if result.without_checksums:
         # New checksums prove nothing of what happened to the old file.
         attributes[_UNSEALED] = "from a file without checksums"
     for name in MATERIALS:
@@ -285,11 +285,11 @@ def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
         if pair is not None:
             for axis, value in zip("yx", pair, strict=True):
                 attributes |= _with_unit(f"{name}_{axis}", value, unit)
-    if result.given is not None:
-        attributes[_GIVEN] = to_json(result.given.summary())
-    if result.recommended is not None:
+    if result.specified_load is not None:
+        attributes[_GIVEN] = to_json(result.specified_load.summary())
+    if result.calibration is not None:
         for name, unit in _RECOMMENDED.items():
-            value = getattr(result.recommended, name)
+            value = getattr(result.calibration, name)
             attributes |= _with_unit(f"recommended_{name}", value, unit)
     if result.calibrated is not None:
         for name, unit in _CALIBRATED.items():
@@ -443,9 +443,9 @@ def from_dataset(dataset: xarray.Dataset) -> ContactResult:
         ceiling=ceiling,
         pressure=maps["pressure"],
         gap=maps["gap"],
-        unsealed=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
+        without_checksums=netcdf.CHECKSUM not in attributes or _UNSEALED in attributes,
         # Files of earlier versions have none.
-        remarks=cautions.from_text(str(attributes.get("remarks", "[]"))),
+        extra_cautions=cautions.from_text(str(attributes.get("remarks", "[]"))),
         **_scalars(attributes),
     )
 
@@ -495,7 +495,7 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         text: dict[str, Any] = {
             name: float(attributes[f"recommended_{name}"]) for name in _RECOMMENDED
         }
-        scalars["recommended"] = CalibrationRecord(**text | {"solves": int(text["solves"])})
+        scalars["calibration"] = CalibrationRecord(**text | {"solves": int(text["solves"])})
     if "calibrated_ceiling" in attributes:
         text = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
         text |= {"control": scalars["control"], "convolutions": int(text["convolutions"])}

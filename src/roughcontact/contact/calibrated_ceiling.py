@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import Any
 
-RECOMMENDED = "recommended"
+CALIBRATED = "calibrated"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
 
 TOLD_CHANGE = 0.02

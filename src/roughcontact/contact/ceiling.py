@@ -47,7 +47,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.contact.calibrated_ceiling import (
-    RECOMMENDED,
+    CALIBRATED,
     CalibratedCeiling,
     CalibrationRecord,
 )
@@ -84,11 +84,11 @@ def resolved_ceiling(
 ) -> float | NDArray[np.float64] | None:
     """Return the ceiling as `solve` uses it."""
     if isinstance(ceiling, str):
-        require_choice(("auto", RECOMMENDED), ceiling=ceiling)
+        require_choice(("auto", CALIBRATED), ceiling=ceiling)
         body = pair.softer
-        if ceiling == RECOMMENDED and (body is None or body.yield_strength is None):
+        if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
             raise InputError(
-                ArgumentRef("ceiling", RECOMMENDED),
+                ArgumentRef("ceiling", CALIBRATED),
                 " is read from the yield strength of the softer body, and none is known: give its "
                 "material one, or a ",
                 ArgumentRef("ceiling"),
@@ -198,7 +198,7 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
     slope = math.sqrt(2) * _contact_slope(result)
     if slope == 0:
         return None
-    mean = result.load / result.corrected_contact_area
+    mean = result.load / result.perimeter_corrected_area
     return _judged(result.pair, body, slope, mean)
 
 
@@ -309,7 +309,7 @@ def solve_calibrated(
         usual_approach=first.approach,
         usual_indentation=float(first.residual_indentation.max()),
     )
-    return replace(result, recommended=text)
+    return replace(result, calibration=text)
 
 
 def _single(result: ContactResult) -> float:
@@ -322,7 +322,7 @@ def _advised(result: ContactResult) -> CalibratedCeiling:
     advice = recommended_ceiling(result)
     if advice is None:
         raise InputError(
-            ArgumentRef("ceiling", RECOMMENDED),
+            ArgumentRef("ceiling", CALIBRATED),
             " is read from the slope within the contact spots, and these have none: single "
             "pixels, or flats; give a ",
             ArgumentRef("ceiling"),

@@ -36,7 +36,7 @@ def equivalent_hertz_size(result: ContactResult) -> tuple[float, ...]:
     smooth = _smooth(result)
     along, across = directions(smooth)
     weight = result.pressure / result.pressure.sum()
-    middle = result.centre_of_pressure
+    middle = result.center_of_pressure
     y, x = places(result, middle)
 
     def moment(direction: tuple[float, float]) -> float:
@@ -80,9 +80,9 @@ def limits(result: ContactResult) -> tuple[Caution, ...]:
 
 def behind_load(result: ContactResult) -> bool:
     """Return whether the load stands for one of Hertz's theory, on nominal bodies that touch."""
-    form = None if result.given is None else result.given.form
+    form = None if result.specified_load is None else result.specified_load.form
     stands = isinstance(form, (HertzPressure, LineLoad))
-    return stands and result.smooth is not None and result.contact_area > 0
+    return stands and result.hertz is not None and result.contact_area > 0
 
 
 def of_given_load(result: ContactResult) -> Caution | None:
@@ -92,8 +92,9 @@ def of_given_load(result: ContactResult) -> Caution | None:
 
 
 def _smooth(result: ContactResult) -> Smooth:
-    assert result.smooth is not None
-    return result.smooth
+    smooth: Smooth | None = result.hertz
+    assert smooth is not None
+    return smooth
 
 
 def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
@@ -101,7 +102,7 @@ def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
     for axis, reach in enumerate(smooth.reach):
         if not reach or axis == smooth.shape.axis:
             continue
-        side, middle = result.surface.size[axis], result.centre_of_pressure[axis]
+        side, middle = result.surface.size[axis], result.center_of_pressure[axis]
         name = _AXES[axis]
         if axis in result.boundary.free_axes:
             edge = side / 2 - abs(middle)

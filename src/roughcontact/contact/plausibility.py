@@ -27,7 +27,7 @@ from roughcontact.cautions import (
     ordered,
 )
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED, CalibratedCeiling
+from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibratedCeiling
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
@@ -89,12 +89,12 @@ def indentation_caution(
     if not near and helps:
         parts += [
             "; ",
-            ArgumentRef("ceiling", RECOMMENDED),
+            ArgumentRef("ceiling", CALIBRATED),
             f" brings them to about {_DEPTH:.1f} and {_ENERGY:.1f}",
         ]
     parts.append(
         "; loading and unloading with plasticity in the volume has neither error "
-        "(solve_elastoplastic, roughcontact solve --model volume --unload)"
+        "(solve_elastoplastic, roughcontact solve --model elastoplastic --unload)"
     )
     said = as_warning if min(depth, energy) < _FAR else as_caution
     return said(
@@ -157,7 +157,7 @@ def filled(result: ContactResult) -> Caution | None:
         Kind.FILLED,
         f"{text}: contact there is invented; crop the {result.pair.whole}, or let its missing "
         "points never touch, ",
-        ArgumentRef("holes", "mask"),
+        ArgumentRef("missing", "mask"),
         filled=share,
     )
 
@@ -303,7 +303,9 @@ class Check:
 def cautions(result: ContactResult) -> tuple[Caution, ...]:
     """Return what a reader of a contact has to know, the severest first."""
     requested = (check.find(result) for check in CHECKS if check.applies(result))
-    return ordered([*(caution for caution in requested if caution is not None), *result.remarks])
+    return ordered(
+        [*(caution for caution in requested if caution is not None), *result.extra_cautions]
+    )
 
 
 def checked(result: ContactResult) -> tuple[str, ...]:
@@ -459,7 +461,11 @@ def _ceiling(result: ContactResult) -> Caution | None:
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
     # One caution about the ceiling at most: `_hardness` tells of numbers of two conditions.
-    if result.calibrated is not None or result.recommended is not None or body.at_odds is not None:
+    if (
+        result.calibrated is not None
+        or result.calibration is not None
+        or body.tabor_ratio is not None
+    ):
         return None
     answer = advice(result)
     if answer is None or answer.load_ratio < TRANSITION:
@@ -473,7 +479,7 @@ def _ceiling(result: ContactResult) -> Caution | None:
         Kind.CEILING,
         f"under the calibrated ceiling, {answer.factor:.2f} yield strengths, the contact area "
         f"changes by about {changed_by(change)}: ",
-        ArgumentRef("ceiling", RECOMMENDED),
+        ArgumentRef("ceiling", CALIBRATED),
         recommended_ceiling=answer.ceiling,
         load_ratio=answer.load_ratio,
         area_change=change,
@@ -498,7 +504,7 @@ def _hardness(result: ContactResult) -> Caution | None:
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    ratio, hardness = body.at_odds, body.hardness
+    ratio, hardness = body.tabor_ratio, body.hardness
     if ratio is None or hardness is None or not result.max_pressure > (1 + 1e-9) * hardness:
         return None
     return as_caution(
@@ -638,5 +644,5 @@ CHECKS = (
         hertz_comparison.of_given_load,
         hertz_comparison.behind_load,
     ),
-    Check("checksums of its file", lambda _: no_checksums(), lambda r: r.unsealed),
+    Check("checksums of its file", lambda _: no_checksums(), lambda r: r.without_checksums),
 )

@@ -104,14 +104,14 @@ class ContactResult(Result):
     moments : (float, float) or None
         Moments (W y, W x) of the load about the centre of the map that were given [N·m]; ``None``
         where the bodies do not tilt.
-    unsealed : bool
+    without_checksums : bool
         Whether it was read from a file without checksums, in which damage goes unseen.
-    recommended : AgreedCeiling or None
+    calibration : AgreedCeiling or None
         How the ceiling was found, if it is one that was recommended.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the
         resolution; ``cautions`` tells it with what the result shows by itself.
-    given : GivenLoad or None
+    specified_load : GivenLoad or None
         The load in the form in which it was given, where that was no force.
     calibrated : Calibrated or None
         The same contact under the calibrated ceiling, where that was computed.
@@ -142,10 +142,10 @@ class ContactResult(Result):
     version: str = field(default="")
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
-    unsealed: bool = False
-    recommended: CalibrationRecord | None = None
-    remarks: tuple[Caution, ...] = ()
-    given: GivenLoad | None = None
+    without_checksums: bool = False
+    calibration: CalibrationRecord | None = None
+    extra_cautions: tuple[Caution, ...] = ()
+    specified_load: GivenLoad | None = None
     calibrated: Calibrated | None = None
     communication: float = 0.0
     sent: int = 0
@@ -250,7 +250,7 @@ class ContactResult(Result):
         return self.totals.contact * self.pixel_area
 
     @property
-    def corrected_contact_area(self) -> float:
+    def perimeter_corrected_area(self) -> float:
         """Contact area without the excess that its elastic rim gains from the pixels [m²].
 
         A - (π - 1 + ln 2)/24 · S, S the length of the rim times the pixel: pixels that the rim
@@ -288,7 +288,7 @@ class ContactResult(Result):
         return self.totals.mean_gap
 
     @cached_property
-    def smooth(self) -> Smooth | None:
+    def hertz(self) -> Smooth | None:
         """Hertz's contact of the nominal bodies under this load; ``None`` where there is none.
 
         See `roughcontact.contact.nominal_hertz.smooth`.
@@ -305,10 +305,10 @@ class ContactResult(Result):
         return face().estimate(self)
 
     @cached_property
-    def centre_of_pressure(self) -> tuple[float, float]:
+    def center_of_pressure(self) -> tuple[float, float]:
         """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
         self.require_whole("the centre of pressure")
-        return area.centre_of_pressure(self.pressure, self.pair.pixel)
+        return area.center_of_pressure(self.pressure, self.pair.pixel)
 
     @property
     def moment_error(self) -> float:
@@ -321,7 +321,7 @@ class ContactResult(Result):
         size = max(self.surface.size)
         return max(
             abs(centre - moment / self.load) / size
-            for centre, moment in zip(self.centre_of_pressure, self.moments, strict=True)
+            for centre, moment in zip(self.center_of_pressure, self.moments, strict=True)
         )
 
     @property

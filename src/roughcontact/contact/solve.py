@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.contact import plausibility, validation
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED, Calibrated
+from roughcontact.contact.calibrated_ceiling import CALIBRATED, Calibrated
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Share
-from roughcontact.contact.spots import centre_of_pressure
+from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
     CapacityError,
     ConvergenceError,
@@ -79,7 +79,7 @@ def solve(
     tolerance: float | None = None,
     max_iterations: int = 2000,
     precision: str = "double",
-    start: ContactResult | ArrayLike | None = None,
+    initial_guess: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     on_interrupt: str = "raise",
     progress: Tell = None,
@@ -112,10 +112,10 @@ def solve(
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid, laid on the first map point by point
         (mirror a map that was measured from its own front); a flat without it.
-    ceiling : "auto", "recommended", float, str, quantity of pint, array_like or None
+    ceiling : "auto", "calibrated", float, str, quantity of pint, array_like or None
         Largest pressure [Pa], one for all or one a pixel; or a hardness, as ``"62 HRC"``.
         ``"auto"`` is the smaller of the bodies' ceilings, three times the yield strength or,
-        without one, the hardness; no ceiling where none is known. ``"recommended"`` begins with
+        without one, the hardness; no ceiling where none is known. ``"calibrated"`` begins with
         that and solves again until the ceiling
         is the one that gives the contact area of plasticity in the volume, see
         `recommended_ceiling`; a contact below first yield keeps the first. ``None`` is purely
@@ -130,7 +130,7 @@ def solve(
     precision : {"double", "single"}
         Arithmetic of the transforms; single needs about two thirds of the memory and promises a
         certificate of 1e-4 (it usually reaches some 1e-6).
-    start : ContactResult or array_like of shape (ny, nx), optional
+    initial_guess : ContactResult or array_like of shape (ny, nx), optional
         Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
     on_failure : {"raise", "return"}
         What to do with a result above the tolerance.
@@ -186,7 +186,7 @@ def solve(
     result = press(
         pair,
         terms,
-        start=start,
+        start=initial_guess,
         on_failure=on_failure,
         on_interrupt=on_interrupt,
         progress=watch,
@@ -213,7 +213,7 @@ def press(
     validation.check_share(pair, terms, start)
     if on_interrupt == "return":
         pair.require_whole("a part of a solve")
-    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+    if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
         return _agreed(pair, terms, start, on_failure, progress)
     began, before = time.perf_counter(), pair.sums.cost()
     stated = validation.build_problem(pair, terms, start)
@@ -256,7 +256,7 @@ def _agreed(
 
 def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     """Return the contact under the ceiling that its solution recommends."""
-    if not (first.converged and isinstance(first.ceiling, float)) or first.recommended is not None:
+    if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
     advice = plausibility.advice(first)
     if advice is None or first.regime is Regime.BELOW_FIRST_YIELD:
@@ -383,7 +383,7 @@ def _result(
         version=__version__,
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
-        given=terms.given,
+        specified_load=terms.given,
         communication=float(communication),
         sent=int(sent),
     )
@@ -403,7 +403,7 @@ def _status(
         status = bounded.Status.STALLED
     words: str = status.value
     if status is bounded.Status.CONVERGED and stated.target is not None:
-        centre = np.array(centre_of_pressure(pressure, pair.pixel)) / max(pair.size)
+        centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
             steep = _rounding(pair, slope, pressure) > MOMENT_TOLERANCE
             words = TOO_STEEP if steep else UNBALANCED

@@ -217,7 +217,7 @@ def rims(touching: NDArray[np.bool_], elastic: NDArray[np.bool_], axis: int, wra
     return int(np.count_nonzero(rim if wrapped else np.delete(rim, -1, axis)))
 
 
-def centre_of_pressure(
+def center_of_pressure(
     pressure: NDArray[np.float64], pixel: tuple[float, float]
 ) -> tuple[float, float]:
     """Return the point where the resultant of a pressure acts."""

@@ -113,7 +113,7 @@ class StressResult(Result):
         return self.profile.max_von_mises
 
     @property
-    def place(self) -> tuple[float, float, float]:
+    def max_von_mises_at(self) -> tuple[float, float, float]:
         """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
         (row, column), (dy, dx) = self.profile.pixel_of_max, self.solution.surface.pixel
         return self.profile.depth_of_max, (row + 0.5) * dy, (column + 0.5) * dx
@@ -208,7 +208,7 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
             ("component", "depth", axis), section, "Pa",
             f"stress on the plane along {axis} through the largest von Mises stress",
         )  # fmt: skip
-    depth, y, x = result.place
+    depth, y, x = result.max_von_mises_at
     dataset.attrs |= {
         "title": "Stress below a contact of rough surfaces",
         "body": result.body,
@@ -274,7 +274,7 @@ def subsurface_stress(
     result: ContactResult,
     depths: Quantities | ArrayLike | None = None,
     *,
-    body: str = "body",
+    in_body: str = "body",
     friction: float = 0.0,
     direction: float = 0.0,
     precision: str = "single",
@@ -288,7 +288,7 @@ def subsurface_stress(
     depths : array_like, or sequence of str or quantity of pint, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
         more around the largest stress (`stress_summary.summarize`).
-    body : {"body", "counter_body"}
+    in_body : {"body", "counter_body"}
         The rough body, or its counter-body. Both feel the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
     friction : float
@@ -323,15 +323,15 @@ def subsurface_stress(
     >>> round(found.max_von_mises / found.solution.max_pressure, 2)
     0.62
     """
-    material = result.pair.material_of(body)
+    material = result.pair.material_of(in_body)
     if math.isinf(material.young):
-        raise InputError(f"the {BODIES[body]} is rigid: there is no stress in it to compute")
+        raise InputError(f"the {BODIES[in_body]} is rigid: there is no stress in it to compute")
     wanted = quantity(depths, "length", "depths")
     _check_depths(wanted)
     require_memory(
         result.surface.shape, boundary=result.boundary, precision=precision, friction=friction
     )
-    options = {**traction(result.pair, body, friction, direction), "precision": precision}
+    options = {**traction(result.pair, in_body, friction, direction), "precision": precision}
     pressure, pixel = result.pressure, result.pair.pixel
     profile = stress_summary.summarize(
         pressure, pixel, material.poisson,
@@ -342,7 +342,7 @@ def subsurface_stress(
     )
     return StressResult(
         solution=result,
-        body=body,
+        body=in_body,
         friction=friction,
         direction=direction,
         precision=precision,
@@ -436,7 +436,7 @@ def first_yield_load(
     friction: float = 0.0,
     direction: float = 0.0,
     boundary: str = "free",
-    start: Quantity | None = None,
+    initial_load: Quantity | None = None,
     tolerance: float = 1e-3,
 ) -> StressResult:
     """Return the contact at the load at which the first point of a body yields.
@@ -447,7 +447,7 @@ def first_yield_load(
         As for `contact.solve`; the contact is elastic, without a ceiling.
     body, friction, direction
         As for `subsurface_stress`.
-    start : float, optional
+    initial_load : float, optional
         Load to begin with [N]; by default that of one pixel at 1.6 times the yield strength.
     tolerance : float
         How close the largest von Mises stress must come to the yield strength, relatively.
@@ -472,7 +472,7 @@ def first_yield_load(
     under next to no load: the answer then is one of the resolution.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
-    return onset(pair, body, friction, direction, start=start, tolerance=tolerance)
+    return onset(pair, body, friction, direction, start=initial_load, tolerance=tolerance)
 
 
 def onset(
@@ -503,7 +503,7 @@ def onset(
         )  # fmt: skip
         excess = math.log(profile.max_von_mises / strength)
         if abs(excess) <= tolerance:
-            return subsurface_stress(last, body=body, friction=friction, direction=direction)
+            return subsurface_stress(last, in_body=body, friction=friction, direction=direction)
         known.append((math.log(load), excess))
         load = math.exp(_next(known))
     assert last is not None

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory as ground
 from roughcontact.contact import load_case, memory
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import LoadCase, Scale
 from roughcontact.contact.pair import Pair
@@ -123,7 +123,7 @@ def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
     """Raise `InputError` for what needs the whole map, where several processes hold it."""
     needs = {
         "a tilt": terms.moments is not None,
-        "a recommended ceiling": isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED,
+        "a recommended ceiling": isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED,
         "a ceiling for every pixel": isinstance(terms.ceiling, (list, tuple, np.ndarray)),
         "a start": start is not None,
     }
@@ -136,7 +136,7 @@ def check_profile(pair: Pair, terms: LoadCase) -> None:
     """Raise `InputError` for what is known of maps alone."""
     if terms.moments is not None:
         pair.require_map("a tilt")
-    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+    if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
         pair.require_map("a recommended ceiling")
 
 
@@ -263,16 +263,18 @@ def check_start(start: ContactResult | ArrayLike, shape: tuple[int, int]) -> Non
     if pressure.dtype.kind not in "fiu":
         raise InputError(
             f"must be a ContactResult or a map of pressures [Pa], got {type(start).__name__}",
-            argument="start",
+            argument="initial_guess",
         )
     if pressure.shape != shape:
         raise InputError(
             f"has {pressure.shape} pixels and the surface {shape}; "
             "start from a solution on the same grid",
-            argument="start",
+            argument="initial_guess",
         )
     if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
-        raise InputError("must hold finite pressures that are not negative", argument="start")
+        raise InputError(
+            "must hold finite pressures that are not negative", argument="initial_guess"
+        )
 
 
 def capacity(load: float, ceiling: float | Array | None, gap: Array, pair: Pair) -> float:

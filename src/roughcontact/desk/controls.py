@@ -59,7 +59,7 @@ Give = Callable[[str, Value], None]
 
 
 _SUGGESTED: dict[str, tuple[str, ...]] = {
-    "ceiling": ("auto", "recommended", "none"),
+    "ceiling": ("auto", "calibrated", "none"),
     "channel": (),
     "form": ("sphere", "cylinder", "polynomial 2", "polynomial 4"),
 }
@@ -221,7 +221,7 @@ def _wanted(name: str) -> str:
     known = {
         "file": "a map",
         "boundary": "whether the map is the whole contact",
-        "holes": "what to do with its missing points",
+        "missing": "what to do with its missing points",
     }
     return known.get(name) or SOLVE.by_name[name].label.lower()
 

@@ -53,7 +53,7 @@ def explore(shown: Surface | ContactResult) -> Desk:
     surface.require_map("the page")
     specified: dict[str, Value] = {"level": "none"}
     if surface.missing:
-        specified["holes"] = "mask"
+        specified["missing"] = "mask"
     counter = None
     if isinstance(shown, ContactResult):
         specified |= _given(shown)

@@ -36,7 +36,7 @@ _QUESTION = {
     "periodic-x": "a sample along x, the whole contact along y",
     "periodic-y": "a sample along y, the whole contact along x",
 }
-_HOLES = {
+_MISSING = {
     "error": "–",
     "fill": "fill them smoothly",
     "fill-all": "fill them smoothly, even above 30 %",
@@ -55,7 +55,7 @@ _DIGITS = 6
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
 _FIRST = tuple(
-    option.name for option in (options.LEVEL, options.FORM, options.HOLES, options.OUTLIERS)
+    option.name for option in (options.LEVEL, options.FORM, options.MISSING, options.OUTLIERS)
 )
 """Of the preparation; all others are folded away."""
 _VALUES = (
@@ -131,7 +131,7 @@ class Preparation:
 
     def __init__(self, session: Session, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
-        choices = {"level": _LEVELS, "holes": _HOLES, "rotate": _TURNS}
+        choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS}
         self._group = Group(session, choices)
         self._steps = pn.Column(**style.BLOCK)
         self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] = (), False, {}
@@ -148,7 +148,7 @@ class Preparation:
             () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
         )
         # A map is seen before it is said what its holes are.
-        text = "holes" in self._session.state.given
+        text = "missing" in self._session.state.given
         failed = {} if self._session.failure is None else self._asked()
         if (result, text, failed) == self._shown:
             return

@@ -273,9 +273,9 @@ class Page:
         self._cautions.object = ""
         session = self.session
         wanted = session.state.missing
-        if session.prepared is not None and "holes" not in session.state.given:
+        if session.prepared is not None and "missing" not in session.state.given:
             holed = any(surface.missing for surface in session.prepared.surfaces)
-            wanted = (*wanted, "holes") if holed else wanted
+            wanted = (*wanted, "missing") if holed else wanted
         self._trust.object = controls.missing(wanted)
 
     def _show(self) -> None:

@@ -35,11 +35,11 @@ CONTACT, PINNED = "contact", "pinned"
 UNDOING = {
     "cropped": ("crop",),
     "without_outliers": ("outliers",),
-    "largest_rectangle": ("holes",),
+    "largest_rectangle": ("missing",),
     "leveled": ("level",),
     "without_form": ("form",),
-    "filled": ("holes",),
-    "masked": ("holes",),
+    "filled": ("missing",),
+    "masked": ("missing",),
     "filtered": ("s-filter", "l-filter"),
     "resampled": ("pixel",),
     "rotated": ("rotate",),
@@ -317,8 +317,8 @@ class Session:
         """Crop the map to some rows and columns of it as it is prepared."""
         state = self._state
         changing = [name for name in ("rotate", "pixel", "align") if name in state.given]
-        if state.given.get("holes") == "crop":
-            changing.append("holes")
+        if state.given.get("missing") == "crop":
+            changing.append("missing")
         if changing:
             raise InputError(
                 "is done before ",
@@ -381,7 +381,7 @@ class Session:
             return
         specified = {**state.given, **{name: _STAND_IN[name] for name in state.missing}}
         if state.missing:
-            specified.setdefault("holes", "mask")
+            specified.setdefault("missing", "mask")
         try:
             request = replace(state, given=MappingProxyType(specified)).request()
         except InputError as error:
@@ -441,9 +441,9 @@ class Session:
     def _show_at_least(self, failed: Failed) -> None:
         """Have the map seen where only its holes keep it from being pressed."""
         request = failed.request
-        if request is None or "holes" in request.given or isinstance(failed.error, FormatError):
+        if request is None or "missing" in request.given or isinstance(failed.error, FormatError):
             return
         specified = {**self._state.given, **{name: _STAND_IN[name] for name in self._state.missing}}
-        specified["holes"] = "mask"
+        specified["missing"] = "mask"
         self._wanted = replace(self._state, given=MappingProxyType(specified)).request()
         self._live.ask(self._wanted, prepare_only=True)

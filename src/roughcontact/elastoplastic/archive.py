@@ -139,7 +139,7 @@ def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> 
     unknown = [math.nan if step.step_error is None else step.step_error for step in increments]
     about = {"units": "1", "long_name": "error by the load steps so far, NaN where not estimated"}
     dataset["increment_step_error"] = ("increment", np.array(unknown), about)
-    if any(step.travelled for step in increments):
+    if any(step.has_moved for step in increments):
         for field, (unit, text) in _PLACES.items():
             values = np.array([getattr(step, field) for step in increments])
             dims = ("increment", "axis")[: values.ndim]
@@ -310,5 +310,5 @@ def check_file(path: str | os.PathLike[str]) -> Checked:
     try:
         answer.require(Path(path).name)
     except FormatError as error:
-        return Checked(file, not pressed.unsealed, answer, str(error))
-    return Checked(file, not pressed.unsealed, answer, "")
+        return Checked(file, not pressed.without_checksums, answer, str(error))
+    return Checked(file, not pressed.without_checksums, answer, "")

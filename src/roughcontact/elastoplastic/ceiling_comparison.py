@@ -82,7 +82,7 @@ class ModelComparison:
 
         Parameters
         ----------
-        model : {"ceiling", "volume"}
+        model : {"ceiling", "elastoplastic"}
             The model.
         name : {"approach", "contact_area", "mean_pressure", "plateau_pressure", "max_pressure"}
             The quantity. Areas are without the excess of an elastic rim. The plateau pressure
@@ -99,15 +99,17 @@ class ModelComparison:
         InputError
             If there is no such model or quantity.
         """
-        if model not in ("ceiling", "volume"):
+        if model not in ("ceiling", "elastoplastic"):
             raise InputError(
-                f"must be 'ceiling' or 'volume', got {model!r}", argument="model", value=model
+                f"must be 'ceiling' or 'elastoplastic', got {model!r}",
+                argument="model",
+                value=model,
             )
         if name not in QUANTITIES:
             raise InputError(
                 f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
             )
-        if model == "volume":
+        if model == "elastoplastic":
             return np.array([_value(state.solution, state, name) for state in self.volume])
         return np.array([[_value(result, result, name) for result in row] for row in self.ceiling])
 
@@ -124,7 +126,7 @@ class ModelComparison:
         ndarray, shape (k, n)
             Relative error of the ceiling model.
         """
-        ratio: Array = self.column("ceiling", name) / self.column("volume", name)
+        ratio: Array = self.column("ceiling", name) / self.column("elastoplastic", name)
         return ratio - 1
 
     def map_error(self) -> Array:
@@ -183,7 +185,7 @@ class ModelComparison:
         The factor that a ceiling would need to carry the load on the same area if all of it
         were saturated.
         """
-        return self.column("volume", "mean_pressure") / self.yield_strength
+        return self.column("elastoplastic", "mean_pressure") / self.yield_strength
 
     def summary(self) -> dict[str, Any]:
         """Return both models by name, in SI units, ready for JSON."""
@@ -195,7 +197,7 @@ class ModelComparison:
             **{
                 f"{model}_{name}": self.column(model, name).tolist()
                 for name in QUANTITIES
-                for model in ("ceiling", "volume")
+                for model in ("ceiling", "elastoplastic")
             },
             **{f"{name}_excess": self.excess(name).tolist() for name in QUANTITIES},
             "pressure_map_error": self.map_error().tolist(),
@@ -222,9 +224,9 @@ class ModelComparison:
 
 def _value(result: ContactResult, area_of: ContactResult | ElastoplasticResult, name: str) -> float:
     if name == "contact_area":
-        return area_of.corrected_contact_area
+        return area_of.perimeter_corrected_area
     if name == "mean_pressure":
-        return result.load / area_of.corrected_contact_area
+        return result.load / area_of.perimeter_corrected_area
     if name == "plateau_pressure":
         return float((result.pressure**2).sum() / result.pressure.sum())
     return float(getattr(result, name))

@@ -199,7 +199,7 @@ class Loop:
     @property
     def pull(self) -> Pull:
         """Traction on the rough body over the pressure, at the point of the path reached."""
-        return self._point.pull
+        return self._point.traction
 
     @property
     def flowing(self) -> bool:

@@ -67,7 +67,7 @@ class PathPoint:
             object.__setattr__(self, name, float(value))
 
     @property
-    def pull(self) -> Pull:
+    def traction(self) -> Pull:
         """Traction on the rough body along x and y over the pressure."""
         angle = math.radians(self.direction)
         # A right angle has a cosine of 6e-17, which is no traction.

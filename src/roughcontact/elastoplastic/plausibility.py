@@ -85,7 +85,7 @@ def slope_under(result: ElastoplasticResult) -> float:
 
 def largest_strain(result: ElastoplasticResult) -> float:
     """Return the largest plastic strain of a state: what counts against the small ones assumed."""
-    if not result.travelled:
+    if not result.has_moved:
         return result.max_plastic_strain
     tensor = (body.plastic_strain.swapaxes(0, 1) for body in result.whole_bodies)
     return 2 / 3 * max(float(tensors.equivalent(strain).max()) for strain in tensor)

@@ -61,7 +61,7 @@ class Increment:
         return PathPoint(self.load, self.offset, self.friction, self.direction)
 
     @property
-    def travelled(self) -> bool:
+    def has_moved(self) -> bool:
         """Whether the counter-surface had moved or slid."""
         return bool(any(self.offset) or self.friction)
 
@@ -166,9 +166,9 @@ class ElastoplasticResult(Result):
         return max(step.load for step in self.increments), self.largest_pressure
 
     @property
-    def travelled(self) -> bool:
+    def has_moved(self) -> bool:
         """Whether the counter-surface moved or slid on the path."""
-        return any(step.travelled for step in self.increments)
+        return any(step.has_moved for step in self.increments)
 
     @property
     def converged(self) -> bool:
@@ -206,7 +206,7 @@ class ElastoplasticResult(Result):
         return max(body.plastic_depth for body in self.bodies)
 
     @property
-    def flowed(self) -> NDArray[np.bool_]:
+    def yielded(self) -> NDArray[np.bool_]:
         """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
         first = self.bodies[0].margin
         ny, nx = self.solution.pressure.shape
@@ -217,14 +217,14 @@ class ElastoplasticResult(Result):
         return mask
 
     @property
-    def corrected_contact_area(self) -> float:
+    def perimeter_corrected_area(self) -> float:
         """Contact area without the excess that an elastic rim gains from the pixels [m²].
 
-        See `ContactResult.corrected_contact_area`; the rim of pixels that have flowed, where the
+        See `ContactResult.perimeter_corrected_area`; the rim of pixels that have flowed, where the
         pressure falls from the plateau to zero at once, is left alone.
         """
         pressed = self.solution
-        elastic = pressed.contact & ~self.flowed
+        elastic = pressed.contact & ~self.yielded
         excess = rim_excess(pressed.contact, elastic, pressed.boundary) * pressed.pixel_area
         return max(pressed.contact_area - excess, 0.0)
 
@@ -238,7 +238,7 @@ class ElastoplasticResult(Result):
     @property
     def plastic_at_surface(self) -> bool:
         """Whether plastic strain has come up to the contact, or to the free surface without one."""
-        touching, flowed = self.solution.contact, self.flowed
+        touching, flowed = self.solution.contact, self.yielded
         return bool((flowed & touching if touching.any() else flowed).any())
 
     @cached_property

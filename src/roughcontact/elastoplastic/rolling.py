@@ -19,6 +19,7 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.sliding_pair import indented
+from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic import archive, plausibility
 from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.plastic_body import PlasticBody
@@ -46,11 +47,13 @@ def _nothing() -> Array:
 
 
 @dataclass(frozen=True)
-class Pass:
+class Pass(Renamed):
     """What one pass did."""
 
-    flow: float  # Largest equivalent plastic strain that it added anywhere, there and back counted
-    gain: float  # Largest equivalent of the plastic strain that is left of that
+    strain_added: (
+        float  # Largest equivalent plastic strain that it added anywhere, there and back counted
+    )
+    strain_net: float  # Largest equivalent of the plastic strain that is left of that
     max_pressure: float  # Largest pressure on the way [Pa]
     max_plastic_strain: float  # Largest accumulated plastic strain after it
     max_residual_stress: float  # Largest von Mises stress by the plastic strain alone after it [Pa]
@@ -92,18 +95,18 @@ def pass_result(
         shear.append(_over_depth(result, body, -_shear(strain, direction)))
         for answer, angle in ((along, direction), (across, direction + 90)):
             answer.append(_over_depth(result, body, _normal(body, angle)))
-    way = result.increments[0 if before is None else len(before.increments) :]
+    steps = result.increments[0 if before is None else len(before.increments) :]
     heights = rolled_surface(result).heights
     return Pass(
-        flow=flow,
-        gain=gain,
-        max_pressure=max(step.max_pressure for step in way),
+        strain_added=flow,
+        strain_net=gain,
+        max_pressure=max(step.max_pressure for step in steps),
         max_plastic_strain=result.max_plastic_strain,
         max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.whole_bodies),
         max_residual_displacement=float(result.residual_displacement.max()),
-        steps=len(way),
-        contact_area=max(step.contact_area for step in way),
-        approach=max(step.approach for step in way),
+        steps=len(steps),
+        contact_area=max(step.contact_area for step in steps),
+        approach=max(step.approach for step in steps),
         Sq=rms_height(heights),
         Spk=core_parameters(*material_ratio_curve(heights))["Spk"],
         shear=np.array(shear),
@@ -195,11 +198,11 @@ class Shakedown(StrEnum):
     """What repeated passes come to."""
 
     ELASTIC = "elastic"
-    SHAKEN_DOWN = "shaken down"
-    ALTERNATING = "alternating"
-    RATCHETTING = "ratchetting"
-    UNSETTLED = "not settled"
-    UNRESOLVED = "not resolved"
+    ELASTIC_SHAKEDOWN = "elastic shakedown"
+    PLASTIC_SHAKEDOWN = "plastic shakedown"
+    RATCHETING = "ratcheting"
+    NOT_SETTLED = "not settled"
+    NOT_RESOLVED = "not resolved"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -214,7 +217,7 @@ class RollingResult(Result):
         One after the other.
     direction : float
         Where the counter-body moved on the first of them [degrees].
-    to_and_fro : bool
+    reciprocating : bool
         Whether every other pass went back.
     folder : path, optional
         Where the state after every step is kept.
@@ -229,7 +232,7 @@ class RollingResult(Result):
     result: ElastoplasticResult
     passes: tuple[Pass, ...]
     direction: float = 0.0
-    to_and_fro: bool = False
+    reciprocating: bool = False
     folder: Path | None = None
     step: float = 0.0
     axis: float | None = None
@@ -241,22 +244,24 @@ class RollingResult(Result):
 
         Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
         where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
-        the yield strain; ratchetting where more is left, and as much as of that before. Not
+        the yield strain; ratcheting where more is left, and as much as of that before. Not
         resolved where the steps of a pass are longer than the half-width of the contact.
         """
-        minimum = self.least_strain
-        flows, gains = ([getattr(p, name) for p in self.passes] for name in ("flow", "gain"))
+        minimum = self.strain_threshold
+        flows, gains = (
+            [getattr(p, name) for p in self.passes] for name in ("strain_added", "strain_net")
+        )
         if not any(flows):
             return Shakedown.ELASTIC
         if plausibility.too_long(self.result, self.step, self.direction):
-            return Shakedown.UNRESOLVED
+            return Shakedown.NOT_RESOLVED
         if flows[-1] <= minimum:
-            return Shakedown.SHAKEN_DOWN
+            return Shakedown.ELASTIC_SHAKEDOWN
         if not _alike(flows):
-            return Shakedown.UNSETTLED
+            return Shakedown.NOT_SETTLED
         if gains[-1] <= max(minimum, _LEFT * flows[-1]):
-            return Shakedown.ALTERNATING
-        return Shakedown.RATCHETTING if _alike(gains) else Shakedown.UNSETTLED
+            return Shakedown.PLASTIC_SHAKEDOWN
+        return Shakedown.RATCHETING if _alike(gains) else Shakedown.NOT_SETTLED
 
     @property
     def settled_after(self) -> int | None:
@@ -264,31 +269,31 @@ class RollingResult(Result):
 
         ``None`` if the last one does, or the steps are too long to tell.
         """
-        if self.shakedown is Shakedown.UNRESOLVED:
+        if self.shakedown is Shakedown.NOT_RESOLVED:
             return None
-        minimum = self.least_strain
+        minimum = self.strain_threshold
         quiet = 0
-        while quiet < len(self.passes) and self.passes[-1 - quiet].flow <= minimum:
+        while quiet < len(self.passes) and self.passes[-1 - quiet].strain_added <= minimum:
             quiet += 1
         return len(self.passes) - quiet if quiet else None
 
     @property
-    def least_strain(self) -> float:
+    def strain_threshold(self) -> float:
         """Plastic strain that a pass adds up to which it counts as none."""
         return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
-    def answer(self) -> str:
+    def outcome_text(self) -> str:
         """The ``shakedown`` in words, with its number."""
         kind = self.shakedown
-        if kind is Shakedown.SHAKEN_DOWN:
+        if kind is Shakedown.ELASTIC_SHAKEDOWN:
             count = self.settled_after
             return f"shaken down after {count} {'pass' if count == 1 else 'passes'}"
-        if kind is Shakedown.RATCHETTING:
-            return f"ratchets by a plastic strain of {self.passes[-1].gain:.2g} a pass"
-        if kind is Shakedown.UNSETTLED:
+        if kind is Shakedown.RATCHETING:
+            return f"ratchets by a plastic strain of {self.passes[-1].strain_net:.2g} a pass"
+        if kind is Shakedown.NOT_SETTLED:
             return f"not settled after {len(self.passes)}: ask for more passes"
-        if kind is Shakedown.UNRESOLVED:
+        if kind is Shakedown.NOT_RESOLVED:
             return "not told: the steps are longer than the half-width of the contact"
         return str(kind)
 
@@ -313,7 +318,7 @@ class RollingResult(Result):
     def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
         """Yield number of the pass, number of the step and state of each step that is kept whole.
 
-        Those are the last ones of passes, and all of them where ``each`` of `roll` was given.
+        Those are the last ones of passes, and all of them where ``on_step`` of `roll` was given.
 
         Raises
         ------
@@ -337,10 +342,10 @@ def roll(
     load: Quantity,
     passes: int,
     steps: int = 32,
-    way: Quantity | None = None,
+    travel: Quantity | None = None,
     direction: float = 0.0,
-    to_and_fro: bool = False,
-    centered: bool = False,
+    reciprocating: bool = False,
+    start_at_center: bool = False,
     friction: float = 0.0,
     counter_material: Material = RIGID,
     boundary: str = "free",
@@ -351,7 +356,7 @@ def roll(
     precision: str = "single",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
-    each: Callable[[int, int, ElastoplasticResult], object] | None = None,
+    on_step: Callable[[int, int, ElastoplasticResult], object] | None = None,
 ) -> RollingResult:
     """Pass a counter-body over a body again and again, both of which may yield.
 
@@ -370,13 +375,13 @@ def roll(
         all, of those to and fro the second in a row: all further ones would add none.
     steps : int
         Steps of a pass.
-    way : float, str or quantity of pint
+    travel : float, str or quantity of pint
         Length of a pass [m]; by default the period of the map along ``direction``, round and round.
     direction : float
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
-    to_and_fro : bool
+    reciprocating : bool
         Whether every other pass goes back, instead of beginning anew at the start.
-    centered : bool
+    start_at_center : bool
         Whether the way lies half before and half behind the place of the counter-surface, in place
         of all of it before.
     friction : float
@@ -385,8 +390,8 @@ def roll(
     folder : path, optional
         Where the state after every step is kept, in one folder a pass; the same call goes on from
         there and ends with the same numbers.
-    each : callable, optional
-        ``each(number, step, state)`` is called after each step of each pass, with those that stand
+    on_step : callable, optional
+        ``on_step(number, step, state)`` is called after each step of each pass, with those that stand
         whole in the folder, too. The folder then keeps all of them whole.
 
     Returns
@@ -422,18 +427,18 @@ def roll(
     'elastic'
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)
-    length = _length(quantity(way, "length", "way"), surface, Boundary(boundary), direction)
-    stops, force = _stops(length, steps, centered), quantity(load, "force", "load")
-    ways = _ways(_pass(force, stops, direction, friction), passes, direction, to_and_fro)
+    length = _length(quantity(travel, "length", "travel"), surface, Boundary(boundary), direction)
+    stops, force = _stops(length, steps, start_at_center), quantity(load, "force", "load")
+    ways = _ways(_pass(force, stops, direction, friction), passes, direction, reciprocating)
     solved = partial(
         solve_elastoplastic, surface, counter_surface=counter_surface, material=_flows(material),
         counter_material=_flows(counter_material), boundary=boundary, tolerance=tolerance,
         max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
     tell = _labelled(progress, passes, steps)
-    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, each)
+    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step)
     return RollingResult(
-        result, done, float(direction), to_and_fro, None if folder is None else Path(folder),
+        result, done, float(direction), reciprocating, None if folder is None else Path(folder),
         length / steps, plausibility.axis_of(counter_surface), passes,
     )  # fmt: skip
 
@@ -446,11 +451,11 @@ def _flows(body: Material) -> Material:
 
 
 def _ways(
-    there: list[PathPoint], passes: int, direction: float, to_and_fro: bool
+    there: list[PathPoint], passes: int, direction: float, reciprocating: bool
 ) -> list[list[PathPoint]]:
     """Return the points of all passes, of which every other may go back."""
     both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
-    return [both[n % 2 * to_and_fro] for n in range(passes)]
+    return [both[n % 2 * reciprocating] for n in range(passes)]
 
 
 def _rolled(
@@ -473,13 +478,13 @@ def _rolled(
             start=before,
             folder=None if folder is None else _place(folder, number),
             progress=tell(number),
-            each=None if each is None else partial(each, number),
+            on_step=None if each is None else partial(each, number),
             **({} if before else volume),
         )
         seconds += result.seconds
         done.append(pass_result(result, before, ways[0][0].direction))
         # Of those to and fro the way back may flow where the way there does not.
-        if not any(item.flow for item in done[-alike:]) and len(done) >= alike:
+        if not any(item.strain_added for item in done[-alike:]) and len(done) >= alike:
             break
     assert result is not None
     return replace(result, seconds=seconds), tuple(done)
@@ -501,20 +506,20 @@ def _place(folder: str | os.PathLike[str], number: int) -> Path:
     return Path(folder, f"pass-{number:04d}")
 
 
-def _length(way: float | None, surface: Surface, boundary: Boundary, direction: float) -> float:
+def _length(travel: float | None, surface: Surface, boundary: Boundary, direction: float) -> float:
     """Return the length of a pass [m]."""
-    if way is not None:
-        if not 0 < way < math.inf:
+    if travel is not None:
+        if not 0 < travel < math.inf:
             raise InputError(
-                f"must be positive and finite [m], got {way!r}", argument="way", value=way
+                f"must be positive and finite [m], got {travel!r}", argument="travel", value=travel
             )
-        return way
+        return travel
     axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
     if axis is None or axis not in boundary.periodic_axes:
         raise InputError(
             "is needed where the map is not periodic along the direction: give the length of a "
             "pass [m]",
-            argument="way",
+            argument="travel",
         )
     return surface.size[axis]
 
@@ -550,7 +555,7 @@ def shakedown_load(
     *,
     low: Quantity,
     high: Quantity,
-    within: float = 0.03,
+    rel_tol: float = 0.03,
     passes: int = 6,
     **options: Any,
 ) -> tuple[float, float]:
@@ -562,7 +567,7 @@ def shakedown_load(
         Heights of the rough body.
     low, high : float, str or quantity of pint
         Loads [N] between which the limit is sought.
-    within : float
+    rel_tol : float
         Width of the bracket over its middle at which the search ends.
     passes : int
         Of each trial.
@@ -583,17 +588,17 @@ def shakedown_load(
     ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
     if not 0 < ends[0] < ends[1] < math.inf:
         raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
-    if not within > 0:
-        raise InputError(f"must be positive, got {within!r}", argument="within", value=within)
+    if not rel_tol > 0:
+        raise InputError(f"must be positive, got {rel_tol!r}", argument="rel_tol", value=rel_tol)
 
     def shakes(load: float) -> bool:
         rolled = roll(surface, load=load, passes=passes, **options)
-        if rolled.shakedown is Shakedown.UNRESOLVED:
+        if rolled.shakedown is Shakedown.NOT_RESOLVED:
             raise InputError(
                 f"must be more: at {load:.4g} N they are longer than the half-width of the contact",
                 argument="steps",
             )
-        return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.SHAKEN_DOWN)
+        return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.ELASTIC_SHAKEDOWN)
 
     for end, expected, name in zip(ends, (True, False), ("low", "high"), strict=True):
         if shakes(end) is not expected:
@@ -602,7 +607,7 @@ def shakedown_load(
                 f"{passes} passes: give a {'smaller' if expected else 'larger'} load",
                 argument=name,
             )
-    while ends[1] - ends[0] > within * (ends[0] + ends[1]) / 2:
+    while ends[1] - ends[0] > rel_tol * (ends[0] + ends[1]) / 2:
         middle = math.sqrt(ends[0] * ends[1])
         ends[0 if shakes(middle) else 1] = middle
     return ends[0], ends[1]
@@ -612,8 +617,8 @@ def shakedown_load(
 
 
 _NUMBERS = {
-    "flow": ("1", "largest plastic strain that the pass added, there and back counted"),
-    "gain": ("1", "largest plastic strain that is left of it"),
+    "strain_added": ("1", "largest plastic strain that the pass added, there and back counted"),
+    "strain_net": ("1", "largest plastic strain that is left of it"),
     "max_pressure": ("Pa", "largest contact pressure on the way"),
     "max_plastic_strain": ("1", "largest accumulated plastic strain after the pass"),
     "max_residual_stress": ("Pa", "largest von Mises stress by the plastic strain alone"),
@@ -624,6 +629,8 @@ _NUMBERS = {
     "Sq": ("m", "root-mean-square height of the rough body after the pass"),
     "Spk": ("m", "reduced peak height of the rough body after the pass"),
 }
+# What files of 0.2 call it, and so all.
+_STORED = {"strain_added": "flow", "strain_net": "gain"}
 _PROFILES = {
     "shear": ("1", "shear strain along the first pass that the pass added"),
     "residual_along": ("Pa", "normal stress by the plastic strain alone, along the pass"),
@@ -636,7 +643,11 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():
         values = np.array([getattr(item, name) for item in rolling.passes])
-        dataset[f"pass_{name}"] = ("pass", values, {"units": unit, "long_name": text})
+        dataset[f"pass_{_STORED.get(name, name)}"] = (
+            "pass",
+            values,
+            {"units": unit, "long_name": text},
+        )
     layers = rolling.result.bodies[0].thickness.size
     for name, (unit, text) in _PROFILES.items():
         # The volume may have become deeper on the way.
@@ -648,7 +659,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
         dataset[f"pass_{name}"] = (("pass", "yielding_body", "layer"), profiles, about)
     dataset.attrs |= {
         "rolling_direction": rolling.direction,
-        "rolling_to_and_fro": int(rolling.to_and_fro),
+        "rolling_to_and_fro": int(rolling.reciprocating),
         "rolling_step": rolling.step,
         "rolling_requested": rolling.requested,
     }
@@ -664,7 +675,8 @@ def load_rolling(
     dataset = contact_archive.opened(path) if dataset is None else dataset
     with contact_archive.refused(Path(path), "Rolling"):
         columns = {
-            name: np.array(dataset[f"pass_{name}"].values) for name in (*_NUMBERS, *_PROFILES)
+            name: np.array(dataset[f"pass_{_STORED.get(name, name)}"].values)
+            for name in (*_NUMBERS, *_PROFILES)
         }
         steps = columns["steps"].tolist()
         rows = zip(*(columns[name].tolist() for name in _NUMBERS), strict=True)
@@ -683,7 +695,7 @@ def load_rolling(
             result=result,
             passes=passes,
             direction=float(dataset.attrs["rolling_direction"]),
-            to_and_fro=bool(dataset.attrs["rolling_to_and_fro"]),
+            reciprocating=bool(dataset.attrs["rolling_to_and_fro"]),
             # Earlier files tell none of them.
             requested=int(dataset.attrs.get("rolling_requested", 0)),
             step=float(dataset.attrs.get("rolling_step", 0.0)),

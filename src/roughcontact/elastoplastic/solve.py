@@ -80,8 +80,8 @@ def solve_elastoplastic(
     on_failure: str = "raise",
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
-    each: Callable[[int, ElastoplasticResult], object] | None = None,
-    communicator: Any = None,
+    on_step: Callable[[int, ElastoplasticResult], object] | None = None,
+    ranks: Any = None,
 ) -> ElastoplasticResult:
     """Press bodies together that yield in their volume, along a path of loads.
 
@@ -139,10 +139,10 @@ def solve_elastoplastic(
         ``True`` draws a bar on standard error; a function is
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
-    each : callable, optional
+    on_step : callable, optional
         ``each(number, state)`` is called at every load asked for, with those that stand whole in
         the folder, too. The folder then keeps all of them whole.
-    communicator : mpi4py.MPI.Comm, optional
+    ranks : mpi4py.MPI.Comm, optional
         Of processes that share the volume, each with every so many-th layer of it. All of them
         call this with the same arguments and a load or loads, without a folder, and get the same
         numbers, to the bit those of one process; of the fields of the volume each has its layers,
@@ -200,19 +200,19 @@ def solve_elastoplastic(
     force, specified = resolve_force(load, pair)
     points = validation.path_of(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
-    share = _share(pair.shape, communicator, start=start, folder=folder, each=each, path=path)
+    share = _share(pair.shape, ranks, start=start, folder=folder, on_step=on_step, path=path)
     solver, extent = _prepared(problem, points, *volume, start, share)
     layered = [extent.margin, layers is None, *extent.thickness]
     loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
-        run = _Run(problem, points, automatic, steps, progress, began, each)
+        run = _Run(problem, points, automatic, steps, progress, began, on_step)
         result = _told(run.finished(start, extent, loop_in), specified)
     return _judged(result, on_failure, folder)
 
 
 def _told(result: ElastoplasticResult, specified: GivenLoad | None) -> ElastoplasticResult:
     """Return a result that knows in which form its load was given."""
-    return replace(result, solution=replace(result.solution, given=specified))
+    return replace(result, solution=replace(result.solution, specified_load=specified))
 
 
 def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:

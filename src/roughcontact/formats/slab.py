@@ -51,7 +51,7 @@ def read_slab(
     unit: str | None = None,
     size: Quantities | str | None = None,
     override_size: bool = False,
-    holes_masked: bool = False,
+    mask_missing: bool = False,
 ) -> Slab:
     """Read the rows of this rank of a map of heights; all ranks call it.
 
@@ -64,7 +64,7 @@ def read_slab(
         Those that will hold the map.
     channel, unit, size, override_size
         As in `roughcontact.read_surface`.
-    holes_masked : bool
+    mask_missing : bool
         Whether missing points are accepted as points that never touch.
 
     Returns
@@ -86,9 +86,9 @@ def read_slab(
     result = ranks.agreed(lambda: _rows(Path(path), ranks, requested))
     heights = np.array(result.values, np.float64, order="C")
     heights *= result.metre
-    slab = Slab(heights, result.shape, result.pixel, ranks, holes_masked=holes_masked)
+    slab = Slab(heights, result.shape, result.pixel, ranks, holes_masked=mask_missing)
     about = _about(Path(path).name, requested, result, slab)
-    slab = Slab(slab.heights, slab.shape, slab.pixel, ranks, about, holes_masked)
+    slab = Slab(slab.heights, slab.shape, slab.pixel, ranks, about, mask_missing)
     finite = slab.heights[np.isfinite(slab.heights)]
     lowest = slab.sums.smallest(finite)
     check_lengths(Path(path), slab.size, slab.pixel, (lowest, slab.highest))

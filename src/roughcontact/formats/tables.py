@@ -98,7 +98,7 @@ _SUMMARY_UNITS = {
     "contact_modulus": "Pa",
     "ceiling": "Pa",
     "contact_area": "m2",
-    "corrected_contact_area": "m2",
+    "perimeter_corrected_area": "m2",
     "contact_length": "m",
     "contact_fraction": "1",
     "spacing": "m",

@@ -315,9 +315,9 @@ class Conductance(Result):
         Resistance of a film on the contact times its area [Ω m²], [m² K/W].
     largest : ContactResult
         The contact under the largest load.
-    found : tuple of Caution
+    messages : tuple of Caution
         What the contacts give cause for.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
@@ -329,11 +329,11 @@ class Conductance(Result):
     film: float
     thermal_film: float
     largest: ContactResult
-    found: tuple[Caution, ...] = ()
-    remarks: tuple[Caution, ...] = ()
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
 
-    def beside(self, coarser: ContactResult) -> Conductance:
+    def with_coarser_grid(self, coarser: ContactResult) -> Conductance:
         """Return the same with what changes on a coarser grid.
 
         Parameters
@@ -351,13 +351,13 @@ class Conductance(Result):
         )  # fmt: skip
         pixel = max(coarser.pair.pixel)
         caution = grid(length, area, pixel)
-        result = self.found if caution is None else (*self.found, caution)
-        return replace(self, coarser=Change(pixel, length, area), found=result)
+        result = self.messages if caution is None else (*self.messages, caution)
+        return replace(self, coarser=Change(pixel, length, area), messages=result)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered(dict.fromkeys([*self.found, *self.remarks]))
+        return ordered(dict.fromkeys([*self.messages, *self.extra_cautions]))
 
     @property
     def nominal_area(self) -> float:
@@ -438,10 +438,10 @@ class Conductance(Result):
 @checked
 def conductance(
     contacts: ContactResult | Iterable[ContactResult],
-    body: Conductor | str,
-    counter_body: Conductor | str,
+    conductor: Conductor | str,
+    counter_conductor: Conductor | str,
     *,
-    film: Quantity = 0.0,
+    electrical_film: Quantity = 0.0,
     thermal_film: Quantity = 0.0,
 ) -> Conductance:
     """Return the electrical and thermal resistance of a contact.
@@ -451,9 +451,9 @@ def conductance(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is looked at, and
         that under the largest load is kept.
-    body, counter_body : Conductor or str
+    conductor, counter_conductor : Conductor or str
         What the bodies conduct, or their names in the catalogue of materials.
-    film : float, str or quantity of pint
+    electrical_film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].
@@ -497,8 +497,11 @@ def conductance(
     >>> bool(found.electrical_resistance[0] > 0)
     True
     """
-    bodies = (conductor_of(body), conductor_of(counter_body))
-    films = (_film(film, "film", "film"), _film(thermal_film, "thermal film", "thermal_film"))
+    bodies = (conductor_of(conductor), conductor_of(counter_conductor))
+    films = (
+        _film(electrical_film, "film", "electrical_film"),
+        _film(thermal_film, "thermal film", "thermal_film"),
+    )
     _check(bodies, films)
     steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))
     return Conductance(steps, bodies, *films, largest, over_loads(judged, "N"))
@@ -550,7 +553,7 @@ def _step(result: ContactResult, texture: Texture, resistivity: float) -> Conduc
 
 def _cautions(result: ContactResult, step: ConductanceStep, texture: Texture) -> Iterator[Caution]:
     """Yield what is known of the estimates of one contact."""
-    if result.smooth is None:
+    if result.hertz is None:
         yield from form(texture)
     spots = discs(step.load, result.contact_fraction, step.greenwood_length, step.length)
     if spots is not None:
@@ -562,7 +565,7 @@ def _correlation(result: ContactResult, texture: Texture) -> float:
     height, gradient = texture.height, texture.gradient
     rough = result.load > 0 and height > 0 and gradient > 0
     strip = len(result.pair.boundary.periodic_axes) == 1
-    if result.smooth is not None or strip or not rough or not texture.is_flat:
+    if result.hertz is not None or strip or not rough or not texture.is_flat:
         return math.nan
     area = result.pair.size[0] * result.pair.size[1]
     # Of Gaussian heights alike in all directions: √(2/π) of the slope along a line, h′/√2.

@@ -426,7 +426,7 @@ def of_result(result: ContactResult) -> Estimate | None:
     """Return what the formulas say of a contact that was solved."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
-    if not flat or result.smooth is not None or isinstance(result.ceiling, np.ndarray):
+    if not flat or result.hertz is not None or isinstance(result.ceiling, np.ndarray):
         return None
     gap = Surface(-np.asarray(result.initial_gap), pair.pixel)
     softer = pair.softer
@@ -623,7 +623,8 @@ def _volume(
     if hardening is None:
         return None, [
             as_note(Kind.DOMAIN, "the depth with plastic strain is told for perfect plasticity "
-                  "and linear hardening only; for this law use ", ArgumentRef("model", "volume"))
+                  "and linear hardening only; for this law use ",
+                  ArgumentRef("model", "elastoplastic"))
         ]  # fmt: skip
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)

@@ -164,9 +164,9 @@ class InterfaceLaw(Result):
         Width of the rim that is left out along free edges [m]; the mean over the maps.
     largest : ContactResult
         The contact of the first map under its largest load.
-    found : tuple of Caution
+    messages : tuple of Caution
         What the contacts give cause for.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     parts : InterfaceLaw or None
         The law of equal parts of the maps, if it was asked for: whether the maps are large enough.
@@ -179,8 +179,8 @@ class InterfaceLaw(Result):
     maps: tuple[MapLaw, ...]
     rim: float
     largest: ContactResult
-    found: tuple[Caution, ...] = ()
-    remarks: tuple[Caution, ...] = ()
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
     parts: InterfaceLaw | None = None
     bodies: tuple[Conductor, Conductor] | None = None
     thermal_film: float = 0.0
@@ -385,7 +385,7 @@ class InterfaceLaw(Result):
                     self.curve(), parts.curve(), half, len(parts.maps), self.resolved
                 )
             )
-        return ordered(dict.fromkeys([*self.found, *own, *self.remarks]))
+        return ordered(dict.fromkeys([*self.messages, *own, *self.extra_cautions]))
 
 
 def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
@@ -507,7 +507,7 @@ def interface_law(
         maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
         rim=math.fsum(rims) / len(rims),
         largest=collected[0].largest,
-        found=_judged(collected),
+        messages=_judged(collected),
         bodies=bodies,
         thermal_film=float(film),
     )

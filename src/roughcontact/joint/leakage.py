@@ -173,9 +173,9 @@ class Leakage(Result):
         The contact under the largest load.
     flows : tuple of Flow
         Pressure and flow density of the gap under the largest load, one a direction.
-    found : tuple of Caution
+    messages : tuple of Caution
         What the contacts give cause for.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
@@ -188,14 +188,14 @@ class Leakage(Result):
     seal: Seal | None
     largest: ContactResult
     flows: tuple[Flow, ...]
-    found: tuple[Caution, ...] = ()
-    remarks: tuple[Caution, ...] = ()
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered(dict.fromkeys([*self.found, *self.remarks]))
+        return ordered(dict.fromkeys([*self.messages, *self.extra_cautions]))
 
     @property
     def nominal_area(self) -> float:
@@ -203,7 +203,7 @@ class Leakage(Result):
         size = self.largest.pair.size
         return size[0] * size[1]
 
-    def beside(self, coarser: ContactResult) -> Leakage:
+    def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
         """Return the same with what changes on a coarser grid.
 
         Parameters
@@ -220,7 +220,7 @@ class Leakage(Result):
                 changes[axis] = new / old - 1
         change = Change(max(coarser.pair.pixel), (changes[0], changes[1]))
         change_of = grid(change.permeability, change.pixel)
-        return replace(self, coarser=change, found=(*self.found, *change_of))
+        return replace(self, coarser=change, messages=(*self.messages, *change_of))
 
     def column(self, name: str) -> Array:
         """Return one number of all steps, shape (n,); see `LeakageStep`."""
@@ -249,7 +249,7 @@ class Leakage(Result):
         return factor
 
     @property
-    def film_ratio(self) -> Array:
+    def gap_ratio(self) -> Array:
         """Mean gap over root-mean-square height ū/σ, shape (n,)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio: Array = self.column("mean_gap") / self.roughness
@@ -279,7 +279,7 @@ class Leakage(Result):
 def leakage(
     contacts: ContactResult | Iterable[ContactResult],
     *,
-    direction: str | None = None,
+    flow_axis: str | None = None,
     viscosity: Quantity | None = None,
     pressure_difference: Quantity | None = None,
     seal_width: Quantity | None = None,
@@ -292,7 +292,7 @@ def leakage(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is looked at, and
         that under the largest load is kept.
-    direction : {"y", "x"}, optional
+    flow_axis : {"y", "x"}, optional
         Along which the fluid flows; by default both, one after the other.
     viscosity : float, str or quantity of pint, optional
         η of the fluid [Pa s].
@@ -343,7 +343,7 @@ def leakage(
     >>> bool(found.rate(axis=0)[0] > 0)
     True
     """
-    axes = _axes(direction)
+    axes = _axes(flow_axis)
     seal = seal_of(viscosity, pressure_difference, seal_width, seal_length)
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
@@ -400,7 +400,7 @@ def _axes(direction: str | None) -> tuple[int, ...]:
     if direction not in AXES:
         raise InputError(
             f"must be 'y' or 'x', or left out for both, got {direction!r}",
-            argument="direction",
+            argument="flow_axis",
             value=direction,
         )
     return (AXES.index(direction),)

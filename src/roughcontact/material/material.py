@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.arguments import checked
+from roughcontact.deprecated import Renamed
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
@@ -30,7 +31,7 @@ PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(Renamed):
     """An isotropic, linearly elastic material with an optional yield strength or hardness.
 
     Parameters
@@ -184,7 +185,7 @@ class Material:
         return self.yield_strength is not None and not isinstance(self.law, Perfect)
 
     @property
-    def at_odds(self) -> float | None:
+    def tabor_ratio(self) -> float | None:
         """Three yield strengths over the hardness where they exceed it by more than 15 %.
 
         The two are not of one condition then. ``None`` elsewhere, and where a law of hardening is
@@ -227,12 +228,12 @@ RIGID = Material(young=math.inf, poisson=0.0, name="rigid")
 
 
 @checked
-def contact_modulus(first: Material, second: Material) -> float:
+def contact_modulus(material: Material, counter_material: Material) -> float:
     """Return the contact modulus E* of two bodies.
 
     Parameters
     ----------
-    first, second : Material
+    material, counter_material : Material
         The two bodies; at most one of them rigid.
 
     Returns
@@ -255,7 +256,7 @@ def contact_modulus(first: Material, second: Material) -> float:
     >>> round(contact_modulus(steel, RIGID) / 1e9, 2)
     230.77
     """
-    compliance = first.compliance + second.compliance
+    compliance = material.compliance + counter_material.compliance
     if compliance == 0:
         raise InputError("both bodies are rigid: at least one needs a finite Young's modulus")
     return 1 / compliance

@@ -392,7 +392,7 @@ def path(result: ElastoplasticResult) -> Figure:
     load = np.array([0.0, *(step.load for step in steps)])
     factor, unit = prefixed(float(load.max()), "N")
     abscissa, over = load * factor, f"load [{unit}]"
-    if result.travelled:
+    if result.has_moved:
         # Under one load all along, points would stand on top of each other.
         abscissa, over = np.arange(load.size, dtype=float), "increment"
     unloads = np.diff(load) < 0
@@ -430,7 +430,7 @@ def path(result: ElastoplasticResult) -> Figure:
     shared_legend(figure, grid)
     count = counted(len(steps), "increment")
     figure.suptitle(
-        f"Path{'' if result.travelled else ' of loads'}, {count}{doubt(result)}", fontsize=TITLE
+        f"Path{'' if result.has_moved else ' of loads'}, {count}{doubt(result)}", fontsize=TITLE
     )
     return figure
 

@@ -56,7 +56,7 @@ def versus_hertz(result: ContactResult) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    smooth = result.smooth
+    smooth = result.hertz
     if smooth is None:
         raise InputError("has no nominal bodies that Hertz's theory knows", argument="result")
     line = smooth.shape.kind == LINE
@@ -94,7 +94,7 @@ def _lines(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
     """Return distances across a cylinder, and mean and largest pressure along it."""
     axis = smooth.shape.axis
     assert axis is not None
-    across = hertz_comparison.places(result, result.centre_of_pressure)[1 - axis].ravel()
+    across = hertz_comparison.places(result, result.center_of_pressure)[1 - axis].ravel()
     return across, result.pressure.mean(axis=axis), result.pressure.max(axis=axis)
 
 
@@ -102,7 +102,7 @@ def _rings(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
     """Return distances from the middle, and mean and largest pressure on rings."""
     a, b = smooth.semi_axes[0], smooth.semi_axes[-1]
     along, across = hertz_comparison.directions(smooth)
-    y, x = hertz_comparison.places(result, result.centre_of_pressure)
+    y, x = hertz_comparison.places(result, result.center_of_pressure)
     u, v = (cy * y + cx * x for cy, cx in (along, across))
     distance = np.sqrt(u**2 + (v * (a / b)) ** 2).ravel()
     width = max(result.surface.pixel) * (a / b)

@@ -93,7 +93,7 @@ def flow_factors(found: Leakage) -> Figure:
     for axis in found.axes:
         style, colour = ("o-", "s--")[axis], SERIES[axis]
         label = f"along {'yx'[axis]}"
-        left.plot(found.film_ratio, _positive(found.flow_factor(axis)), style, color=colour,
+        left.plot(found.gap_ratio, _positive(found.flow_factor(axis)), style, color=colour,
                   label=label)  # fmt: skip
         narrow = _positive(found.critical_gap(axis)) * factor
         right.plot(load * load_factor, narrow, style, color=colour, label=f"narrowest, {label}")

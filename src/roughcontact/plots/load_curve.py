@@ -22,7 +22,7 @@ from roughcontact.plots.style import (
     prefixed,
 )
 from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_history import SHAKEN_DOWN, LoadHistory
+from roughcontact.studies.load_history import NEGLIGIBLE_GROWTH, LoadHistory
 from roughcontact.units import counted
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def hysteresis(history: LoadHistory) -> Figure:
         axes.spines["top"].set_visible(False)
     lower.set_title(
         f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
-        + ("shaken down" if history.shaken_down else "shakedown not shown"),
+        + ("shaken down" if history.is_elastic_now else "shakedown not shown"),
         fontsize=TITLE,
     )
     return figure
@@ -176,7 +176,7 @@ class State(NamedTuple):
 
 def states(history: LoadHistory) -> list[State]:
     """Return the points of a path in order; every new indentation gives a new shape."""
-    indents = history.column("indentation_volume") > SHAKEN_DOWN * history.indentation_volume
+    indents = history.column("indentation_volume") > NEGLIGIBLE_GROWTH * history.indentation_volume
     result = []
     if not any(history.path[0].shift):
         # The bodies touch at the first position before the first step.

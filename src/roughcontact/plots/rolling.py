@@ -88,16 +88,21 @@ def passes(rolling: RollingResult) -> Figure:
         axes.set_xlabel("pass", fontsize=LABEL)
         axes.set_xlim(0.5, number[-1] + 0.5)
     shared_legend(figure, grid)
-    figure.suptitle(f"{_counted(rolling)}: {rolling.answer}", fontsize=TITLE)
+    figure.suptitle(f"{_counted(rolling)}: {rolling.outcome_text}", fontsize=TITLE)
     return figure
 
 
 def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
-    minimum = rolling.least_strain
+    minimum = rolling.strain_threshold
     shear = [abs(item.largest_shear) for item in rolling.passes]
     for values, line, colour, name in (
-        ([item.flow for item in rolling.passes], "o-", SERIES[0], "added, there and back counted"),
-        ([item.gain for item in rolling.passes], "s--", SERIES[1], "left of it"),
+        (
+            [item.strain_added for item in rolling.passes],
+            "o-",
+            SERIES[0],
+            "added, there and back counted",
+        ),
+        ([item.strain_net for item in rolling.passes], "s--", SERIES[1], "left of it"),
         (shear, "^:", SERIES[2], "mean shear left of it"),
     ):
         # What is zero has no place on a logarithmic scale.
@@ -105,7 +110,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
     axes.axhline(minimum, color=NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none")
     axes.set_yscale("log")
-    top = max(item.flow for item in rolling.passes)
+    top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))
     axes.set_ylabel("plastic strain by the pass", fontsize=LABEL)
 

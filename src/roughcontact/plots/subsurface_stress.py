@@ -181,7 +181,7 @@ def stress_section(
     length = prefixed_window(first, last)
     mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
     mesh.set_clim(0, top * scale[0])
-    place = result.place[1 + axis] * length[0], result.place[0] * length[0]
+    place = result.max_von_mises_at[1 + axis] * length[0], result.max_von_mises_at[0] * length[0]
     axes.plot(
         [place[0]], [place[1]], "+",
         color=SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
@@ -271,7 +271,7 @@ def stress_map(result: StressResult) -> Figure:
     image.set_cmap(stress_colours())
     image.set_clim(0, top * factor)
     length = prefixed(max(size), "m")
-    _, y, x = result.place
+    _, y, x = result.max_von_mises_at
     axes.plot(
         [x * length[0]], [y * length[0]], "+",
         color=SERIES[0], markersize=11, markeredgewidth=2,
@@ -290,7 +290,7 @@ def stress_map(result: StressResult) -> Figure:
 
 def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[float, str]) -> str:
     stress = in_unit(result.max_von_mises, scale, "Pa")
-    depth = result.place[0]
+    depth = result.max_von_mises_at[0]
     where = f"at depth {in_unit(depth, length, 'm')}" if depth > 0 else "at the surface"
     which = "" if result.body == "body" else " in the counter-body"
     return (

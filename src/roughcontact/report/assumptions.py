@@ -308,7 +308,7 @@ def resolution(
         text += "The ceiling bounds the largest pressure on any map. "
     else:
         text += "The largest pressure is the most sensitive to the pixel. "
-    corrected = (result if volume is None else volume).corrected_contact_area
+    corrected = (result if volume is None else volume).perimeter_corrected_area
     rim = "at the rim of a spot" if volume is None else "at the elastic rim of a spot"
     small, large = (engineering(area, "m²", 3) for area in (corrected, result.contact_area))
     change = "not changed in three digits" if small == large else f"{small} instead of {large}"
@@ -563,7 +563,7 @@ def volume_statements(result: ElastoplasticResult, spots: Spots) -> tuple[Statem
         slopes(contact),
         _small_deformations(result),
         _hardening(result),
-        _rolling(result) if result.travelled else FRICTIONLESS,
+        _rolling(result) if result.has_moved else FRICTIONLESS,
         _layers(result),
         resolution(contact, spots, result) if contact.load else Statement("", ""),
         holes(contact),
@@ -670,7 +670,7 @@ def _of_steps(result: ElastoplasticResult) -> str:
 
 
 def _way(result: ElastoplasticResult) -> str:
-    if not result.travelled:
+    if not result.has_moved:
         return "The bodies are pressed together without tilting or sliding."
     return (
         "The counter-surface moved over the body without tilting, and plastic strain stays at its "

@@ -359,7 +359,7 @@ def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]
 
 def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
     """Return the chapter on Hertz's contact of the nominal bodies; none where none is given."""
-    contact = result.smooth
+    contact = result.hertz
     if contact is None or not smooth.applies(result):
         return []
     chapter = Chapter("Smooth beside rough")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.nominal_hertz import ELLIPSE
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.subsurface_stress import StressResult
@@ -71,10 +71,10 @@ def of_contact(result: ContactResult) -> Uses:
     yield from _elastic(result)
     if result.ceiling is not None:
         yield _CEILING
-    if result.recommended is not None or result.calibrated is not None:
+    if result.calibration is not None or result.calibrated is not None:
         yield _RECOMMENDED
-    if result.smooth is not None:
-        ellipse = result.smooth.shape.kind == ELLIPSE
+    if result.hertz is not None:
+        ellipse = result.hertz.shape.kind == ELLIPSE
         yield cited("smooth bodies beside it", "Johnson1985", *(["Carlson1995"] * ellipse))
     if result.estimate is not None:
         yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
@@ -126,7 +126,7 @@ def of_curve(curve: LoadCurve) -> Uses:
     yield from _solved(curve.boundary, curve.is_profile, known)
     if curve.ceiling is not None:
         yield _CEILING
-    if isinstance(curve.ceiling, str) and curve.ceiling == RECOMMENDED:
+    if isinstance(curve.ceiling, str) and curve.ceiling == CALIBRATED:
         yield _RECOMMENDED
     if not curve.is_profile:
         yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
@@ -182,7 +182,7 @@ def of_volume(result: ElastoplasticResult) -> Uses:
     yield from _elastic(result.solution)
     yield cited("plasticity of the volume", "Jacq2002", "Nelias2006", "Frerot2019", "Simo1998")
     yield cited("acceleration of the loop", "Anderson1965")
-    if result.travelled:
+    if result.has_moved:
         yield cited("bodies that move", "Boucly2007")
     for body in result.bodies:
         yield from _of_law(body.material.law)

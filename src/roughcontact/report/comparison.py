@@ -269,9 +269,9 @@ COMPARISON: Table = (
         form=_pressures,
     ),
     Quantity(
-        "first_pressure", "first loading", unit="Pa", part=PROBLEM,
+        "preload_pressure", "first loading", unit="Pa", part=PROBLEM,
         meaning="nominal pressure between before and after",
-        when=lambda c: c.first_pressure is not None,
+        when=lambda c: c.preload_pressure is not None,
     ),
     Quantity("paired"),
     Quantity("confidence", of=lambda _: statistics.LEVEL),
@@ -494,7 +494,7 @@ def _title(result: Comparison | SamplingStudy) -> str:
     if isinstance(result, SamplingStudy):
         return f"How sure the numbers of {result.name} are"
     names = [group.name for group in result.groups if group.name]
-    if result.first_pressure is not None:
+    if result.preload_pressure is not None:
         return f"{counted(len(result.groups[0].samples), 'map')} before and after a first loading"
     if not 1 < len(names) <= _NAMED:
         return _counts(result)

@@ -158,7 +158,7 @@ def compared(
     elastic = usual = None
     if result.saturated_fraction > 0:
         elastic = _best(result.elastic)
-        if result.recommended is not None:
+        if result.calibration is not None:
             usual = _best(lambda: with_ceiling(result, "auto"))
     return render(result, edition, elastic=elastic, usual=usual, additions=additions, study=study)
 
@@ -337,7 +337,7 @@ def _label(result: ContactResult) -> str:
 def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
     rows = side_by_side(kind_of(pair[0]).table, pair, part, brief=True)
     # What three yield strengths gave has a column of its own.
-    return [(capital(row.name), *texts) for row, texts in rows if row.key != "recommended"]
+    return [(capital(row.name), *texts) for row, texts in rows if row.key != "calibration"]
 
 
 # Elastic over limited pressure from which a linear axis would squeeze one of them.

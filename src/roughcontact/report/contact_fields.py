@@ -117,8 +117,10 @@ CONTACT: Table = (
     ),
     Quantity("control"),
     Quantity(
-        "given_load", "load given as", part=PROBLEM, of=lambda r: r.given and r.given.summary(),
-        text=lambda r: phrases.given_load(r.given, r), when=lambda r: r.given is not None,
+        "given_load", "load given as", part=PROBLEM,
+        of=lambda r: r.specified_load and r.specified_load.summary(),
+        text=lambda r: phrases.given_load(r.specified_load, r),
+        when=lambda r: r.specified_load is not None,
     ),
     Quantity(
         "moments", "moments", symbol="W·y, W·x", unit="N m",
@@ -135,8 +137,8 @@ CONTACT: Table = (
         of=lambda r: list(r.tilt), when=_tilts,
     ),
     Quantity(
-        "centre_of_pressure", "centre of pressure (y, x)", unit="m",
-        meaning="from the middle of the map", of=lambda r: list(r.centre_of_pressure), when=_tilts,
+        "center_of_pressure", "centre of pressure (y, x)", unit="m",
+        meaning="from the middle of the map", of=lambda r: list(r.center_of_pressure), when=_tilts,
         stored=False,
     ),
     Quantity(
@@ -168,7 +170,7 @@ CONTACT: Table = (
         part=HEADLINE,
     ),
     Quantity(
-        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        "perimeter_corrected_area", "contact area without rim excess", unit="m²",
         meaning="less what whole pixels at the rim of spots add",
     ),
     Quantity(
@@ -195,10 +197,10 @@ CONTACT: Table = (
         of="totals.max_indentation", form=_up_to, when=_limited,
     ),
     Quantity(
-        "recommended", "with three yield strengths",
-        of=lambda r: r.recommended and r.recommended.summary(),
+        "calibration", "with three yield strengths",
+        of=lambda r: r.calibration and r.calibration.summary(),
         meaning="before the ceiling was recommended, and by how much it differs",
-        text=phrases.with_usual_ceiling, when=lambda r: r.recommended is not None,
+        text=phrases.with_usual_ceiling, when=lambda r: r.calibration is not None,
     ),
     Quantity(
         "regime", "regime", meaning="how far the softer body is from elastic",
@@ -292,7 +294,7 @@ VOLUME: Table = (
     _of_contact("contact_area", when=_loaded),
     _of_contact("contact_fraction"),
     Quantity(
-        "corrected_contact_area", "contact area without rim excess", unit="m²",
+        "perimeter_corrected_area", "contact area without rim excess", unit="m²",
         meaning="less what whole pixels at the elastic rim of spots add", when=_loaded,
         stored=False, brief=False,
     ),
@@ -363,7 +365,7 @@ def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
     return lambda result: [step.offset[axis] for step in result.increments]
 
 
-_TRAVELLED = attrgetter("travelled")
+_TRAVELLED = attrgetter("has_moved")
 INCREMENTS: Columns = (
     Column("number", "increment", of=lambda r: range(1, len(r.increments) + 1), stored=False),
     Column("load", "load", unit="N", steps="increments", stored=False),
@@ -392,7 +394,7 @@ def _bears(key: str) -> Callable[[StressResult], bool]:
 
 
 def _place(stress: StressResult) -> str:
-    depth, y, x = (engineering(length, "m") for length in stress.place)
+    depth, y, x = (engineering(length, "m") for length in stress.max_von_mises_at)
     return f"{depth} deep, at y, x = {y}, {x}"
 
 
@@ -419,7 +421,8 @@ STRESS: Table = (
     Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
     Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
     Quantity(
-        "max_von_mises_place", "its place", unit="m", of=lambda stress: list(stress.place),
+        "max_von_mises_place", "its place", unit="m",
+        of=lambda stress: list(stress.max_von_mises_at),
         text=_place,
     ),
     Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
@@ -491,8 +494,10 @@ def _slope(curve: LoadCurve) -> str:
 
 def _given_loads(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
     return Quantity(
-        "given_loads", "loads given as", of=lambda r: [item.summary() for item in r.given],
-        text=lambda r: phrases.given_loads(r.given, unit(r)), when=lambda r: bool(r.given),
+        "given_loads", "loads given as",
+        of=lambda r: [item.summary() for item in r.specified_load],
+        text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
+        when=lambda r: bool(r.specified_load),
     )  # fmt: skip
 
 
@@ -519,7 +524,7 @@ CURVE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
     Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
-    Column("corrected_contact_area", unit="m²"),
+    Column("perimeter_corrected_area", unit="m²"),
     Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
     Column("max_pressure", "largest pressure", unit="Pa", brief=False),
     Column("mean_gap", "mean gap", unit="m"),
@@ -574,7 +579,7 @@ HISTORY: Table = (
         "ceiling", "pressure ceiling", unit="Pa", of=lambda h: _ceiling_stored(h.last),
         text=lambda h: phrases.ceiling(h.under_largest),
     ),
-    Quantity("recommended", of=lambda h: h.recommended and h.recommended.summary()),
+    Quantity("calibration", of=lambda h: h.calibration and h.calibration.summary()),
     Quantity("tolerance", of="last.tolerance"),
     Quantity("indented_body"),
     Quantity("passes", "passes", text=phrases.passes, when=lambda h: h.requested_passes > 1),
@@ -586,7 +591,7 @@ HISTORY: Table = (
     ),
     Quantity("dissipated_energy", "dissipated energy", unit="J"),
     Quantity(
-        "shaken_down", "shaken down",
+        "is_elastic_now", "shaken down",
         form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
@@ -598,7 +603,7 @@ HISTORY: Table = (
 )  # fmt: skip
 """Of a `LoadHistory`."""
 
-HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "shaken_down")
+HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "is_elastic_now")
 """What a report on a load history says first."""
 
 
@@ -703,7 +708,7 @@ PROFILE_CONTACT: Table = (
 
 
 def _profile_place(stress: StressResult) -> str:
-    depth, _, x = (engineering(length, "m") for length in stress.place)
+    depth, _, x = (engineering(length, "m") for length in stress.max_von_mises_at)
     return f"{depth} deep, at x = {x}"
 
 
@@ -716,7 +721,7 @@ PROFILE_STRESS: Table = (
     *(quantity_of(STRESS, key) for key in ("max_pressure", "max_von_mises")),
     replace(
         quantity_of(STRESS, "max_von_mises_place"),
-        of=lambda stress: [stress.place[0], stress.place[2]],
+        of=lambda stress: [stress.max_von_mises_at[0], stress.max_von_mises_at[2]],
         text=_profile_place,
     ),
     quantity_of(STRESS, "max_tresca"),

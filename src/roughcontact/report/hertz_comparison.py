@@ -27,7 +27,7 @@ SIZE = (
 
 def applies(result: ContactResult) -> bool:
     """Return whether there is a contact of nominal bodies to tell of."""
-    known = result.smooth is not None and not result.pair.is_shared
+    known = result.hertz is not None and not result.pair.is_shared
     return result.converged and known and result.contact_area > 0
 
 
@@ -46,7 +46,7 @@ def bodies(smooth: Smooth) -> str:
 
 def rows(result: ContactResult) -> list[tuple[str, ...]]:
     """Return the smooth contact beside the one found: name, both values, and their ratio."""
-    smooth = result.smooth
+    smooth = result.hertz
     assert smooth is not None
     names = _SIDES[smooth.shape.kind]
     rows: list[tuple[str, str, float | None, float]] = [
@@ -78,7 +78,7 @@ def record(result: ContactResult) -> dict[str, Any] | None:
     """Return the smooth contact by name, in SI units, ready for JSON; None where there is none."""
     if not applies(result):
         return None
-    smooth = result.smooth
+    smooth = result.hertz
     assert smooth is not None
     return {
         "shape": smooth.shape.kind,

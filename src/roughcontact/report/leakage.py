@@ -156,7 +156,7 @@ _COLUMNS: Columns = (
     Column("contact_area", "contact", unit="m²", shown=_share),
     Column("saturated_area", unit="m²", brief=False),
     Column("mean_gap", "mean gap", unit="m", brief=False),
-    Column("film_ratio", "ū/σ", unit="1", of=lambda r: r.film_ratio.tolist()),
+    Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
     *_along(0),
     *_along(1),
     Column(

@@ -70,8 +70,8 @@ def _answers(loads: LoadSearch) -> list[dict[str, Any]]:
             "target": item.target,
             "value": item.value,
             "load": item.load,
-            "below": asdict(item.below),
-            "above": asdict(item.above),
+            "bracket_low": asdict(item.bracket_low),
+            "bracket_high": asdict(item.bracket_high),
             "certificate": item.certificate,
             "contact": _contact(item.result),
         }
@@ -85,7 +85,7 @@ def _contact(result: Any) -> dict[str, Any]:
 
 
 _KEPT = (
-    "load_error", "approach", "contact_area", "corrected_contact_area", "contact_fraction",
+    "load_error", "approach", "contact_area", "perimeter_corrected_area", "contact_fraction",
     "saturated_fraction", "max_pressure", "mean_gap", "regime",
 )  # fmt: skip
 
@@ -119,8 +119,8 @@ FOUND_COLUMNS: Columns = (
     Column("target", of=_each(lambda item: item.target)),
     Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
     Column("bracket", "passed between", of=_bracket, stored=False),
-    Column("below", unit="N", of=_each(lambda item: item.below.load)),
-    Column("above", unit="N", of=_each(lambda item: item.above.load)),
+    Column("bracket_low", unit="N", of=_each(lambda item: item.bracket_low.load)),
+    Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
     Column(
         "value", "there", of=_each(lambda item: item.value),
         shown=_each(lambda item: _told(item.quantity, item.value)),

@@ -95,7 +95,7 @@ def time_remaining_text(done: int, to_do: int, seconds: float) -> str:
 def ceiling(result: ContactResult) -> str:
     """Return the ceiling of a result and where it comes from, without a full stop."""
     both = (result.material, result.counter_material)
-    return limit(result.ceiling, *both, agreed=result.recommended)
+    return limit(result.ceiling, *both, agreed=result.calibration)
 
 
 def limit(
@@ -150,7 +150,7 @@ def given_load(specified: GivenLoad, result: ContactResult) -> str:
         what, unit = ("profile", "m") if of_profile else ("map", "m²")
         area = engineering(result.nominal_area, unit)
         return f"{words} on the whole {what}, {area}, are {force}"
-    smooth = result.smooth
+    smooth = result.hertz
     match specified.form:
         case LineLoad() if smooth is not None and smooth.length is not None:
             return (
@@ -202,7 +202,7 @@ def recommended(result: CalibrationRecord) -> str:
 
 def with_usual_ceiling(result: ContactResult) -> str:
     """Return what came out with three yield strengths before a ceiling was recommended."""
-    answer = result.recommended
+    answer = result.calibration
     assert answer is not None
     text = (
         ("contact area", answer.usual_contact_area, result.contact_area, "m²"),
@@ -252,12 +252,12 @@ def is_rigid(body: Material) -> bool:
 
 def passes(history: LoadHistory) -> str:
     """Return how often the path of a history was followed, and why no more often."""
-    from roughcontact.studies.load_history import SHAKEN_DOWN
+    from roughcontact.studies.load_history import NEGLIGIBLE_GROWTH
 
     count, requested = history.passes, history.requested_passes
     if count == requested:
         return f"{count}"
-    added = f"adds less than {100 * SHAKEN_DOWN:g} % to the indented volume"
+    added = f"adds less than {100 * NEGLIGIBLE_GROWTH:g} % to the indented volume"
     return f"{count} of {requested}: pass {count} {added}, further ones repeat it"
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.result import ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
@@ -35,7 +35,7 @@ def repeating(result: ContactResult) -> str:
     script.add_maps(result)
     ceiling = script.ceiling(result)
     bodies = _materials(result)
-    if result.recommended is None:
+    if result.calibration is None:
         # Any other ceiling has no use for a law of hardening, which would have to be imported.
         bodies = {name: replace(body, hardening=None) for name, body in bodies.items()}
     script.add_laws(bodies)
@@ -69,7 +69,7 @@ def repeating_volume(result: ElastoplasticResult) -> str:
     lines += textwrap.wrap(", ".join(thickness) + ",", 90, initial_indent="    ",
                            subsequent_indent="    ")  # fmt: skip
     lines += ["]", "result = rc.solve_elastoplastic(", "    surface,"]
-    if result.travelled:
+    if result.has_moved:
         lines += ["    path=[", *_points(result), "    ],"]
     else:
         loads = ", ".join(_number(step.load) for step in result.increments)
@@ -138,8 +138,8 @@ class _Script:
         """Return the ceiling of a result, after the lines that it takes."""
         if result.ceiling is None:
             return "None"
-        if result.recommended is not None:
-            return _quoted(RECOMMENDED)
+        if result.calibration is not None:
+            return _quoted(CALIBRATED)
         if not isinstance(result.ceiling, np.ndarray):
             return _number(result.ceiling)
         self.comment("One ceiling for each point, from the file that holds the result.")

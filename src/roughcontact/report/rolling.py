@@ -41,7 +41,8 @@ def _of(rolling: RollingResult) -> Chapter:
     chapter = Chapter("Passes")
     chapter.add(
         "text",
-        f"{sentence(f'the passes come to: {rolling.answer}')} {rolling_table.criterion(rolling)}",
+        f"{sentence(f'the passes come to: {rolling.outcome_text}')} "
+        f"{rolling_table.criterion(rolling)}",
     )
     chapter.add("table", chapters.quantities(KIND.rows(rolling)))
     head, rows = KIND.listing(rolling)

@@ -21,7 +21,7 @@ def counted(rolling: RollingResult) -> str:
 
 def _way(rolling: RollingResult) -> str:
     steps = max(item.steps for item in rolling.passes)
-    way = "to and fro" if rolling.to_and_fro else "each from the same start"
+    way = "to and fro" if rolling.reciprocating else "each from the same start"
     ended = ""
     if len(rolling.passes) < rolling.requested:
         ended = f", ended: the last adds no plastic strain ({rolling.requested} requested)"
@@ -73,21 +73,21 @@ ROLLING: Table = (
         meaning="of full sliding", when=lambda r: bool(_friction(r)),
     ),
     Quantity("requested", of=lambda r: r.requested or len(r.passes)),
-    Quantity("to_and_fro"),
+    Quantity("reciprocating"),
     Quantity(
-        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.answer,
+        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text,
     ),
     Quantity("settled_after"),
     Quantity(
-        "flow", "strain by the last pass", of=_last("flow"), form=strain,
+        "strain_added", "strain by the last pass", of=_last("strain_added"), form=strain,
         meaning="plastic, largest, there and back counted",
     ),
-    Quantity("gain", "left of it", of=_last("gain"), form=strain, meaning="largest"),
+    Quantity("strain_net", "left of it", of=_last("strain_net"), form=strain, meaning="largest"),
     Quantity(
         "shear", "shear by the last pass", symbol="γ", of=_last("largest_shear"), form=strain,
         meaning="largest of all layers, towards where the counter-body moved on the first pass",
     ),
-    Quantity("least_strain", "counts as none", form=strain, meaning="1 % of the yield strain"),
+    Quantity("strain_threshold", "counts as none", form=strain, meaning="1 % of the yield strain"),
     Quantity(
         "in_plane_stress", "residual stress in the plane", unit="Pa", of=_last("in_plane_stress"),
         meaning="largest of all layers along and across the pass; tension is positive",
@@ -106,7 +106,7 @@ ROLLING: Table = (
 )  # fmt: skip
 """Of a `RollingResult`."""
 
-HEADLINES = ("shakedown", "flow", "shear", "in_plane_stress", "Sq")
+HEADLINES = ("shakedown", "strain_added", "shear", "in_plane_stress", "Sq")
 """What a report on passes says first."""
 
 
@@ -116,8 +116,8 @@ def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
 
 PASSES: Columns = (
     Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
-    _column("flow", "strain", form=strain),
-    _column("gain", "left of it", form=strain),
+    _column("strain_added", "strain", form=strain),
+    _column("strain_net", "left of it", form=strain),
     _column("largest_shear", "shear", form=strain),
     _column("max_plastic_strain", "in all", form=strain, brief=False),
     _column("max_pressure", "largest pressure", "Pa", digits=3),
@@ -135,23 +135,23 @@ PASSES: Columns = (
 
 _CRITERIA = {
     Shakedown.ELASTIC: "No pass added any plastic strain.",
-    Shakedown.SHAKEN_DOWN: (
+    Shakedown.ELASTIC_SHAKEDOWN: (
         "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
         "and hardening now bear the load without flow."
     ),
-    Shakedown.ALTERNATING: (
+    Shakedown.PLASTIC_SHAKEDOWN: (
         "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
         "it is left: the metal flows to and fro, and fatigue is to be feared."
     ),
-    Shakedown.RATCHETTING: (
+    Shakedown.RATCHETING: (
         "The last pass added as much plastic strain as that before, and what is left of it is "
         "alike, both to 10 %: each pass drags the metal on."
     ),
-    Shakedown.UNSETTLED: (
+    Shakedown.NOT_SETTLED: (
         "The strain that passes add still changes by more than 10 % from one to the next, and is "
         "above {least}, 1 % of the yield strain σ_Y/(3μ)."
     ),
-    Shakedown.UNRESOLVED: (
+    Shakedown.NOT_RESOLVED: (
         "The steps of a pass are longer than the half-width of the contact, so that the dents of "
         "neighbouring places may lie apart: what is added then says nothing of a roller that goes "
         "on without a gap."
@@ -161,7 +161,7 @@ _CRITERIA = {
 
 def criterion(rolling: RollingResult) -> str:
     """Return by what the passes are judged, in one sentence."""
-    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.least_strain))
+    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
 
 
 _ALT = "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk."

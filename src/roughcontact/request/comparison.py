@@ -49,10 +49,10 @@ LOAD = Option(
     'Nominal pressure on every map, such as "20 MPa": maps of all sizes have the same.',
     parsing.nominal, None, arguments=("pressure",),
 )  # fmt: skip
-FIRST_LOAD = Option(
-    "first-load", Panel.BODIES, "PRESSURE",
+PRELOAD = Option(
+    "preload", Panel.BODIES, "PRESSURE",
     'Compare each map with itself after a first loading to this nominal pressure, such as '
-    '"200 MPa".', parsing.nominal, None, arguments=("first_pressure",),
+    '"200 MPa".', parsing.nominal, None, arguments=("preload_pressure",),
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",
@@ -121,13 +121,13 @@ def _read(request: Request, path: Path | None, say: Say) -> Surface:
 
 
 def _found(request: Request, surface: Surface, look: Look) -> Found:
-    remarks = remarks_on(request, [surface])
+    extra_cautions = remarks_on(request, [surface])
     alone = _is_study_alone(request)
     # What cannot be compared is told of before anything is solved.
     requested = None if alone else _asked(request)
     study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
-        study = replace(study, whole=_remarked(study.whole, remarks))
+        study = replace(study, whole=_remarked(study.whole, extra_cautions))
     if requested is None:
         return Found((), study)
     parts = _quarters(request, surface) if request[QUARTERS] else (surface,)
@@ -137,21 +137,21 @@ def _found(request: Request, surface: Surface, look: Look) -> Found:
         name = surface.provenance.source or "map"
         name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
         pressed.append(
-            tuple(_remarked(item, remarks) for item in requested.pressed(part, name, look))
+            tuple(_remarked(item, extra_cautions) for item in requested.pressed(part, name, look))
         )
     return Found(tuple(pressed), study)
 
 
 def _is_study_alone(request: Request) -> bool:
     """Return whether the sampling error of a single map is all that is asked for."""
-    more = request[QUARTERS] or request[FIRST_LOAD]
+    more = request[QUARTERS] or request[PRELOAD]
     return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
 
 
 def _asked(request: Request) -> MapLoadCase:
     from roughcontact.studies.comparison import asked
 
-    result = asked(request.needed(LOAD), request[STEPS], request[FIRST_LOAD], _problem(request))
+    result = asked(request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request))
     counts = Counter(name for name, _ in _listed(request))
     each = _QUARTERS if request[QUARTERS] else 1
     result.check({name: each * count for name, count in counts.items()}, request[PAIRED])
@@ -176,8 +176,8 @@ def _together(request: Request, result: list[Found]) -> Comparison | SamplingStu
     return replace(_asked(request).together(by_name, request[PAIRED]), sampling=studies)
 
 
-def _remarked(sample: Sample, remarks: tuple[Caution, ...]) -> Sample:
-    return replace(sample, curve=replace(sample.curve, remarks=remarks))
+def _remarked(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample:
+    return replace(sample, curve=replace(sample.curve, extra_cautions=extra_cautions))
 
 
 def labels(request: Request) -> tuple[str, ...]:
@@ -219,7 +219,7 @@ def _studied(request: Request, surface: Surface, look: Look) -> SamplingStudy:
 
 def _check(request: Request) -> None:
     maps = sum(map(len, groups(request).values())) or 1
-    alone = not any(map(request.is_given, (QUARTERS, SAMPLING, FIRST_LOAD)))
+    alone = not any(map(request.is_given, (QUARTERS, SAMPLING, PRELOAD)))
     # One that has a file stands for a single map of another.
     if maps < 2 and alone and request.file is None:
         raise InputError(
@@ -245,21 +245,21 @@ TASK = Task(
     """Compare several maps under the same nominal pressure: means, differences, how sure.
 
 Files alone are maps of one surface; --group makes several, --quarters one of each map, and
---first-load sets each map beside itself after a first loading. --sampling tells how large an
+--preload sets each map beside itself after a first loading. --sampling tells how large an
 area is needed.
 
 \b
 Example:
 roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
-    --load "20 MPa" --material 100Cr6 --holes fill --report finish.html
+    --load "20 MPa" --material 100Cr6 --missing fill --report finish.html
 """,
     (
-        options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, FIRST_LOAD, STEPS,
+        options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, PRELOAD, STEPS,
         *options.MATERIALS, options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
         FIGURE, *options.OUTPUT,
     ),
     (
-        LOAD, options.GROUP, QUARTERS, SAMPLING, FIRST_LOAD, options.MATERIAL, options.HOLES,
+        LOAD, options.GROUP, QUARTERS, SAMPLING, PRELOAD, options.MATERIAL, options.MISSING,
         options.PIXEL, OUTPUT, options.REPORT,
     ),
     run=_run,

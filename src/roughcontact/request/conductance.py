@@ -25,15 +25,15 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-FILM = Option(
-    "film", Panel.BODIES, "FILM",
+ELECTRICAL_FILM = Option(
+    "electrical-film", Panel.BODIES, "FILM",
     'Electrical resistance times area of a film on the contact, such as "1e-12 ohm m^2"; '
     "default: none.", parsing.quantity("film"), None,
 )  # fmt: skip
 FIGURE = file("figure", "FILE", "Draw resistance over load as PNG, SVG or PDF.", PICTURES)
 _CONDUCTORS = (
     RESISTIVITY, CONDUCTIVITY, COUNTER_RESISTIVITY,
-    COUNTER_CONDUCTIVITY, FILM, THERMAL_FILM,
+    COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, THERMAL_FILM,
 )  # fmt: skip
 
 
@@ -45,11 +45,11 @@ def _run(request: Request, work: Work) -> Outcome:
     result = conductance(
         contacts.under(loads(request)),
         *conductors(request),
-        film=request[FILM] or 0.0,
+        electrical_film=request[ELECTRICAL_FILM] or 0.0,
         thermal_film=request[THERMAL_FILM] or 0.0,
     )
     coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.beside(coarser))
+    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
 
 
 def _check(request: Request) -> None:
@@ -80,7 +80,7 @@ def _check(request: Request) -> None:
             f" of the catalogue have them where a source is known{which}",
             argument=lacking.argument,
         )
-    for film, kind, there in zip((FILM, THERMAL_FILM), kinds, known, strict=True):
+    for film, kind, there in zip((ELECTRICAL_FILM, THERMAL_FILM), kinds, known, strict=True):
         if request[film] and not there:
             raise InputError(
                 "needs ",
@@ -98,7 +98,7 @@ TASK = Task(
 \b
 Example:
 roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --counter-material 6061-T6 --holes fill --boundary periodic
+    --counter-material 6061-T6 --missing fill --boundary periodic
 """,
     (
         *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_CONDUCTORS,
@@ -107,7 +107,7 @@ roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     ),
     (
         LOAD, options.MATERIAL, options.COUNTER_MATERIAL, CONDUCTIVITY,
-        COUNTER_CONDUCTIVITY, FILM, options.BOUNDARY, options.HOLES, OUTPUT,
+        COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, options.BOUNDARY, options.MISSING, OUTPUT,
         options.REPORT,
     ),
     run=_run,

@@ -128,8 +128,10 @@ def _conductor(request: Request, material: Option[Any], *specified: Option[Any])
 
 def outcome(request: Request, work: Work, result: Any) -> Outcome:
     """Return the outcome of what a joint does, with what is known from the measurement."""
-    largest = replace(result.largest, remarks=work.remarks)
-    return Outcome(request, replace(result, largest=largest, remarks=work.remarks), largest)
+    largest = replace(result.largest, extra_cautions=work.extra_cautions)
+    return Outcome(
+        request, replace(result, largest=largest, extra_cautions=work.extra_cautions), largest
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +167,7 @@ class Contacts:
                 self.work.look(replace(state, number=number, count=len(forces)))
 
             result = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
-            yield replace(result, given=specified)
+            yield replace(result, specified_load=specified)
 
     def coarser(self, result: ContactResult) -> ContactResult | None:
         """Return the same contact on a grid of twice the pixel."""

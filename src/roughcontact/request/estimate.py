@@ -92,7 +92,7 @@ roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
     ),
     (
         SQ, SDQ, SAL, STR, SSK, NOMINAL_PRESSURE, options.MATERIAL, options.YIELD_STRENGTH,
-        options.HOLES, options.JSON,
+        options.MISSING, options.JSON,
     ),
     run=_run,
     rules=(Rule(NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"),),

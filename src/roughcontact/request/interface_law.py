@@ -110,14 +110,14 @@ reached, unloading has a branch of its own.
 \b
 Example:
 roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
-    --material 42CrMo4 --holes fill --boundary periodic --output law.inp
+    --material 42CrMo4 --missing fill --boundary periodic --output law.inp
 """,
     (
         QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
         options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
     ),
     (
-        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.HOLES,
+        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.MISSING,
         QUARTERS, OUTPUT, options.REPORT,
     ),
     run=_run,

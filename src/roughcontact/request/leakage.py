@@ -20,8 +20,8 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-DIRECTION = Option(
-    "direction", Panel.BODIES, "y|x", "Along which the fluid flows; default: both.",
+FLOW_AXIS = Option(
+    "flow-axis", Panel.BODIES, "y|x", "Along which the fluid flows; default: both.",
     parsing.choice("y", "x"), None,
 )  # fmt: skip
 VISCOSITY = Option(
@@ -45,7 +45,7 @@ FIGURE = file(
     "figure", "FILE", "Draw the gap and what flows through it as PNG, SVG or PDF.", PICTURES
 )
 _SEAL: tuple[Option[Any], ...] = (VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH)
-_FLUID = (DIRECTION, *_SEAL)
+_FLUID = (FLOW_AXIS, *_SEAL)
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -58,7 +58,7 @@ def _run(request: Request, work: Work) -> Outcome:
         **{option.argument: request[option] for option in _FLUID},
     )
     coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.beside(coarser))
+    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
 
 
 def _check(request: Request) -> None:
@@ -78,14 +78,14 @@ permeable the gap is.
 \b
 Example:
 roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --holes fill --boundary periodic --viscosity "1 mPa s" \\
+    --missing fill --boundary periodic --viscosity "1 mPa s" \\
     --pressure-difference "1 bar"
 """,
     (
         *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
         options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
     ),
-    (LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.HOLES, options.REPORT),
+    (LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.MISSING, options.REPORT),
     run=_run,
     rules=LOAD_RULES,
     check=_check,

@@ -70,7 +70,7 @@ def _run(request: Request, work: Work) -> Outcome:
             folder=request[options.FOLDER],
             progress=watch,
         )
-    curve = replace(curve, remarks=work.remarks)
+    curve = replace(curve, extra_cautions=work.extra_cautions)
     return Outcome(request, curve, extras={"reused": len(reused)})
 
 
@@ -112,7 +112,7 @@ def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
     request, curve = outcome.request, outcome.found
     arguments = solve_arguments.arguments(request, work.maps, *options.SOLVER)
     result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
-    result = replace(result, remarks=curve.remarks)
+    result = replace(result, extra_cautions=curve.extra_cautions)
     twin = result.elastic() if result.saturated_fraction else None
     page.save(load_history.render_curve(curve, result, edition, elastic=twin), path)
 
@@ -127,14 +127,14 @@ interrupted.
 \b
 Example:
 roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 \\
-    --young "210 GPa" --poisson 0.3 --holes fill --folder ground-sweep \\
+    --young "210 GPa" --poisson 0.3 --missing fill --folder ground-sweep \\
     --output curve.csv
 """,
     (
         *options.MAP, *_RANGE, *options.BODIES, *options.SOLVER, OUTPUT, options.FOLDER,
         options.REPORT, FIGURE, *options.SHOWN,
     ),
-    (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.HOLES, OUTPUT, options.REPORT),
+    (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),
     run=_run,
     rules=tuple(
         Rule(NEEDED, end, text="a load such as '1 N' or an approach such as '1 um'")

@@ -32,8 +32,8 @@ SHIFT = Option(
     parsing.offset, (0.0, 0.0),
 )  # fmt: skip
 OUTPUT = file("output", "FILE.csv|json", "Write the table of steps.", TABLES)
-RESIDUAL = file(
-    "residual", "FILE", f"Write the indented surface: {', '.join(_SURFACES)}.", _SURFACES
+INDENTED_SURFACE = file(
+    "indented-surface", "FILE", f"Write the indented surface: {', '.join(_SURFACES)}.", _SURFACES
 )
 FIGURE = file("figure", "FILE", "Draw the loop as PNG, SVG or PDF.", PICTURES)
 
@@ -53,8 +53,8 @@ def _run(request: Request, work: Work) -> Outcome:
             folder=request[options.FOLDER],
             progress=watch,
         )
-    last = replace(history.last, remarks=work.remarks)
-    history = replace(history, last=last, remarks=work.remarks)
+    last = replace(history.last, extra_cautions=work.extra_cautions)
+    history = replace(history, last=last, extra_cautions=work.extra_cautions)
     return Outcome(request, history, last, {"reused": len(reused)})
 
 
@@ -83,19 +83,22 @@ The ceiling acts as perfect plasticity of the surface: what it indents stays ind
 \b
 Example:
 roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
-    --holes fill --output history.csv --residual indented.x3p
+    --missing fill --output history.csv --indented-surface indented.x3p
 """,
     (
         *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,
-        RESIDUAL, options.FOLDER, options.REPORT, FIGURE, *options.SHOWN,
+        INDENTED_SURFACE, options.FOLDER, options.REPORT, FIGURE, *options.SHOWN,
     ),
-    (PATH, PASSES, *options.BODY_CONSTANTS, options.HOLES, RESIDUAL, OUTPUT, options.REPORT),
+    (
+        PATH, PASSES, *options.BODY_CONSTANTS, options.MISSING, INDENTED_SURFACE, OUTPUT,
+        options.REPORT,
+    ),
     run=_run,
     rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
     check=_check,
     last=last_contact,
     memory=_memory,
-    writes=((RESIDUAL, _residual),),
+    writes=((INDENTED_SURFACE, _residual),),
     questions=(
         Question(
             "Load history",

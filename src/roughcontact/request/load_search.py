@@ -13,12 +13,12 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
 CONTACT = Option(
-    "contact", Panel.BODIES, "SHARES",
+    "contact-fraction", Panel.BODIES, "SHARES",
     'Find the load at which this part of the map touches, such as "5 %", or several: '
     '"1 %, 5 %".', parsing.shares, None,
 )  # fmt: skip
 SATURATED = Option(
-    "saturated", Panel.BODIES, "SHARES",
+    "saturated-fraction", Panel.BODIES, "SHARES",
     'Find the load at which this part of the contact is at the ceiling, such as "1 %".',
     parsing.shares, None,
 )  # fmt: skip
@@ -50,8 +50,8 @@ def _run(request: Request, work: Work) -> Outcome:
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )
-    largest = replace(loads.largest, remarks=work.remarks)
-    return Outcome(request, replace(loads, remarks=work.remarks), largest)
+    largest = replace(loads.largest, extra_cautions=work.extra_cautions)
+    return Outcome(request, replace(loads, extra_cautions=work.extra_cautions), largest)
 
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
@@ -70,15 +70,15 @@ TASK = Task(
 
 \b
 Example:
-roughcontact find ground.opd --contact "5 %" --saturated "1 %" --first-yield \\
-    --material 100Cr6 --holes fill --output loads.csv
+roughcontact find ground.opd --contact-fraction "5 %" --saturated-fraction "1 %" --first-yield \\
+    --material 100Cr6 --missing fill --output loads.csv
 """,
     (
         *options.MAP, *_WANTED, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
     ),
     (
         CONTACT, SATURATED, MEAN_GAP, APPROACH, FIRST_YIELD, options.MATERIAL, options.CEILING,
-        options.HOLES, OUTPUT, options.REPORT,
+        options.MISSING, OUTPUT, options.REPORT,
     ),
     run=_run,
     rules=(Rule(ANY_OF, *_WANTED),),

@@ -116,7 +116,7 @@ def _prepared(request: Request, requested: Values, surface: Surface, path: Path)
         requested[options.FORM],
     )
     holes, level, pixel = (
-        requested[options.HOLES],
+        requested[options.MISSING],
         requested[options.LEVEL],
         requested[options.PIXEL],
     )
@@ -137,11 +137,11 @@ def _prepared(request: Request, requested: Values, surface: Surface, path: Path)
     if surface.missing and holes == "error":
         raise InputError(
             f"{path.name} has {surface.missing} missing points; choose ",
-            ArgumentRef("holes", "fill"),
+            ArgumentRef("missing", "fill"),
             " (smooth interpolation), ",
-            ArgumentRef("holes", "mask"),
+            ArgumentRef("missing", "mask"),
             " (they never touch) or ",
-            ArgumentRef("holes", "crop"),
+            ArgumentRef("missing", "crop"),
             " (the largest rectangle without them), or cut them away with ",
             ArgumentRef("crop"),
         )
@@ -152,9 +152,9 @@ def _prepared(request: Request, requested: Values, surface: Surface, path: Path)
             f"{percent(MOST_FILLED)} are filled: cut it with ",
             ArgumentRef("crop"),
             ", or choose ",
-            ArgumentRef("holes", "mask"),
+            ArgumentRef("missing", "mask"),
             " (they never touch) or ",
-            ArgumentRef("holes", "fill-all"),
+            ArgumentRef("missing", "fill-all"),
             " (smooth interpolation, whatever their share)",
         )
     if holes in ("fill", "fill-all"):

@@ -16,7 +16,7 @@ def require_prepared(request: Request, shape: tuple[int, int]) -> None:
     grid = cropped(request, shape)
     memory.require(grid, memory.PREPARED, "preparing a map")
     # Where heights or sides decide it, the grid is known once the map is there.
-    if request[options.HOLES] == "crop" or request[options.PIXEL] is not None or request.aligned:
+    if request[options.MISSING] == "crop" or request[options.PIXEL] is not None or request.aligned:
         return
     require(request, grid)
 

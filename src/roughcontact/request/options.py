@@ -20,7 +20,7 @@ from roughcontact.request.option import (
 )
 
 LEVELS = ("plane", "quadric", "mean", "robust", "none")
-HOLES_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
+MISSING_KNOWN = ("error", "fill", "fill-all", "mask", "crop")
 ITERATIONS = parsing.counted(1, memory.ITERATIONS)
 
 # Which maps
@@ -91,12 +91,12 @@ FORM = Option(
     'Form to remove by least squares: sphere, cylinder or "polynomial 4".', parsing.form, None,
     "Form to remove", prepares=True,
 )  # fmt: skip
-HOLES = Option(
-    "holes", Panel.MAP, "|".join(HOLES_KNOWN),
+MISSING = Option(
+    "missing", Panel.MAP, "|".join(MISSING_KNOWN),
     "Missing points: error refuses them, fill interpolates smoothly up to 30 % of the points "
     "(fill-all any share), mask lets them never touch, crop keeps the largest rectangle "
     "without them; default: error.",
-    parsing.choice(*HOLES_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
+    parsing.choice(*MISSING_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
 )  # fmt: skip
 S_FILTER = Option(
     "s-filter", Panel.MAP, "LENGTH",
@@ -116,7 +116,7 @@ ROTATE = Option(
     "rotate", Panel.MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
     parsing.turns, 0, prepares=True,
 )  # fmt: skip
-PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, HOLES, S_FILTER, L_FILTER, PIXEL, ROTATE)
+PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
 MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 # Of what the bodies are

@@ -59,7 +59,7 @@ class Work:
         return self.read()
 
     @property
-    def remarks(self) -> tuple[Caution, ...]:
+    def extra_cautions(self) -> tuple[Caution, ...]:
         """What is known from the measurement."""
         return remarks_on(self.request, self.maps)
 
@@ -94,7 +94,7 @@ class Outcome:
     @property
     def beside(self) -> dict[str, Any]:
         """What console and report tell besides, by the names that its kind gives it."""
-        names = {"study": "study", "first_yield": "onset"}
+        names = {"study": "study", "first_yield": "first_yield"}
         return {new: self.extras[name] for name, new in names.items() if name in self.extras}
 
     @property

@@ -140,13 +140,13 @@ def choice(*known: str) -> Choice:
 
 def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
-    from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+    from roughcontact.contact.calibrated_ceiling import CALIBRATED
     from roughcontact.material import hardness
 
     plain = text.strip()
     if plain == "none":
         return None
-    if plain in ("auto", RECOMMENDED):
+    if plain in ("auto", CALIBRATED):
         return plain
     result: float = hardness.stress(plain, argument)
     return result

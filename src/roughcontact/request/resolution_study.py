@@ -39,9 +39,9 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
 
 def apart(request: Request) -> tuple[str, ...]:
     """Return a word for each part of the study that can be solved by itself; none for no study."""
-    from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+    from roughcontact.contact.calibrated_ceiling import CALIBRATED
 
-    later = request.load[0] is None or request[options.CEILING] == RECOMMENDED
+    later = request.load[0] is None or request[options.CEILING] == CALIBRATED
     if later or not request[STUDY]:
         return ()
     from roughcontact.studies.resolution_study import PARTS

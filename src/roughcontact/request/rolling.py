@@ -46,8 +46,8 @@ STEPS = Option(
     "Places at which the contact of a pass is solved; default: 32.",
     parsing.counted(1, limits.STEPS), 32,
 )  # fmt: skip
-WAY = Option(
-    "way", Panel.BODIES, "LENGTH",
+TRAVEL = Option(
+    "travel", Panel.BODIES, "LENGTH",
     'Length of a pass, such as "80 um", half of it to each side of the place of the '
     "counter-body; default: once round a map that is periodic along --direction.", LENGTH, None,
 )  # fmt: skip
@@ -55,8 +55,8 @@ DIRECTION = Option(
     "direction", Panel.BODIES, "DEGREES",
     "Where the counter-body moves, counter-clockwise from x; default: 0.", parsing.number, 0.0,
 )  # fmt: skip
-TO_AND_FRO = flag(
-    "to-and-fro", Panel.BODIES, "Let every other pass go back, instead of each beginning anew."
+RECIPROCATING = flag(
+    "reciprocating", Panel.BODIES, "Let every other pass go back, instead of each beginning anew."
 )
 FRICTION = Option(
     "friction", Panel.BODIES, "NUMBER",
@@ -119,16 +119,18 @@ def _run(request: Request, work: Work) -> Outcome:
             load=force,
             passes=request[PASSES],
             steps=request[STEPS],
-            way=request[WAY],
+            travel=request[TRAVEL],
             direction=request[DIRECTION],
-            to_and_fro=request[TO_AND_FRO],
-            centered=request[WAY] is not None,
+            reciprocating=request[RECIPROCATING],
+            start_at_center=request[TRAVEL] is not None,
             friction=request[FRICTION],
             folder=request[FOLDER],
             progress=watch,
-            each=picture if shown else None,
+            on_step=picture if shown else None,
         )
-    last = replace(result.result.solution, given=specified, remarks=work.remarks)
+    last = replace(
+        result.result.solution, specified_load=specified, extra_cautions=work.extra_cautions
+    )
     result = replace(result, result=replace(result.result, solution=last))
     extras = {"frames": tuple(frames), "reused": max(reused, default=0)}
     return Outcome(request, result, last, extras)
@@ -177,16 +179,16 @@ Every step is solved with plasticity of the volume: seconds each, minutes on lar
 Example:
 roughcontact roll ground.opd --counter-body "cylinder 5 mm 90 deg" \\
     --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
-    --holes fill --report rolled.html
+    --missing fill --report rolled.html
 """,
     (
-        *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, WAY, DIRECTION, TO_AND_FRO, FRICTION,
-        *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY, *_SOLVER, OUTPUT,
-        FOLDER, MOVIE, FIGURES, *options.OUTPUT,
+        *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,
+        FRICTION, *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY,
+        *_SOLVER, OUTPUT, FOLDER, MOVIE, FIGURES, *options.OUTPUT,
     ),
     (
-        options.HERTZ, options.COUNTER_BODY, PASSES, WAY, options.MATERIAL, options.HARDENING,
-        FRICTION, options.HOLES, OUTPUT, options.REPORT,
+        options.HERTZ, options.COUNTER_BODY, PASSES, TRAVEL, options.MATERIAL, options.HARDENING,
+        FRICTION, options.MISSING, OUTPUT, options.REPORT,
     ),
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),

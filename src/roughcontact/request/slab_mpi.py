@@ -33,7 +33,7 @@ def check(request: Request) -> None:
                 argument=option.argument,
             )
     for option, known in (
-        (options.LEVEL, ("plane", "none")), (options.HOLES, ("error", "mask")),
+        (options.LEVEL, ("plane", "none")), (options.MISSING, ("error", "mask")),
     ):  # fmt: skip
         if request[option] not in known:
             raise InputError(
@@ -82,6 +82,6 @@ def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
     say(f"reading {request.file.name}")
     slab = read_slab(
         request.file, ranks, request[options.CHANNEL], request[options.UNIT], request[options.SIZE],
-        request[options.OVERRIDE_SIZE], holes_masked=request[options.HOLES] == "mask",
+        request[options.OVERRIDE_SIZE], mask_missing=request[options.MISSING] == "mask",
     )  # fmt: skip
     return slab if request[options.LEVEL] == "none" else slab.leveled()

@@ -35,7 +35,7 @@ from roughcontact.request.task import Pieces, Question, Task
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
 
-SURFACE_MODEL, VOLUME_MODEL = "ceiling", "volume"
+SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {
     SURFACE_MODEL: export.suffixes(Kind.CONTACT), VOLUME_MODEL: export.suffixes(Kind.VOLUME),
 }  # fmt: skip
@@ -47,8 +47,8 @@ UNCALIBRATED = flag(
 )  # fmt: skip
 MODEL = Option(
     "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
-    "ceiling: pressures up to the ceiling; volume: plastic strain in the volume, which takes "
-    "seconds to minutes; default: ceiling.", parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
+    "ceiling: pressures up to the ceiling; elastoplastic: plastic strain in the volume, which "
+    "takes seconds to minutes; default: ceiling.", parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
     SURFACE_MODEL, whole_map=False,
 )  # fmt: skip
 INCREMENTS: Option[int | str] = Option(
@@ -111,18 +111,21 @@ def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
         on_failure="return",
         progress=work.look,
     )
-    return replace(result, given=specified)
+    return replace(result, specified_load=specified)
 
 
 def _run(request: Request, work: Work) -> Outcome:
     if request[MODEL] == VOLUME_MODEL:
         return _volume(request, work)
     result = contact(request, work, calibrated=not request[UNCALIBRATED])
-    remarks, extras = work.remarks, {}
+    extra_cautions, extras = work.extra_cautions, {}
     if request[resolution_study.STUDY] and result.converged:
         study = resolution_study.studied(request, work, result.load)
-        remarks, extras = (*remarks, *study.cautions), {resolution_study.STUDY.name: study}
-    result = replace(result, remarks=remarks)
+        extra_cautions, extras = (
+            (*extra_cautions, *study.cautions),
+            {resolution_study.STUDY.name: study},
+        )
+    result = replace(result, extra_cautions=extra_cautions)
     return Outcome(request, result, result, extras)
 
 
@@ -147,9 +150,11 @@ def _volume(request: Request, work: Work) -> Outcome:
             on_failure="return",
             folder=request[FOLDER],
             progress=watch,
-            communicator=work.ranks,
+            ranks=work.ranks,
         )
-    solution = replace(result.solution, given=specified, remarks=work.remarks)
+    solution = replace(
+        result.solution, specified_load=specified, extra_cautions=work.extra_cautions
+    )
     # The last of the reused is told of.
     extras = {"reused": max(reused, default=0)}
     return Outcome(request, replace(result, solution=solution), solution, extras)
@@ -206,7 +211,7 @@ Give a unit with every quantity, in quotes.
 \b
 Example:
 roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
-    --yield-strength "1 GPa" --holes fill --output out.nc --figures out
+    --yield-strength "1 GPa" --missing fill --output out.nc --figures out
 """,
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
@@ -214,7 +219,7 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
         resolution_study.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
-        options.LOAD, *options.BODY_CONSTANTS, options.CEILING, options.HOLES, OUTPUT,
+        options.LOAD, *options.BODY_CONSTANTS, options.CEILING, options.MISSING, OUTPUT,
         options.REPORT, options.JSON,
     ),
     run=_run,
@@ -246,7 +251,7 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
         Question(
             "Recommended ceiling",
             "The ceiling that gives the contact area of plasticity in the volume.",
-            fixed=((options.CEILING, "recommended"),),
+            fixed=((options.CEILING, "calibrated"),),
         ),
         Question(
             "Plasticity of the volume",

@@ -15,8 +15,8 @@ from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-WHICH = Option(
-    "which", Panel.BODIES, "body|counter-body", "Body to look into; default: body.",
+IN_BODY = Option(
+    "in-body", Panel.BODIES, "body|counter-body", "Body to look into; default: body.",
     parsing.choice("body", "counter-body"), "body",
 )  # fmt: skip
 FRICTION = Option(
@@ -31,7 +31,7 @@ DEPTHS = Option(
     "depths", Panel.SOLVER, "LENGTHS", 'Depths, such as "1 um, 2 um"; default: the contact '
     "chooses.", parsing.lengths, None,
 )  # fmt: skip
-ONSET = flag("onset", Panel.SOLVER, "Find the load at which the first point yields.")
+FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Find the load at which the first point yields.")
 OUTPUT = file("output", "FILE.nc", "Write contact and stress as NetCDF.", (".nc",))
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
@@ -46,19 +46,19 @@ def _run(request: Request, work: Work) -> Outcome:
 
     Boundary(request[options.BOUNDARY]).require_stress()
     contact = solve.contact(request, work, calibrated=False)
-    solution = replace(contact, remarks=work.remarks)
+    solution = replace(contact, extra_cautions=work.extra_cautions)
     if not contact.converged:
         return Outcome(request, solution, solution)
     work.say("stress below the surface")
     below: dict[str, Any] = {
-        "body": "body" if request[WHICH] == "body" else "counter_body",
+        "body": "body" if request[IN_BODY] == "body" else "counter_body",
         "friction": request[FRICTION],
         "direction": request[DIRECTION],
     }
     with _naming_body():
         stress = subsurface_stress(contact, request[DEPTHS], **below)
         extras = {}
-        if request[ONSET]:
+        if request[FIRST_YIELD]:
             work.say("searching the load of first yield")
             extras["first_yield"] = onset(contact.pair, **below)
     return Outcome(request, replace(stress, solution=solution), solution, extras)
@@ -70,7 +70,7 @@ def _naming_body() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        error.argument = WHICH.argument if error.argument == "body" else error.argument
+        error.argument = IN_BODY.argument if error.argument == "body" else error.argument
         raise
 
 
@@ -105,15 +105,15 @@ TASK = Task(
 
 \b
 Example:
-roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
+roughcontact stress ground.opd --load "1 N" --material 100Cr6 --missing fill \\
     --output stress.nc --figures out
 """,
     (
-        *options.MAP, *options.LOADS, *options.BODIES, WHICH, FRICTION, DIRECTION, DEPTHS, ONSET,
-        *options.SOLVER, OUTPUT, options.REPORT, FIGURES, *options.SHOWN,
+        *options.MAP, *options.LOADS, *options.BODIES, IN_BODY, FRICTION, DIRECTION, DEPTHS,
+        FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
-        options.LOAD, *options.BODY_CONSTANTS, FRICTION, ONSET, options.HOLES, OUTPUT,
+        options.LOAD, *options.BODY_CONSTANTS, FRICTION, FIRST_YIELD, options.MISSING, OUTPUT,
         options.REPORT,
     ),
     run=_run,
@@ -125,7 +125,7 @@ roughcontact stress ground.opd --load "1 N" --material 100Cr6 --holes fill \\
         Question(
             "Stress below the surface",
             "The elastic stress under this contact, and where it yields first.",
-            (WHICH, FRICTION, DIRECTION, DEPTHS, ONSET),
+            (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
         ),
     ),
 )  # fmt: skip

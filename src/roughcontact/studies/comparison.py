@@ -57,7 +57,7 @@ class Comparison(Result):
         Nominal pressures [Pa], ascending; the numbers are those of the last.
     paired : bool
         Whether the maps of two groups belong together one by one, such as before and after.
-    first_pressure : float or None
+    preload_pressure : float or None
         Nominal pressure [Pa] of a first loading that lies between two groups, if there was one.
     sampling : tuple of SamplingStudy
         Of each map the error by its size, if it was asked for.
@@ -66,7 +66,7 @@ class Comparison(Result):
     groups: tuple[Group, ...]
     pressures: tuple[float, ...]
     paired: bool = False
-    first_pressure: float | None = None
+    preload_pressure: float | None = None
     sampling: tuple[SamplingStudy, ...] = ()
 
     @property
@@ -272,7 +272,7 @@ def compare(
     material: Material,
     pressure: Quantity,
     steps: int = 7,
-    first_pressure: Quantity | None = None,
+    preload_pressure: Quantity | None = None,
     paired: bool = False,
     counter_material: Material = RIGID,
     ceiling: Quantity | ArrayLike | None = "auto",
@@ -296,7 +296,7 @@ def compare(
     steps : int
         Pressures of the load curve, from a hundredth of ``pressure`` to it in equal ratios; with
         1 there is none but the last.
-    first_pressure : float, str or quantity of pint, optional
+    preload_pressure : float, str or quantity of pint, optional
         Nominal pressure [Pa] of a first loading: the maps as they are then stand beside those that
         it leaves behind (`history`), in pairs.
     paired : bool
@@ -338,7 +338,7 @@ def compare(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
     }
-    wanted = asked(pressure, steps, first_pressure, problem)
+    wanted = asked(pressure, steps, preload_pressure, problem)
     wanted.check({name: len(surfaces) for name, surfaces in groups.items()}, paired)
     pressed = {}
     for name, surfaces in groups.items():
@@ -367,7 +367,7 @@ class MapLoadCase:
         if self.before is not None and len(counts) != 1:
             raise InputError(
                 "sets each map beside itself after a first loading, and goes with one group of "
-                "maps", argument="first_pressure",
+                "maps", argument="preload_pressure",
             )  # fmt: skip
         if not counts or not all(counts.values()):
             raise InputError("has a group without maps", argument="maps")
@@ -405,13 +405,13 @@ class MapLoadCase:
 
 
 def asked(
-    pressure: Quantity, steps: int, first_pressure: Quantity | None, problem: Mapping[str, Any]
+    pressure: Quantity, steps: int, preload_pressure: Quantity | None, problem: Mapping[str, Any]
 ) -> MapLoadCase:
     """Return what each map is put under; arguments and errors as of `compare`."""
     before = None
-    if first_pressure is not None:
-        before = float(quantity(first_pressure, "pressure", "first_pressure"))
-        require_positive(first_pressure=before)
+    if preload_pressure is not None:
+        before = float(quantity(preload_pressure, "pressure", "preload_pressure"))
+        require_positive(preload_pressure=before)
     return MapLoadCase(_pressures(pressure, steps), before, problem)
 
 
@@ -447,6 +447,6 @@ def _after(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Sur
     if history.indented_body != "surface":
         raise InputError(
             "indents the counter-body, which is softer: the map stays as it is; swap the two ",
-            ArgumentRef("material"), "s to see what the map keeps", argument="first_pressure",
+            ArgumentRef("material"), "s to see what the map keeps", argument="preload_pressure",
         )  # fmt: skip
     return history.residual

@@ -19,7 +19,7 @@ from roughcontact import checkpoints, memory
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.checkpoints import Place
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED, CalibrationRecord
+from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
@@ -56,7 +56,7 @@ class LoadStep:
     load: float  # W [N]
     approach: float  # ω [m]
     contact_area: float  # Real contact area [m²]: the pixels with pressure
-    corrected_contact_area: float  # The same without the excess of its rim
+    perimeter_corrected_area: float  # The same without the excess of its rim
     saturated_area: float  # Area at the ceiling [m²]
     max_pressure: float  # Largest pressure [Pa]
     mean_gap: float  # Mean open gap [m]
@@ -91,7 +91,7 @@ class LoadCurve(Result):
         E* [Pa].
     rms_gradient : float
         h′ of the gap at first touch.
-    ceiling : float, ndarray of shape (ny, nx), "recommended" or None
+    ceiling : float, ndarray of shape (ny, nx), "calibrated" or None
         Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
     boundary : Boundary
         What lies beyond the edges of the map.
@@ -99,13 +99,13 @@ class LoadCurve(Result):
         Where the maps came from and what was done to them, the counter-body's last.
     softer : Material or None
         The body with the smaller ceiling; None where no strength is known.
-    found : tuple of Caution
+    messages : tuple of Caution
         What the contacts under these loads give cause for.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     is_profile : bool
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
-    given : tuple of GivenLoad
+    specified_load : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
     """
 
@@ -118,10 +118,10 @@ class LoadCurve(Result):
     boundary: Boundary
     origins: tuple[Provenance, ...]
     softer: Material | None = None
-    found: tuple[Caution, ...] = ()
-    remarks: tuple[Caution, ...] = ()
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
     is_profile: bool = False
-    given: tuple[GivenLoad, ...] = ()
+    specified_load: tuple[GivenLoad, ...] = ()
 
     @property
     def source(self) -> str:
@@ -136,7 +136,7 @@ class LoadCurve(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.found, *self.remarks])
+        return ordered([*self.messages, *self.extra_cautions])
 
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
@@ -159,7 +159,7 @@ class LoadCurve(Result):
     @cached_property
     def low_loads(self) -> NDArray[np.bool_]:
         """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
-        area, load = self.column("corrected_contact_area"), self.column("load")
+        area, load = self.column("perimeter_corrected_area"), self.column("load")
         low: NDArray[np.bool_] = (
             (area <= LOW_LOAD * self.nominal_area)
             & (self.column("saturated_area") <= LOW_SATURATION * area)
@@ -177,7 +177,7 @@ class LoadCurve(Result):
         Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
         et al. 2004). It means something where there are many spots.
         """
-        area, load = self.column("corrected_contact_area"), self.column("load")
+        area, load = self.column("perimeter_corrected_area"), self.column("load")
         taken = self.low_loads
         if not taken.any():
             if not (load > 0).any():
@@ -240,7 +240,7 @@ def sweep(
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations, precision
-        As for `solve`. With ``"recommended"`` every load has its own ceiling.
+        As for `solve`. With ``"calibrated"`` every load has its own ceiling.
     loads : sequence of float, str, quantity of pint, or `Load`
         Normal loads W, ascending: numbers in N, or in any form that `solve` takes, as ``"1 N"`` or
         ``"20 MPa"``; give either this or ``approaches``.
@@ -314,7 +314,7 @@ class _Sweep:
     terms: LoadCase
     control: str
     values: list[float]
-    given: tuple[GivenLoad, ...] = ()
+    specified_load: tuple[GivenLoad, ...] = ()
 
     def terms_at(self, value: float) -> LoadCase:
         """Return the terms of one load or approach."""
@@ -326,7 +326,7 @@ class _Sweep:
     def own(self) -> bool:
         """Whether each load has a ceiling of its own."""
         ceiling = self.terms.ceiling
-        return isinstance(ceiling, str) and ceiling == RECOMMENDED
+        return isinstance(ceiling, str) and ceiling == CALIBRATED
 
     def check(self) -> None:
         """Raise what any step would raise; the largest asks for the most."""
@@ -362,13 +362,13 @@ class _Sweep:
             nominal_area=pair.size[0] * pair.size[1],
             contact_modulus=pair.contact_modulus,
             rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
-            ceiling=RECOMMENDED if self.own else resolved_ceiling(self.terms.ceiling, pair),
+            ceiling=CALIBRATED if self.own else resolved_ceiling(self.terms.ceiling, pair),
             boundary=pair.boundary,
             origins=pair.origins,
             softer=pair.softer,
             is_profile=pair.is_profile,
-            found=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
-            given=self.given,
+            messages=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
+            specified_load=self.specified_load,
         )
 
     def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
@@ -389,7 +389,7 @@ class _Sweep:
             iterations=0,
             convolutions=step.convolutions,
             seconds=step.seconds,
-            recommended=self._agreed(step) if self.own else None,
+            calibration=self._agreed(step) if self.own else None,
         )
 
     def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
@@ -501,7 +501,7 @@ def _step(result: ContactResult, stiffness: float, unloading: float | None) -> L
         load=result.load,
         approach=result.approach,
         contact_area=result.contact_area,
-        corrected_contact_area=result.corrected_contact_area,
+        perimeter_corrected_area=result.perimeter_corrected_area,
         saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
         max_pressure=result.max_pressure,
         mean_gap=result.mean_gap,

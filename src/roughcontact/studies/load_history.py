@@ -21,7 +21,7 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.checkpoints import Place
 from roughcontact.contact import load_case, plausibility
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED, CalibrationRecord
+from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
 from roughcontact.contact.pair import Pair
@@ -47,7 +47,7 @@ from roughcontact.units import Quantities, Quantity, lengths, quantity
 
 Array = NDArray[np.float64]
 
-SHAKEN_DOWN = 1e-5
+NEGLIGIBLE_GROWTH = 1e-5
 """Share of the whole indentation volume up to which a step counts as elastic."""
 
 # A load or approach is reached again if it is missed by no more than this part.
@@ -191,12 +191,12 @@ class LoadHistory(Result):
         The stage with the largest load, the first of them if several have it.
     before : Pair
         The bodies at the position of that stage, as they were before the path.
-    recommended : AgreedCeiling or None
+    calibration : AgreedCeiling or None
         How the ceiling of the path was found, if it is one that was recommended: that of a first
         loading to the largest load.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
-    given : tuple of GivenLoad
+    specified_load : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
     passes : int
         How often the path was followed.
@@ -213,9 +213,9 @@ class LoadHistory(Result):
     last: ContactResult
     largest: ContactResult
     before: Pair
-    recommended: CalibrationRecord | None = None
-    remarks: tuple[Caution, ...] = ()
-    given: tuple[GivenLoad, ...] = ()
+    calibration: CalibrationRecord | None = None
+    extra_cautions: tuple[Caution, ...] = ()
+    specified_load: tuple[GivenLoad, ...] = ()
     passes: int = 1
     requested_passes: int = 1
 
@@ -227,7 +227,10 @@ class LoadHistory(Result):
         stage.
         """
         return replace(
-            self.largest, pair=self.before, recommended=self.recommended, remarks=self.remarks
+            self.largest,
+            pair=self.before,
+            calibration=self.calibration,
+            extra_cautions=self.extra_cautions,
         )
 
     @cached_property
@@ -268,7 +271,7 @@ class LoadHistory(Result):
         return math.fsum(self.indentation.ravel()) * dy * dx
 
     @cached_property
-    def shaken_down(self) -> bool:
+    def is_elastic_now(self) -> bool:
         """Whether going on along the path would stay elastic.
 
         True if no step indents, or if after the last step that does (more than 1e-5 of the whole
@@ -276,7 +279,7 @@ class LoadHistory(Result):
         again.
         """
         volume = self.column("indentation_volume")
-        plastic = np.flatnonzero(volume > SHAKEN_DOWN * self.indentation_volume)
+        plastic = np.flatnonzero(volume > NEGLIGIBLE_GROWTH * self.indentation_volume)
         if plastic.size == 0:
             return True
         wanted = self._largest(0)
@@ -369,7 +372,7 @@ def history(
     Parameters
     ----------
     surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
-        As for `solve`. A path has one ceiling: ``"recommended"`` is that of a first loading to the
+        As for `solve`. A path has one ceiling: ``"calibrated"`` is that of a first loading to the
         largest load of the path.
     path : sequence of Stage, float, str, quantity of pint or `Load`
         The stages one after the other; a load in any form that `solve` takes is one at the first
@@ -434,7 +437,7 @@ def history(
     >>> heights, pixel = rc.reference_map(32)
     >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> found = rc.history(rc.Surface(heights, pixel), [1.0, 0.0, 1.0], material=steel)
-    >>> found.shaken_down, found.steps[0].indentation_volume > 0
+    >>> found.is_elastic_now, found.steps[0].indentation_volume > 0
     (True, True)
     """
     one_pass = _stages(path)
@@ -445,14 +448,14 @@ def history(
     way = _way(pair, requested, terms, len(one_pass))
     with _claimed(folder, way, terms) as place:
         recommended = None
-        if isinstance(ceiling, str) and ceiling == RECOMMENDED:
+        if isinstance(ceiling, str) and ceiling == CALIBRATED:
             first = _heaviest(way)
-            recommended = first.recommended
+            recommended = first.calibration
             way = replace(way, terms=replace(terms, ceiling=first.ceiling))
             _check_way(way)
         history = _followed(way, place, progress)
     specified = _given(requested[: len(history.steps)], history.path)
-    return replace(history, recommended=recommended, given=specified)
+    return replace(history, calibration=recommended, specified_load=specified)
 
 
 def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Way:
@@ -515,7 +518,7 @@ def _heaviest(way: _Way) -> ContactResult:
     """Return the contact at the largest load of a path, first loaded, under its own ceiling."""
     usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
     result, number = max(usual, key=lambda item: item[0].load)
-    return _first_loaded(way, number, RECOMMENDED) if result.load else result
+    return _first_loaded(way, number, CALIBRATED) if result.load else result
 
 
 def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
@@ -548,7 +551,7 @@ class _Way:
         if len(steps) % self.each or not self.stays:
             return False
         volume = [step.indentation_volume for step in steps]
-        return math.fsum(volume[-self.each :]) <= SHAKEN_DOWN * math.fsum(volume)
+        return math.fsum(volume[-self.each :]) <= NEGLIGIBLE_GROWTH * math.fsum(volume)
 
     def largest(self) -> list[int]:
         """Return which stages, from 0, have the largest load and the largest approach."""

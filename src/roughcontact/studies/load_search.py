@@ -26,6 +26,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check, check_holes, touchable_gap
+from roughcontact.deprecated import Renamed
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
@@ -54,14 +55,14 @@ class Side:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadAnswer:
+class LoadAnswer(Renamed):
     """The load at which one quantity has one value."""
 
     quantity: str
     target: float
     value: float
-    below: Side
-    above: Side
+    bracket_low: Side
+    bracket_high: Side
     result: ContactResult
 
     @property
@@ -72,7 +73,7 @@ class LoadAnswer:
     @property
     def bracket(self) -> tuple[float, float]:
         """The neighboring loads between which the value is passed [N]."""
-        return self.below.load, self.above.load
+        return self.bracket_low.load, self.bracket_high.load
 
     @property
     def error(self) -> float:
@@ -99,7 +100,7 @@ class LoadSearch(Result):
         Of these contacts, on the full grid.
     seconds : float
         Wall time.
-    remarks : tuple of Caution
+    extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     """
 
@@ -107,7 +108,7 @@ class LoadSearch(Result):
     solves: int
     convolutions: int
     seconds: float
-    remarks: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
 
     @property
     def largest(self) -> ContactResult:
@@ -119,7 +120,7 @@ class LoadSearch(Result):
         """What a reader of the numbers has to know, the severest first."""
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
-        return ordered(dict.fromkeys([*judged, *self.remarks]))
+        return ordered(dict.fromkeys([*judged, *self.extra_cautions]))
 
 
 # --- Where a quantity that grows with the load passes a value ---
@@ -262,8 +263,8 @@ def find_load(
     surface: Surface,
     *,
     material: Material,
-    contact: float | Sequence[float] | None = None,
-    saturated: float | Sequence[float] | None = None,
+    contact_fraction: float | Sequence[float] | None = None,
+    saturated_fraction: float | Sequence[float] | None = None,
     approach: Quantity | Quantities | None = None,
     mean_gap: Quantity | Quantities | None = None,
     first_yield: bool = False,
@@ -282,9 +283,9 @@ def find_load(
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations
         As for `solve`.
-    contact : float or sequence of float, optional
+    contact_fraction : float or sequence of float, optional
         Share of the map that touches, between 0 and 1.
-    saturated : float or sequence of float, optional
+    saturated_fraction : float or sequence of float, optional
         Share of the contact area that is at the ceiling.
     approach, mean_gap : float, str, quantity of pint, or sequence of these, optional
         Approach of the bodies from the first touch, mean open gap [m].
@@ -327,7 +328,7 @@ max_iterations
     0.500000
     """
     began = time.perf_counter()
-    targets = _targets(contact, saturated, approach, mean_gap, first_yield)
+    targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
     pair.require_map("a search of loads")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
@@ -569,9 +570,9 @@ def _targets(
     if not targets:
         raise InputError(
             "nothing is asked: give ",
-            ArgumentRef("contact"),
+            ArgumentRef("contact_fraction"),
             ", ",
-            ArgumentRef("saturated"),
+            ArgumentRef("saturated_fraction"),
             ", ",
             ArgumentRef("approach"),
             ", ",

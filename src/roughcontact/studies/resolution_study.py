@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_warning
-from roughcontact.contact.calibrated_ceiling import RECOMMENDED
+from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.memory import Room
@@ -373,7 +373,7 @@ def _begun(pair: Pair, terms: LoadCase, progress: Tell) -> _Study:
         )
     check(pair, terms)
     limit = resolved_ceiling(terms.ceiling, pair)
-    if isinstance(terms.ceiling, str) and terms.ceiling == RECOMMENDED:
+    if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
         limit = press(pair, terms).ceiling
     return _Study(pair, replace(terms, ceiling=limit), progress)
 
@@ -508,7 +508,7 @@ def _variant(value: float, result: ContactResult) -> Variant:
         shape=result.surface.shape,
         pixel=result.surface.pixel,
         contact_fraction=result.contact_fraction,
-        corrected_fraction=result.corrected_contact_area / nominal,
+        corrected_fraction=result.perimeter_corrected_area / nominal,
         saturated_fraction=result.saturated_fraction,
         max_pressure=result.max_pressure,
         mean_pressure=result.load / touching if touching else math.inf,

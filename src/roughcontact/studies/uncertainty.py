@@ -6,7 +6,7 @@ known of these is gathered here. What the measurement left out of the map is not
 
 `uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
 `resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a spot
-crosses count in full; the lower end is `ContactResult.corrected_contact_area`. Edge: the largest
+crosses count in full; the lower end is `ContactResult.perimeter_corrected_area`. Edge: the largest
 pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat
 punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to
 its pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
@@ -121,7 +121,7 @@ def _rim(result: ContactResult) -> ErrorSource:
         # A segment has up to one point more than its length: 0.35 in the mean under a cylinder.
         points = result.totals.contact
         return ErrorSource(Cause.RIM, -min(result.spots().count / points, 1.0), 0.0)
-    return ErrorSource(Cause.RIM, result.corrected_contact_area / result.contact_area - 1, 0.0)
+    return ErrorSource(Cause.RIM, result.perimeter_corrected_area / result.contact_area - 1, 0.0)
 
 
 def _yielding(name: str, result: ContactResult) -> ErrorSource:
