@@ -216,12 +216,14 @@ def changed_by(change: float) -> str:
     if change >= 9:
         return f"{float(f'{1 + change:.2g}'):.7g}-fold"
     whole, tenths = round(100 * change), round(1000 * change)
-    return f"{whole:+d} %" if whole else f"{tenths / 10:+.1f} %" if tenths else "0 %"
+    text = f"{whole:+d} %" if whole else f"{tenths / 10:+.1f} %" if tenths else "0 %"
+    return text.replace("-", "−")
 
 
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+    plural = f"{noun}es" if noun.endswith("s") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
 
 
 def _plain(text: str) -> str:

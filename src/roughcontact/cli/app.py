@@ -18,7 +18,7 @@ import typer
 from roughcontact import deprecated
 from roughcontact._version import __version__
 from roughcontact.cli import help_format, terminal
-from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, Display
 from roughcontact.errors import (
     ArgumentRef,
     ConvergenceError,
@@ -30,7 +30,7 @@ from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
 from roughcontact.request import desk, generation as making
 from roughcontact.request.option import Option
-from roughcontact.request.options import JSON, QUIET, READING
+from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.project import COMMAND, ENGINE, SCHEDULER, WORKERS
 from roughcontact.request.task import Command, Task, Values
@@ -269,9 +269,11 @@ _MAP = _argument(Path | None, "FILE", _FILE, None)
 _MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one surface.", None)
 
 
-def _shown(specified: Given) -> tuple[bool, bool]:
-    """Take out of options how the result is shown: as JSON, or not at all."""
-    return specified.pop(JSON.name, False), specified.pop(QUIET.name, False)
+def _display(specified: Given) -> Display:
+    """Take out of options how the result is shown."""
+    kinds = {JSON: Display.JSON, QUIET: Display.QUIET, VERBOSE: Display.VERBOSE}
+    wanted = [kind for option, kind in kinds.items() if specified.pop(option.name, False)]
+    return wanted[0] if wanted else Display.BRIEF
 
 
 def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
@@ -279,7 +281,7 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     from roughcontact import ranks
     from roughcontact.request.request import Request
 
-    as_json, quiet = _shown(specified)
+    display = _display(specified)
     several = isinstance(subject, (list, tuple))
     file = None if several or subject is None else Path(subject)
     request = functools.partial(
@@ -288,20 +290,20 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     if ranks.is_parallel_run():
         from roughcontact.cli import mpi
 
-        return mpi.carry_out(request, as_json, quiet)
-    _carry_out_here(request(), as_json, quiet)
+        return mpi.carry_out(request, display)
+    _carry_out_here(request(), display)
 
 
-def _carry_out_here(request: Request, as_json: bool, quiet: bool) -> None:
+def _carry_out_here(request: Request, display: Display) -> None:
     """Carry out a request in this process, and show what it gave."""
     from roughcontact.cli import result_output
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 
     time_left = phrases.Forecast()
-    with terminal.progress(quiet) as say:
+    with terminal.progress(display is Display.QUIET) as say:
         outcome = run(request, say, lambda state: say(phrases.described(state) + time_left(state)))
-    result_output.show_outcome(outcome, as_json, quiet)
+    result_output.show_outcome(outcome, display)
 
 
 for _task in TASKS:
@@ -313,12 +315,12 @@ def _generate(_: Subject, specified: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.report.generation import record
 
-    as_json, quiet = _shown(specified)
-    with terminal.progress(quiet) as say:
+    display = _display(specified)
+    with terminal.progress(display is Display.QUIET) as say:
         surface, written = making.run_generate(specified, say)
-    if as_json:
+    if display is Display.JSON:
         print(to_json(record(surface)))
-    elif not quiet:
+    elif display is not Display.QUIET:
         console.show_generated(surface, written)
 
 
@@ -327,12 +329,14 @@ def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.batch import plan
     from roughcontact.cli import console
 
-    as_json, quiet = _shown(specified)
-    with terminal.progress(quiet) as say:
-        reports, folder = _worked_through(str(file), COMMAND.read(specified), say, quiet)
-    if as_json:
+    display = _display(specified)
+    with terminal.progress(display is Display.QUIET) as say:
+        reports, folder = _worked_through(
+            str(file), COMMAND.read(specified), say, display is Display.QUIET
+        )
+    if display is Display.JSON:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
-    elif not quiet:
+    elif display is not Display.QUIET:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
     for report in reports:
@@ -396,15 +400,15 @@ def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.cli import console
     from roughcontact.elastoplastic import archive
 
-    as_json, quiet = _shown(specified)
-    with terminal.progress(quiet) as say:
+    display = _display(specified)
+    with terminal.progress(display is Display.QUIET) as say:
         checked = []
         for path in files:
             say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
-    if as_json:
+    if display is Display.JSON:
         print(to_json({"files": [dataclasses.asdict(item) for item in checked]}))
-    elif not quiet:
+    elif display is not Display.QUIET:
         console.show_verified(checked)
     failed = [item for item in checked if item.reason]
     for item in failed:
@@ -422,7 +426,8 @@ def _info(file: Path | str | None, specified: Given) -> None:
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     surface, channels = read.read_with_channels(str(file), **reading)
     measured = inputs.measured(surface)
-    if _shown(specified)[0]:
+    display = _display(specified)
+    if display is Display.JSON:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
             for c in channels
@@ -431,7 +436,7 @@ def _info(file: Path | str | None, specified: Given) -> None:
     else:
         from roughcontact.cli import console
 
-        console.show_info(measured, channels)
+        console.show_info(measured, channels, str(file), display)
 
 
 @_command(
@@ -443,7 +448,7 @@ def _materials(name: Path | str | None, specified: Given) -> None:
     from roughcontact.material import catalog
 
     result = catalog.entries() if name is None else (catalog.entry(str(name)),)
-    if _shown(specified)[0]:
+    if _display(specified) is Display.JSON:
         text = [dataclasses.asdict(entry) for entry in result]
         print(to_json({"materials": text}))
     elif name is None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +15,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from roughcontact import units
 from roughcontact.cli import terminal
+from roughcontact.cli.terminal import Display
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
 from roughcontact.request.tasks import INFO
@@ -26,6 +30,7 @@ if TYPE_CHECKING:
     from roughcontact.elastoplastic.archive import Checked
     from roughcontact.formats.source import Channel
     from roughcontact.material.catalog import Entry
+    from roughcontact.report.fields import Headline
     from roughcontact.report.inputs import Measured
     from roughcontact.request.outcome import Outcome
     from roughcontact.surface.surface import Surface
@@ -40,13 +45,21 @@ _WIDEST = 100
 # What is shown
 
 
-def show(outcome: Outcome) -> None:
+def show(outcome: Outcome, display: Display) -> None:
     """Print what a request gave."""
-    show_result(outcome.found, outcome.request.task, outcome.written, **outcome.beside)
+    from roughcontact.report import kinds
+
+    result, task = outcome.found, outcome.request.task
+    _print_headline(kinds.headline(result, **outcome.beside))
+    if display is Display.VERBOSE:
+        _print_all(result, task, **outcome.beside)
+    else:
+        _print_messages(result.cautions, task)
+    _print_written(outcome.written)
 
 
-def show_result(result: Any, task: Command, written: Sequence[Path] = (), **reference: Any) -> None:
-    """Print what there is to tell of a result, then its files."""
+def _print_all(result: Any, task: Command, **reference: Any) -> None:
+    """Print all there is to tell of a result."""
     from roughcontact.report import kinds
     from roughcontact.report.blocks import Block, Lines
 
@@ -60,7 +73,57 @@ def show_result(result: Any, task: Command, written: Sequence[Path] = (), **refe
                 print()
         else:
             _print_cautions(block.cautions, task)
-    _print_written(written)
+
+
+def _print_headline(headline: Headline) -> None:
+    """Print problem, answer, numbers, and how certain they are."""
+    _print_lines(headline.problem)
+    print()
+    if headline.answer:
+        _print_lines(headline.answer, _INDENT)
+        print()
+    if headline.rows:
+        _print_table(headline.rows, heads=headline.heads, indent=_INDENT)
+    for line in headline.remarks:
+        _print_lines(line, _INDENT)
+    if headline.remarks:
+        print()
+
+
+# Messages of one kind that the screen has room for.
+_MOST = 3
+
+
+def _print_messages(cautions: Iterable[Caution], command: Command) -> None:
+    """Print the first warnings and cautions, and how many messages there are besides."""
+    from roughcontact.cautions import Kind, Severity
+
+    listed = [c for c in cautions if c.kind != Kind.NOT_CONVERGED]
+    told = [c for c in listed if c.severity != Severity.NOTE]
+    lines = [(c.severity, c.text) for c in told[:_MOST]]
+    for severity, text in lines:
+        sentence = terminal.printable(terminal.spelled(text, command))
+        _print_lines(f"{severity.upper()}: {sentence}")
+    more, notes = len(told) - len(lines), len(listed) - len(told)
+    counts = [f"{more} more"] * bool(more) + [units.counted(notes, "note")] * bool(notes)
+    if counts:
+        print(f"{', '.join(counts)}: --verbose")
+    if lines or counts:
+        print()
+
+
+def _print_lines(text: str, indent: str = "") -> None:
+    """Print a sentence, wrapped; a number keeps its unit."""
+    joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.printable(text))
+    wrapped = textwrap.wrap(
+        joined, _width(), initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False
+    )
+    for line in wrapped:
+        print(line.replace("\N{NO-BREAK SPACE}", " "))
+
+
+_UNIT = re.compile(r"(\d) (\S)")
+_INDENT = "  "
 
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
@@ -166,9 +229,23 @@ def _print_written(written: Iterable[Path], words: str = "written:") -> None:
         print()
 
 
-def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
+def show_info(measured: Measured, channels: Sequence[Channel], file: str, display: Display) -> None:
     """Print what is in a file."""
     from roughcontact.contact.plausibility import implausible_slope
+    from roughcontact.report import inputs
+
+    _print_headline(inputs.headline(measured, Path(file).name))
+    if display is Display.VERBOSE:
+        _print_parameters(measured, channels)
+    else:
+        print("All parameters and channels: --verbose")
+        print()
+    mistaken = implausible_slope(measured.leveled.Sdq)
+    _print_messages([] if mistaken is None else [mistaken], INFO)
+
+
+def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
+    """Print all parameters and channels of a file."""
     from roughcontact.report import blocks, inputs
     from roughcontact.report.fields import rows_of
 
@@ -189,8 +266,6 @@ def show_info(measured: Measured, channels: Sequence[Channel]) -> None:
             for name, (_, meaning) in inputs.ROUGHNESS.items()
         ]
         _print_table(roughness, heads=("after plane", "", ""))
-    mistaken = implausible_slope(measured.leveled.Sdq)
-    _print_cautions([] if mistaken is None else [mistaken], INFO)
 
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:
@@ -235,9 +310,14 @@ def show_demo(
 # Printing
 
 
-def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False) -> None:
+def _print_table(
+    *blocks: Sequence[Cells], heads: Cells = (), fold: bool = False, indent: str = ""
+) -> None:
     """Print rows under their heads; ``fold`` where the first column may take several lines."""
-    table = Table(box=box.SIMPLE, show_header=bool(heads), pad_edge=False, show_edge=False)
+    form = None if indent else box.SIMPLE
+    table = Table(
+        box=form, show_header=bool(heads), pad_edge=False, show_edge=False, padding=(0, 2, 0, 0)
+    )
     names = heads or ("",) * len(next(filter(None, blocks))[0])
     for index, head in enumerate(names):
         table.add_column(head, overflow="fold", no_wrap=index == 0 and not fold)
@@ -248,7 +328,7 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False
             texts = (terminal.printable(terminal.spelled(cell)) for cell in row)
             table.add_row(*map(Text, texts))
         table.add_section()
-    _print(table)
+    _print(table, indent)
     print()
 
 
@@ -279,15 +359,16 @@ def _print_told(lines_told: Iterable[tuple[str, str]], command: Command = SOLVE)
         print()
 
 
-def _print(thing: Table | Text) -> None:
-    """Print text laid out by Rich, without its trailing blanks and its colours."""
-    # A pipe has no width: the same text for everyone, whatever COLUMNS says.
-    width = min(Console().width, _WIDEST) if sys.stdout.isatty() else _WIDTH
+def _width() -> int:
+    """Return how many columns there are; a pipe has no width: the same text for everyone."""
+    return min(Console().width, _WIDEST) if sys.stdout.isatty() else _WIDTH
+
+
+def _print(thing: Table | Text, indent: str = "") -> None:
+    """Print text laid out by Rich, without its trailing blanks and its colors."""
     # Printed here, since Rich ends with status 1 where a pipe is closed: "not converged".
     text = io.StringIO()
+    width = _width() - len(indent)
     Console(file=text, width=width, color_system=None, highlight=False).print(thing)
     for line in text.getvalue().splitlines():
-        print(line.rstrip())
-
-
-# What the commands that carry out a request show of it: a table or JSON, and the exit status.
+        print((indent + line).rstrip())

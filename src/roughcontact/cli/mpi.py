@@ -8,7 +8,7 @@ from collections.abc import Callable
 import typer
 
 from roughcontact.cli import result_output, terminal
-from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED
+from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, Display
 from roughcontact.errors import RoughcontactError
 from roughcontact.ranks import Ranks, world
 from roughcontact.request import elastoplastic_mpi, slab_mpi, solve
@@ -17,11 +17,11 @@ from roughcontact.request.request import Request
 _FAILED = 1
 
 
-def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
+def carry_out(ask: Callable[[], Request], display: Display) -> None:
     """Carry out a request on all ranks that ``mpiexec`` started, and show what it gave."""
     ranks = world()
     try:
-        _carry_out(ask(), ranks, as_json, quiet)
+        _carry_out(ask(), ranks, display)
     except (RoughcontactError, OSError) as error:
         # Where all have the same error, the first tells it.
         if not ranks.all_end():
@@ -43,17 +43,17 @@ def carry_out(ask: Callable[[], Request], as_json: bool, quiet: bool) -> None:
         ranks.abort(_FAILED)
 
 
-def _carry_out(request: Request, ranks: Ranks, as_json: bool, quiet: bool) -> None:
+def _carry_out(request: Request, ranks: Ranks, display: Display) -> None:
     from roughcontact.report import phrases
 
     run = elastoplastic_mpi.run if request.get(solve.MODEL) == solve.VOLUME_MODEL else slab_mpi.run
     time_left = phrases.Forecast()
-    with terminal.progress(quiet or not ranks.first) as say:
+    with terminal.progress(display is Display.QUIET or not ranks.first) as say:
         outcome = run(
             request, ranks, say, lambda state: say(phrases.described(state) + time_left(state))
         )
     if ranks.first:
-        result_output.show_outcome(outcome, as_json, quiet)
+        result_output.show_outcome(outcome, display)
     elif outcome.failure is not None:
         raise outcome.failure
     elif not outcome.converged:

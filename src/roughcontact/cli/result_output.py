@@ -8,7 +8,7 @@ import typer
 
 from roughcontact import units
 from roughcontact.cli import terminal
-from roughcontact.cli.terminal import NOT_CONVERGED
+from roughcontact.cli.terminal import NOT_CONVERGED, Display
 from roughcontact.files import to_json
 from roughcontact.request.options import FOLDER
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from roughcontact.request.outcome import Outcome
 
 
-def show_outcome(outcome: Outcome, as_json: bool, quiet: bool) -> None:
+def show_outcome(outcome: Outcome, display: Display) -> None:
     """Show what a request gave, and end where it gave no solution."""
     request, folder = outcome.request, outcome.request.get(FOLDER)
-    if as_json:
+    if display is Display.JSON:
         # Of this run alone: what was solved is the same, taken from a folder or not.
         about = {} if folder is None else {"reused": outcome.reused}
         print(to_json({**outcome.record(), **about}))
-    elif not quiet:
+    elif display is not Display.QUIET:
         # What draws tables takes time to import.
         from roughcontact.cli import console
 
-        console.show(outcome)
+        console.show(outcome, display)
         if outcome.reused:
             loads = units.counted(outcome.reused, "load")
             print(f"taken from {folder}, solved by an earlier run: {loads}")

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from enum import Enum, auto
 from typing import TYPE_CHECKING, TextIO
 
 from roughcontact import processes
@@ -46,6 +47,15 @@ EVERY = 10.0
 
 LINE = "progress: "
 """How such a line begins."""
+
+
+class Display(Enum):
+    """How a result is shown."""
+
+    BRIEF = auto()
+    VERBOSE = auto()
+    JSON = auto()
+    QUIET = auto()
 
 
 @contextlib.contextmanager

@@ -391,7 +391,7 @@ def roll(
         Where the state after every step is kept, in one folder a pass; the same call goes on from
         there and ends with the same numbers.
     on_step : callable, optional
-        ``on_step(number, step, state)`` is called after each step of each pass, with those that stand
+        ``on_step(number, step, state)`` is called after each step of each pass, with those that
         whole in the folder, too. The folder then keeps all of them whole.
 
     Returns

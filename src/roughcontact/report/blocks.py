@@ -11,8 +11,8 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.share import Share
 from roughcontact.material.material import Material
 from roughcontact.report import inputs
-from roughcontact.report.fields import PROBLEM, TRUST, Row, rows_of
-from roughcontact.report.kind import Kind
+from roughcontact.report.fields import PROBLEM, TRUST, Headline, Row, rows_of
+from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.phrases import is_rigid
 
 Cells = tuple[str, ...]
@@ -57,6 +57,28 @@ def title(row: Row) -> str:
 def cells(rows: Iterable[Row]) -> list[Cells]:
     """Return names and values of rows."""
     return [(title(row), row.text) for row in rows]
+
+
+# Steps that are shown of many: so many of the first, and so many of the last.
+_ENDS = 4
+
+
+def some(rows: Sequence[Cells]) -> Sequence[Cells]:
+    """Return the first and the last of many rows."""
+    if len(rows) <= 2 * _ENDS:
+        return rows
+    return [*rows[:_ENDS], ("…",) * len(rows[0]), *rows[-_ENDS:]]
+
+
+def headline(kind: Kind, result: Any, **more: Any) -> Headline:
+    """Return what is said first of a result."""
+    listed: CellTable
+    listed = kind.listing(result, True) if kind.numbers is None else kind.numbers(result, **more)
+    heads, rows = listed
+    return Headline(
+        kind.problem(result), kind.answer(result, **more), heads, some(rows),
+        kind.remarks(result, **more),
+    )  # fmt: skip
 
 
 def trust(kind: Kind, result: Any) -> list[Cells]:

@@ -27,6 +27,7 @@ from roughcontact.report import (
     inputs,
     page,
     phrases,
+    problem,
 )
 from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.fields import (
@@ -44,7 +45,7 @@ from roughcontact.report.fields import (
     within,
 )
 from roughcontact.report.figure_data import Illustration
-from roughcontact.report.kind import Kind, Use
+from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, joined
 from roughcontact.statistics import Difference, Mean
 from roughcontact.studies.comparison import Comparison
@@ -708,6 +709,72 @@ def _works(study: SamplingStudy) -> Iterator[Use]:
     yield cited("intervals of the means", "Student1908")
 
 
+# --- What is said first ---
+
+
+def _first_problem(result: Comparison | SamplingStudy) -> str:
+    pressure = f"{problem.size(result.pressure, 'Pa')} nominal"
+    if isinstance(result, SamplingStudy):
+        return f"{result.name}, {pressure}"
+    groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]
+    return f"{' and '.join(groups)} maps, {pressure}"
+
+
+def _change(result: Comparison, name: str) -> str:
+    """Return the difference of the first two groups with its interval; nothing where unknown."""
+    difference, base = result.differences(name)[0, 1], result.mean(0, name).value
+    if not (difference.known and base > 0):
+        return ""
+    value, low, high = (
+        f"{100 * end / base:+.2g}" for end in (difference.value, difference.low, difference.high)
+    )
+    mark = " *" if difference.excludes_zero else ""
+    return f"{value} % ({low} to {high} %){mark}".replace("-", "−")
+
+
+def _first_answer(result: Comparison | SamplingStudy) -> str:
+    """Return whether the contact area differs, and by how much."""
+    if isinstance(result, SamplingStudy):
+        return f"{answer(result)}."
+    name = result.names[0]
+    if len(result.groups) < 2:
+        return f"On average {_mean(name, result.mean(0, name))} of the face is in contact."
+    groups, change = result.groups, _change(result, name)
+    pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
+    if not change:
+        return f"Too few maps to compare {pair}."
+    if result.differences(name)[0, 1].excludes_zero:
+        return f"The contact area differs: {pair} {change.removesuffix(' *')}, {LEVEL}."
+    return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
+
+
+def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
+    """Return a few means and their difference."""
+    if isinstance(result, SamplingStudy):
+        heads, rows = SAMPLING_KIND.listing(result, brief=True)
+        return heads, rows
+    names = [name for name in _FIRST if name in result.names]
+    several = len(result.groups) > 1
+    heads = tuple(group.name or "mean" for group in result.groups)
+    rows = [
+        (
+            capital(name_of(name)),
+            *(_mean(name, result.mean(index, name)) for index in range(len(result.groups))),
+            *([_change(result, name)] if several else ()),
+        )
+        for name in names
+    ]
+    return ("", *heads, *(["difference"] if several else ())), rows
+
+
+def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
+    if isinstance(result, SamplingStudy):
+        return ()
+    count = len(result.names)
+    mark = "* significant (95 %); " if len(result.groups) > 1 else ""
+    return (f"{mark}±: half of the {LEVEL} interval; {count} quantities: --verbose",)
+
+
 def shown(result: Comparison | SamplingStudy) -> Blocks:
     """Return what the console shows: means, differences, shares of the scatter; areas needed."""
     parts = blocks.table(blocks.cells(kind_of(result).rows(result, PROBLEM, brief=True)))
@@ -726,10 +793,12 @@ def shown(result: Comparison | SamplingStudy) -> Blocks:
 KIND = Kind(
     Comparison, COMPARISON, COMPARISON_COLUMNS, works=citations.of_comparison,
     figures=(Illustration("comparison", overview, "", ""),), report=render, blocks=shown,
+    problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
 )  # fmt: skip
 SAMPLING_KIND = Kind(
     SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
     figures=(Illustration("sampling", sampling, "", ""),), report=render, blocks=shown,
+    problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
 )  # fmt: skip
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from roughcontact.joint.conductance import CASES, CORRELATED, EVEN_FLOW, SPOTTED, Conductance
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures
+from roughcontact.report import contact_fields, figures, problem
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
-from roughcontact.report.kind import Kind
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.report.kind import CellTable, Kind
+from roughcontact.units import changed_by, engineering, percent, plain
 
 TITLE = "What the contact conducts"
 """Of the chapter in a report."""
@@ -229,9 +229,65 @@ def sentences(result: Conductance) -> tuple[str, ...]:
     )  # fmt: skip
 
 
+# --- What is said first ---
+
+
+def _told(result: Conductance, index: int) -> list[str]:
+    """Return conductance and resistance under one of the loads."""
+    texts = []
+    if _thermal(result):
+        if _by_area(result):
+            h = result.thermal_conductance[index]
+            texts.append(f"h = {problem.size(h, 'W/(m² K)')}")
+        else:
+            texts.append(f"R = {problem.size(result.thermal_resistance[index], 'K/W')} (thermal)")
+    if _electrical(result):
+        resistance = result.electrical_resistance[index]
+        if _by_area(result):
+            area = resistance * result.nominal_area
+            texts.append(f"R·A = {plain(area * 1e12, 3)} Ω µm²")
+        else:
+            texts.append(f"R = {problem.size(resistance, 'Ω')}")
+    return texts
+
+
+def _answer(result: Conductance) -> str:
+    return f"At {problem.load(result.largest)}: {', '.join(_told(result, -1))}."
+
+
+def _numbers(result: Conductance) -> CellTable:
+    """Return pressure, contact, conductance and resistance of each load."""
+    heads = ["pressure", "contact"]
+    heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
+    heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
+    rows = [
+        (
+            problem.size(load / result.nominal_area, "Pa"),
+            contact,
+            *(text.partition(" = ")[2].removesuffix(" (thermal)") for text in _told(result, index)),
+        )
+        for index, (load, contact) in enumerate(
+            zip(result.column("load"), _share("contact_area")(result), strict=True)
+        )
+    ]
+    return tuple(heads), rows
+
+
+def _remarks(result: Conductance) -> tuple[str, ...]:
+    """Return what a filled gap adds, what the pixel changes, and how exactly it is solved."""
+    lines = []
+    if _filled(result):
+        lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
+    if result.coarser is not None:
+        lines.append(f"Grid of twice the pixel: length {changed_by(result.coarser.length)}")
+    return (*lines, problem.status(result.largest))
+
+
 KIND = Kind(
     Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, title=TITLE, sentences=sentences,
-    figures=figures.CONDUCTANCE, contact=attrgetter("largest"),
+    figures=figures.CONDUCTANCE, contact=attrgetter("largest"), answer=_answer, numbers=_numbers,
+    remarks=_remarks,
+    problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
     works=lambda _: (
         cited("conductance from the stiffness", "Barber2003"),
         cited("resistance of the spots", "Holm1967", "Greenwood1966"),

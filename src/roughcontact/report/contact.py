@@ -5,6 +5,7 @@ Everything in it comes from the results that are handed over; nothing is solved 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +15,7 @@ import numpy as np
 
 from roughcontact.cautions import ordered
 from roughcontact.contact import plausibility
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Share, Slab
 from roughcontact.contact.solve import with_ceiling
 from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
@@ -32,6 +33,7 @@ from roughcontact.report import (
     inputs,
     load_curve as curves,
     page,
+    problem,
     python_script,
     regimes,
     uncertainty,
@@ -48,11 +50,12 @@ from roughcontact.report.fields import (
     rows_of,
     side_by_side,
 )
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, ExtraChapter, PageTable
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.resolution_study import ResolutionStudy
-from roughcontact.units import engineering, percent
+from roughcontact.studies.uncertainty import Interval
+from roughcontact.units import changed_by, counted, engineering, percent
 
 
 def render(
@@ -402,15 +405,142 @@ def beside_calibrated(
     return _ceilings(result), [(row, (row.text, calibrated.get(row.key, ""))) for row in answer]
 
 
+# --- What is said first ---
+
+# Contact areas of rough and smooth bodies that are the same within this.
+_ALIKE = 0.05
+
+
+def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
+    """Return how much of a face touches, with its interval, and whether it yields."""
+    if not result.converged:
+        return "No solution: do not use these numbers."
+    if not result.contact_area:
+        return "The bodies do not touch."
+    interval = uncertainty.of_area(result, study)
+    smooth = result.hertz if hertz_comparison.applies(result) else None
+    if smooth is not None:
+        return _beside_hertz(result, smooth.area, interval)
+    what = "profile" if result.pair.is_profile else "face"
+    ends = _ends(interval, lambda value: problem.share(value))
+    share = problem.share(result.contact_fraction)
+    return f"{share} of the {what} is in contact{ends}{_yields(result)}"
+
+
+def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
+    if interval is None or interval.low == interval.high:
+        return ""
+    if math.isinf(interval.high):
+        return f" (at least {form(interval.low)})"
+    text = problem.between(interval.low, interval.high, form)
+    return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
+
+
+def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | None) -> str:
+    unit = "m" if result.pair.is_profile else "m²"
+    ends = _ends(interval, lambda value: problem.size(value * result.nominal_area, unit))
+    area, ratio = problem.size(result.contact_area, unit), result.contact_area / smooth
+    if abs(ratio - 1) < _ALIKE:
+        return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
+    return (
+        f"Roughness carries the load on {area}{ends}, {problem.share(ratio)} of the Hertz contact."
+    )
+
+
+_YIELDING = {
+    Regime.BELOW_FIRST_YIELD: "nothing yields",
+    Regime.YIELDING_BELOW: "it yields below the surface",
+    Regime.BEYOND_CEILING: "the elastic pressure exceeds what the metal can carry",
+    Regime.BEYOND_HARDNESS: "the elastic pressure exceeds the hardness",
+    Regime.UNKNOWN: "yielding is unknown without a yield strength",
+}
+
+
+def _yields(result: ContactResult) -> str:
+    if result.regime is Regime.SATURATED:
+        share = problem.share(result.saturated_fraction / result.contact_fraction)
+        return f"; {share} of that is at the pressure ceiling."
+    return f"; {_YIELDING[result.regime]}."
+
+
+def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
+    """Return the numbers of a contact that are said first."""
+    if not result.contact_area:
+        return (), [("Load", problem.size(result.load, result.pair.load_unit))]
+    if hertz_comparison.applies(result):
+        return hertz_comparison.HEADS, hertz_comparison.rows(result)
+    unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
+    nominal = problem.size(result.nominal_area, unit)
+    area = f"{problem.size(result.contact_area, unit)} of {nominal}"
+    if not result.pair.is_shared:
+        area += f", {counted(result.spots().count, 'spot')}"
+    rows = [
+        (f"Real contact {what}", area),
+        (
+            "Contact pressure",
+            f"{problem.size(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
+        ),
+        ("Mean gap", problem.size(result.mean_gap, "m")),
+    ]
+    if result.control == "load":
+        rows.append(("Approach", f"{problem.size(result.approach, 'm')} from first contact"))
+    else:
+        rows.insert(0, ("Load", problem.size(result.load, result.pair.load_unit)))
+    if result.saturated_fraction:
+        depth = problem.size(result.totals.max_indentation, "m")
+        rows.append(("Residual indentation", f"{depth} at most"))
+    if result.moments is not None:
+        rows.append(("Tilt (y, x)", ", ".join(problem.size(value, "rad") for value in result.tilt)))
+    return (), rows
+
+
+def _upper(result: ContactResult) -> str:
+    """Return the ceiling that is reached, or the largest pressure below it."""
+    if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
+        return f"{problem.size(result.max_pressure, 'Pa')} peak"
+    assert result.ceiling is not None
+    return f"ceiling {problem.size(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
+
+
+def _in_strengths(result: ContactResult) -> str:
+    body = result.pair.softer
+    if body is None or body.yield_strength is None:
+        return ""
+    return f" ({float(result.ceiling or 0) / body.yield_strength:.3g} σ_Y)"
+
+
+def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[str, ...]:
+    """Return what the interval comes from, the numbers of the other ceiling, and the status."""
+    if not result.converged:
+        return (problem.status(result),)
+    interval = uncertainty.of_area(result, study) if result.load else None
+    lines = [] if interval is None else [uncertainty.sources(interval)]
+    return tuple(filter(None, (*lines, _calibrated(result), problem.status(result))))
+
+
+def _calibrated(result: ContactResult) -> str:
+    """Return contact and gap under the calibrated ceiling; nothing where they are the same."""
+    other = result.calibrated
+    if other is None or not other.differs:
+        return ""
+    area = changed_by(other.contact_fraction / result.contact_fraction - 1)
+    gap = changed_by(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
+    return (
+        f"With the calibrated ceiling ({other.factor:.3g} σ_Y): contact "
+        f"{problem.share(other.contact_fraction)} ({area}), mean gap "
+        f"{problem.size(other.mean_gap, 'm')} ({gap})"
+    )
+
+
 def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
     """Return what the console shows: problem, answer, trust and how sure; then cautions, study."""
     kind = kind_of(result)
     heads, answer = beside_calibrated(kind, result, brief=True)
-    problem, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
+    stated, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
     rows = [(blocks.title(row), *texts) for row, texts in answer]
-    parts = blocks.table(problem, rows, trust)
+    parts = blocks.table(stated, rows, trust)
     if heads:
-        parts = [Block((problem,)), Block((rows,), ("", *heads)), Block((trust,))]
+        parts = [Block((stated,)), Block((rows,), ("", *heads)), Block((trust,))]
     if result.converged and result.load:
         parts += blocks.table(uncertainty.uncertainty_rows(result, study), heads=uncertainty.HEADS)
     if hertz_comparison.applies(result):
@@ -428,6 +558,7 @@ KIND = Kind(
         section, pressure_histogram,
     ),
     works=citations.of_contact, save=export.save_contact, report=compared, blocks=shown,
+    problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
 )  # fmt: skip
 PROFILE_KIND = replace(
     KIND, table=contact_fields.PROFILE_CONTACT, when=lambda result: result.pair.is_profile,

@@ -22,14 +22,16 @@ from roughcontact.report import (
     contact_fields,
     figures,
     page,
+    phrases,
+    problem,
     python_script,
     regimes,
 )
 from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import PROBLEM, TRUST, rows_of
-from roughcontact.report.kind import Kind
+from roughcontact.report.fields import PROBLEM, TRUST, rows_of, tiny
+from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, ExtraChapter, PageTable
-from roughcontact.units import engineering
+from roughcontact.units import counted, engineering, percent
 
 
 @dataclass(frozen=True)
@@ -184,6 +186,57 @@ def _certificate(result: ElastoplasticResult) -> Chapter:
     return chapter
 
 
+# --- What is said first ---
+
+
+def _answer(result: ElastoplasticResult) -> str:
+    """Return how much touches, and how deep plastic strain reaches."""
+    if not result.converged:
+        return "No solution: the numbers are those of the last load that was reached."
+    depth = f"plastic strain reaches {problem.size(result.plastic_depth, 'm')} deep"
+    if not result.plastic_volume:
+        depth = "nothing yields"
+    if not result.solution.load:
+        dent = problem.size(float(result.residual_displacement.max()), "m")
+        return f"Unloaded: a dent of {dent} remains; {depth}."
+    return f"{problem.share(result.solution.contact_fraction)} of the face is in contact; {depth}."
+
+
+def _numbers(result: ElastoplasticResult) -> CellTable:
+    """Return the numbers that are said first."""
+    contact, rows = result.solution, []
+    if contact.load:
+        area, mean = contact.contact_area, contact.load / contact.contact_area
+        whole = problem.size(contact.nominal_area, "m²")
+        rows = [
+            ("Real contact area", f"{problem.size(area, 'm²')} of {whole}"),
+            (
+                "Contact pressure",
+                f"{problem.size(mean, 'Pa')} mean; {problem.size(contact.max_pressure, 'Pa')} peak",
+            ),
+            ("Approach", f"{problem.size(contact.approach, 'm')} from first contact"),
+        ]
+    strain = percent(result.max_plastic_strain)
+    volume = KIND.row(result, "plastic_volume").text
+    return (), [
+        *rows,
+        ("Plastic depth", problem.size(result.plastic_depth, "m")),
+        ("Plastic strain", f"{strain} at most, in {volume}"),
+        ("Residual displacement", KIND.row(result, "max_residual_displacement").text),
+    ]
+
+
+def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
+    """Return the error of the load steps, and how exactly it is solved."""
+    status = (
+        f"Solved: residual {tiny(result.residual)} (limit {result.tolerance:.0e}), "
+        f"{counted(len(result.increments), 'increment')}"
+        if result.converged
+        else f"Not converged: {result.status}. Do not use these numbers."
+    )
+    return f"Load steps: {phrases.step_error(result)}", status
+
+
 def shown(result: ElastoplasticResult) -> Blocks:
     """Return what the console shows: problem, answer and trust, then cautions."""
     problem = blocks.problem(KIND, result, result.solution)
@@ -199,4 +252,6 @@ KIND = Kind(
         plots.convergence,
     ),
     works=citations.of_volume, save=export.save_volume, report=render, blocks=shown,
+    problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
+    remarks=_remarks,
 )  # fmt: skip

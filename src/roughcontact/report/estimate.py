@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
-from roughcontact.report import blocks
+from roughcontact.report import blocks, problem
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import ANSWER, PROBLEM, Quantity, Table
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import engineering, percent
 
 _ENDS = ("low", "high")
@@ -137,6 +138,40 @@ BESIDE: Table = (
 """Of a `ContactResult` that is nominally flat, beside what was solved."""
 
 
+# --- What is said first ---
+
+
+def _problem(result: Estimate) -> str:
+    parts = [f"Sq {problem.size(result.roughness.Sq, 'm')}"]
+    if result.roughness.Sdq is not None:
+        parts.append(f"Sdq {result.roughness.Sdq:.3g}")
+    if result.roughness.Sal is not None:
+        parts.append(f"Sal {problem.size(result.roughness.Sal, 'm')}")
+    return f"Nominally flat surface, {', '.join(parts)}, {problem.size(result.pressure, 'Pa')}"
+
+
+def _ends(result: Range, form: Callable[[float], str]) -> str:
+    return f"{form(result.value)} ({problem.between(result.low, result.high, form)})"
+
+
+def _answer(result: Estimate) -> str:
+    """Return the contact, with its interval."""
+    return f"About {_ends(result.contact, problem.share)} of the face is in contact."
+
+
+def _numbers(result: Estimate) -> CellTable:
+    """Return gap, saturated area, plastic depth and plasticity index."""
+    length = partial(problem.size, unit="m")
+    rows = [("Mean gap", _ends(result.gap, length))]
+    if result.saturated is not None:
+        rows.append(("At the ceiling", _ends(result.saturated, problem.share)))
+    if result.plastic_volume is not None:
+        rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
+    if result.plasticity_index is not None:
+        rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
+    return (), rows
+
+
 def shown(result: Estimate) -> Blocks:
     """Return what the console shows: what formulas were given, and what they say."""
     parts = (blocks.cells(KIND.rows(result, part, brief=True)) for part in (PROBLEM, ANSWER))
@@ -146,5 +181,8 @@ def shown(result: Estimate) -> Blocks:
 KIND = Kind(
     Estimate, ESTIMATE,
     works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
-    blocks=shown,
+    blocks=shown, problem=_problem, answer=_answer, numbers=_numbers,
+    remarks=lambda _: (
+        "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",
+    ),
 )  # fmt: skip

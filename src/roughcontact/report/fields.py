@@ -12,6 +12,8 @@ from roughcontact.units import engineering, plain
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
 """Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
 
+Cells = tuple[str, ...]
+
 ABSENT = "–"
 """What stands where one of several results has no such quantity."""
 
@@ -32,6 +34,17 @@ class Row:
     def title(self) -> str:
         """Name and symbol, as the first cell of a row."""
         return capital(f"{self.name} {self.symbol}".rstrip())
+
+
+@dataclass(frozen=True)
+class Headline:
+    """What is said first: problem, answer, a few numbers, and how certain they are."""
+
+    problem: str
+    answer: str
+    heads: Cells
+    rows: Sequence[Cells]
+    remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -116,7 +129,6 @@ def sizable(key: str) -> Callable[[Any], Sequence[float]]:
 
 
 Table = Sequence[Quantity]
-Cells = tuple[str, ...]
 Columns = Sequence[Column]
 
 

@@ -11,10 +11,18 @@ import numpy as np
 
 from roughcontact.material.material import Material
 from roughcontact.report import phrases
-from roughcontact.report.fields import ABSENT, Quantity, Table, quantity_of, within, written
+from roughcontact.report.fields import (
+    ABSENT,
+    Headline,
+    Quantity,
+    Table,
+    quantity_of,
+    within,
+    written,
+)
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent, plain
+from roughcontact.units import engineering, lengths, percent, plain
 
 if TYPE_CHECKING:
     from roughcontact.contact.share import Share
@@ -153,6 +161,44 @@ def _both(name: str, unit: str) -> Quantity:
         return f"{first}, after plane {second}"
 
     return Quantity(name, name, unit=unit, of=f"surface.{name}", text=text)
+
+
+# Of a texture that runs one way, of one that is the same all around, of a Gaussian surface.
+_DIRECTED, _ISOTROPIC, _SKEWED, _PEAKED = 0.3, 0.5, 0.5, 1.0
+
+
+def _character(values: Mapping[str, float]) -> str:
+    """Return how the heights of a map are distributed, and along what."""
+    texture = "Directional" if values["Str"] < _DIRECTED else "Isotropic"
+    if math.isnan(values["Str"]) or _DIRECTED <= values["Str"] < _ISOTROPIC:
+        texture = "Weakly directional"
+    gaussian = abs(values["Ssk"]) < _SKEWED and abs(values["Sku"] - 3) < _PEAKED
+    return f"{texture}, {'Gaussian' if gaussian else 'not Gaussian'}"
+
+
+def headline(result: Measured, name: str) -> Headline:
+    """Return what is said first of a file: its grid, what kind of map it is, its roughness."""
+    surface, leveled = result.surface, result.leveled
+    about = surface.provenance.instrument or "height map"
+    if surface.is_profile:
+        grid = f"{surface.shape[1]} points, {lengths((surface.size[1],))}"
+        roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
+        return Headline(f"{name}: {about}, profile, {grid}", "", (), roughness, ())
+    values = leveled.roughness()
+    ny, nx = surface.shape
+    grid = f"{ny} × {nx} points, {lengths(surface.size)}, pixel {lengths(surface.pixel)}"
+    missing = surface.missing
+    state = "complete" if not missing else f"{percent(missing / surface.heights.size)} missing"
+    action = "ready to solve" if not missing else "choose --missing fill, mask or crop"
+    notes = leveled.resolution_notes()
+    rows = [
+        (" ".join(f"{key} {parameter(key, values)}" for key in keys),)
+        for keys in (("Sq", "Sa", "Sz", "Ssk", "Sku"), ("Sdq", "Sal", "Str", "Spk", "Svk"))
+    ]
+    remarks = tuple(f"Resolution: {note}" for note in notes[:1])
+    return Headline(
+        f"{name}: {about}, {grid}", f"{_character(values)}, {state}; {action}.", (), rows, remarks
+    )
 
 
 FILE: Table = (

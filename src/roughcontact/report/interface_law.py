@@ -12,10 +12,10 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.interface_law import interface_law
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures
+from roughcontact.report import contact_fields, figures, problem
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, quantity_of
-from roughcontact.report.kind import Kind, Use
+from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.statistics import LEVEL
 from roughcontact.units import counted, engineering, percent, plain
 
@@ -192,6 +192,71 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
     )  # fmt: skip
 
 
+# --- What is said first ---
+
+
+def _problem(law: InterfaceLaw) -> str:
+    contact = law.largest
+    what = problem.bodies(contact)
+    if len(law.maps) > 1:
+        what = f"{counted(len(law.maps), 'map')}, {what}"
+    return f"{what}{problem.boundary(contact)}"
+
+
+def _answer(law: InterfaceLaw) -> str:
+    """Return how far the faces approach over the pressures, and how stiff the joint is."""
+    steps = law.of_branch(law.branches[0])
+    first, last = steps[0], steps[-1]
+    ends = problem.between(first.pressure, last.pressure, lambda value: problem.size(value, "Pa"))
+    by = problem.size(first.separation - last.separation, "m")
+    stiffness = f"{_per_length(first.stiffness)} to {_per_length(last.stiffness)} GPa/µm"
+    return f"From {ends} the faces approach by {by}; stiffness {stiffness}."
+
+
+def _numbers(law: InterfaceLaw) -> CellTable:
+    """Return separation, contact and stiffness at some pressures while loading."""
+    steps = law.of_branch(law.branches[0])
+    several, flows = _several(law), _flows(law)
+    heads = ["pressure", "separation", *(["±"] * several), "contact", "stiffness"]
+    heads += ["unloading"] * flows
+    rows = []
+    for step in steps:
+        row = [problem.size(step.pressure, "Pa"), problem.size(step.separation, "m")]
+        row += [engineering(step.separation_half, "m", 2)] * several
+        row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
+        row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
+        rows.append(tuple(row))
+    return tuple(heads), _ends(rows)
+
+
+# Rows of many that are said first.
+_MOST = 7
+
+
+def _ends(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Return some of many rows, evenly spaced, with both ends."""
+    if len(rows) <= _MOST:
+        return rows
+    return [rows[round(i * (len(rows) - 1) / (_MOST - 1))] for i in range(_MOST)]
+
+
+def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
+    """Return where the maps resolve the law, and how well it is known between the pressures."""
+    lines = [f"Resolved: {_range(law)}"]
+    error = max(law.curve(branch).error for branch in law.branches)
+    if not math.isnan(error):
+        lines[0] += f"; interpolation error {100 * error:.2g} %"
+    if _several(law):
+        lines.append(f"±: half of the {100 * LEVEL:.0f} % interval of the mean over the maps")
+    if len(law.branches) > 1:
+        last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
+        lines.append(
+            f"Unloaded to {problem.size(last.pressure, 'Pa')}: {problem.size(last.separation, 'm')}"
+            f", contact {percent(last.contact_fraction)}"
+        )
+    return tuple(lines)
+
+
 def _works(law: InterfaceLaw) -> Iterator[Use]:
     yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
     yield cited("asperities", "Greenwood1970", "Nayak1971")
@@ -202,4 +267,5 @@ def _works(law: InterfaceLaw) -> Iterator[Use]:
 KIND = Kind(
     InterfaceLaw, LAW, LAW_COLUMNS, title=TITLE, sentences=sentences, figures=figures.LAW,
     plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=export.save_law,
+    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
 )  # fmt: skip

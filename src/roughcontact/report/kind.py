@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Use = tuple[str, tuple[Reference, ...]]
+Cells = tuple[str, ...]
+CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
 
 
-def _none(_: Any) -> tuple[Any, ...]:
+def _none(_: Any, **__: Any) -> tuple[Any, ...]:
     return ()
 
 
@@ -57,7 +59,9 @@ class Kind:
     title: str = ""  # Of its chapter in the report on the contact that it is of
     problem: Callable[[Any], str] = _empty  # Bodies and load in one line
     question: Callable[[Any], str] = _empty  # What was asked, the title of its report
-    answer: Callable[[Any], str] = _empty  # The answer in one sentence, with its interval
+    answer: Callable[..., str] = _empty  # The answer in one sentence, with its interval
+    numbers: Callable[..., CellTable] | None = None  # A few of them, in place of the steps
+    remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
     sentences: Callable[[Any], tuple[str, ...]] = _none
     figures: Illustrations = ()  # Of reports, and for `--figures`
     scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of

@@ -30,7 +30,7 @@ from roughcontact.report import (
     uncertainty,
 )
 from roughcontact.report.blocks import Blocks
-from roughcontact.report.fields import ANSWER, Row
+from roughcontact.report.fields import ANSWER, Headline, Row
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import Edition, ExtraChapter, sentence
 from roughcontact.units import engineering
@@ -127,8 +127,13 @@ def references(result: Any) -> References:
     return citations.of(of(result), result)
 
 
+def headline(result: Any, **more: Any) -> Headline:
+    """Return what is said first of a result."""
+    return blocks.headline(of(result), result, **more)
+
+
 def shown(result: Any, **more: Any) -> Blocks:
-    """Return what the console shows of a result."""
+    """Return all that the console shows of a result."""
     kind = of(result)
     show = kind.blocks or partial(blocks.usual, kind)
     return show(result, **more)

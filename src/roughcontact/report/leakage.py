@@ -13,12 +13,12 @@ import numpy as np
 from roughcontact.joint.leakage import AXES, Leakage
 from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.references import cited
-from roughcontact.report import contact_fields
+from roughcontact.report import contact_fields, problem
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
 from roughcontact.report.figure_data import Illustration, Illustrations
-from roughcontact.report.kind import Kind
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.report.kind import CellTable, Kind
+from roughcontact.units import changed_by, engineering, percent, plain
 
 
 def _seal(result: Leakage) -> str:
@@ -199,6 +199,74 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
     )
 
 
+# --- What is said first ---
+
+# From this many m³/s on a rate is told per second, in cubic millimeters.
+_PER_SECOND = 1e-9
+
+
+def _rate(value: float) -> str:
+    if value >= _PER_SECOND:
+        return f"{plain(value * 1e9, 3)} mm³/s"
+    return f"{plain(value * 3.6e12, 2)} mm³/h"
+
+
+def _flows(result: Leakage, axis: int) -> bool:
+    return bool(result.permeability(axis)[-1])
+
+
+def _answer(result: Leakage) -> str:
+    """Return what leaks under the largest load, or that nothing does."""
+    at = problem.load(result.largest)
+    closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
+    if len(closed) == len(result.axes):
+        return f"Sealed at {at} on this map: no open path along {' or '.join(closed)}."
+    if result.seal is None:
+        texts = [f"{result.permeability(axis)[-1]:.3g} m³ along {AXES[axis]}"
+                 for axis in result.axes if _flows(result, axis)]  # fmt: skip
+        return f"At {at} the permeability is {' and '.join(texts)}."
+    texts = [f"{_rate(result.rate(axis)[-1])} along {AXES[axis]}"
+             for axis in result.axes if _flows(result, axis)]  # fmt: skip
+    return f"It leaks {' and '.join(texts)} at {at}."
+
+
+def _numbers(result: Leakage) -> CellTable:
+    """Return contact, gap, rate and flow factor of each load."""
+    heads = ["pressure", "contact", "mean gap"]
+    columns = [
+        [problem.size(load / result.nominal_area, "Pa") for load in result.column("load")],
+        _share(result),
+        [problem.size(gap, "m") for gap in result.column("mean_gap")],
+    ]
+    for axis in result.axes:
+        if result.seal is None:
+            heads.append(f"k along {AXES[axis]}")
+            columns.append([f"{value:.3g} m³" for value in result.permeability(axis)])
+        else:
+            heads.append(f"leak along {AXES[axis]}")
+            columns.append([_rate(value) for value in result.rate(axis)])
+    for axis in result.axes:
+        heads.append(f"φ {AXES[axis]}")
+        columns.append([f"{value:.3g}" for value in result.flow_factor(axis)])
+    return tuple(heads), list(zip(*columns, strict=True))
+
+
+def _remarks(result: Leakage) -> tuple[str, ...]:
+    """Return what scales the rate, the narrowest place, and how exactly it is solved."""
+    lines = []
+    if result.seal is not None:
+        lines.append("Rate scales with width/length of the land: --seal-width, --seal-length")
+    places = [f"{problem.size(place.gap, 'm')} (along {AXES[axis]})"
+              for axis, place in enumerate(result.steps[-1].constriction)
+              if place is not None and axis in result.axes]  # fmt: skip
+    narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
+    if places:
+        lines.append(narrowest)
+    if result.coarser is not None:
+        lines.append(f"Grid of twice the pixel: {_coarser(result).partition(': ')[2]}")
+    return (*lines, problem.status(result.largest))
+
+
 _FIGURES: Illustrations = (
     Illustration(
         "leak",
@@ -221,7 +289,8 @@ _FIGURES: Illustrations = (
 KIND = Kind(
     Leakage, _TABLE, _COLUMNS, listed=True, title="What leaks through the gap",
     sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
-    contact=attrgetter("largest"),
+    contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
     works=lambda _: (
         cited("flow through the gap", "Patir1978"),
         cited("gas that slips", "Burgdorfer1959"),

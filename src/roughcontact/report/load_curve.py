@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from roughcontact.plots import profiles as draw
 from roughcontact.plots.load_curve import load_curve
-from roughcontact.report import chapters, citations, contact_fields, figures
+from roughcontact.report import chapters, citations, contact_fields, figures, problem
+from roughcontact.report.fields import tiny
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import Chapter, PageTable
 from roughcontact.studies.load_curve import LOW_LOAD, LoadCurve
@@ -38,6 +39,36 @@ def chapter(curve: LoadCurve) -> Chapter:
     return result
 
 
+# --- What is said first ---
+
+
+def _unit(curve: LoadCurve) -> str:
+    return contact_fields.LOAD if curve.is_profile else "N"
+
+
+def _problem(curve: LoadCurve) -> str:
+    name = curve.source or "an unnamed map"
+    control = "loads" if curve.control == "load" else "approaches"
+    first, last = (getattr(step, curve.control) for step in (curve.steps[0], curve.steps[-1]))
+    unit = _unit(curve) if curve.control == "load" else "m"
+    ends = problem.between(first, last, lambda value: problem.size(value, unit))
+    return f"{name}, {len(curve.steps)} {control} from {ends}"
+
+
+def _answer(curve: LoadCurve) -> str:
+    """Return how the contact grows from the first load to the last."""
+    first, last = (curve.steps[n].contact_area / curve.nominal_area for n in (0, -1))
+    what = "profile" if curve.is_profile else "face"
+    ends = problem.between(first, last, problem.share)
+    return f"The contact grows from {ends} of the {what}."
+
+
+def _remarks(curve: LoadCurve) -> tuple[str, ...]:
+    """Return how exactly the steps are solved."""
+    most = max(step.certificate for step in curve.steps)
+    return (f"Solved: {len(curve.steps)} contacts, certificate {tiny(most)} at most",)
+
+
 KIND = Kind(
     LoadCurve,
     contact_fields.CURVE,
@@ -46,6 +77,9 @@ KIND = Kind(
     figures=figures.CURVE,
     plots=(load_curve,),
     works=citations.of_curve,
+    problem=_problem,
+    answer=_answer,
+    remarks=_remarks,
 )
 PROFILE_KIND = replace(
     KIND,

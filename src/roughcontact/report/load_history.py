@@ -17,6 +17,7 @@ from roughcontact.report import (
     figures,
     load_curve as curves,
     page,
+    problem,
     regimes,
 )
 from roughcontact.report.fields import PROBLEM, capital, tiny
@@ -189,7 +190,37 @@ def _titled(chapter: Chapter, title: str) -> Chapter:
     return chapter
 
 
+# --- What is said first ---
+
+
+def _problem(history: LoadHistory) -> str:
+    largest = history.under_largest
+    path = f"{counted(len(history.steps), 'step')}, largest load {problem.load(largest)}"
+    return f"{problem.bodies(largest)}, {path}{problem.boundary(largest)}"
+
+
+def _answer(history: LoadHistory) -> str:
+    """Return what the path leaves behind, and whether more of it would change it."""
+    body = "body" if history.indented_body == "surface" else "counter-body"
+    depth = float(history.indentation.max())
+    if not depth:
+        return f"The {body} keeps no indentation: no point reaches the pressure ceiling."
+    settled = "; loading again adds none" if history.is_elastic_now else ""
+    return f"The {body} keeps an indentation of {problem.size(depth, 'm')} at most{settled}."
+
+
+def _remarks(history: LoadHistory) -> tuple[str, ...]:
+    """Return the energy that is lost, and how exactly the steps are solved."""
+    row = KIND.row(history, "dissipated_energy")
+    most = max(step.certificate for step in history.steps)
+    return (
+        f"Dissipated energy: {row.text}",
+        problem.worst(most, history.last.tolerance, len(history.steps)),
+    )
+
+
 KIND = Kind(
     LoadHistory, contact_fields.HISTORY, contact_fields.HISTORY_COLUMNS, figures=figures.HISTORY,
     plots=(hysteresis,), contact=attrgetter("under_largest"), report=render_history,
+    problem=_problem, answer=_answer, remarks=_remarks,
 )  # fmt: skip

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.report import citations, contact, contact_fields
+from roughcontact.report import citations, contact, contact_fields, problem, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
-from roughcontact.report.kind import Kind, Use
+from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import PLAIN, Edition, ExtraChapter, sentence
 from roughcontact.studies.load_search import (
     APPROACH,
@@ -21,7 +22,7 @@ from roughcontact.studies.load_search import (
     YIELD,
     LoadSearch,
 )
-from roughcontact.units import engineering, percent
+from roughcontact.units import changed_by, engineering, percent
 
 _NAMES = {
     CONTACT: "contact",
@@ -130,6 +131,60 @@ FOUND_COLUMNS: Columns = (
 """Of the answers of `LoadSearch`."""
 
 
+# --- What is said first ---
+
+
+def _wanted(item: Any) -> str:
+    if item.quantity == YIELD:
+        return "first yield"
+    value = item.target
+    if item.quantity in COUNTED:
+        state = "in contact" if item.quantity == CONTACT else "of the contact at the ceiling"
+        return f"{problem.share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {problem.size(value, 'm')}"
+
+
+def _pressure(loads: LoadSearch, force: float) -> str:
+    contact = loads.largest
+    return problem.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
+
+
+def _answer(loads: LoadSearch) -> str:
+    """Return the load of the first value that was wanted."""
+    first, unit = loads.answers[0], loads.largest.pair.load_unit
+    force = problem.size(first.load, unit)
+    wanted = _wanted(first)
+    subject = wanted[:1].upper() + wanted[1:]
+    if loads.largest.pair.is_profile:
+        return f"{subject} needs {force}."
+    return f"{subject} needs {_pressure(loads, first.load)} nominal pressure ({force})."
+
+
+def _numbers(loads: LoadSearch) -> CellTable:
+    """Return nominal pressure, load and bracket of each value that was wanted."""
+    unit = loads.largest.pair.load_unit
+    rows = []
+    for item in loads.answers:
+        low, high = item.bracket
+        half = (high - low) / 2 / item.load if item.load else 0.0
+        row = (_wanted(item), _pressure(loads, item.load), problem.size(item.load, unit))
+        rows.append((*row, f"± {100 * half:.1g} %"))
+    return ("wanted", "nominal pressure", "load", "bracket"), rows
+
+
+def _remarks(loads: LoadSearch) -> tuple[str, ...]:
+    """Return how uncertain the loads are by the ceiling, and how exactly they are solved."""
+    lines = []
+    for item in loads.answers:
+        interval = uncertainty.of_area(item.result) if item.quantity == CONTACT else None
+        if interval is not None and interval.low < interval.high < math.inf:
+            ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
+            lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
+            break
+    most = max(item.certificate for item in loads.answers)
+    return (*lines, problem.worst(most, loads.largest.tolerance, loads.solves))
+
+
 def addition(loads: LoadSearch) -> ExtraChapter:
     """Return the chapter on the loads that were asked for; the report is on the largest of them."""
     head, rows = KIND.listing(loads)
@@ -155,4 +210,6 @@ def render(loads: LoadSearch, edition: Edition = PLAIN) -> str:
 
 KIND = Kind(
     LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works, report=render,
+    problem=lambda loads: problem.bodies(loads.largest) + problem.boundary(loads.largest),
+    answer=_answer, numbers=_numbers, remarks=_remarks,
 )  # fmt: skip

@@ -6,16 +6,24 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from roughcontact.elastoplastic.rolling import RollingResult
+from roughcontact.elastoplastic.rolling import RollingResult, Shakedown
 from roughcontact.formats import export
 from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
-from roughcontact.report import blocks, chapters, citations, elastoplastic, figures, rolling_table
+from roughcontact.report import (
+    blocks,
+    chapters,
+    citations,
+    elastoplastic,
+    figures,
+    problem,
+    rolling_table,
+)
 from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import PROBLEM
-from roughcontact.report.kind import Kind, Use
+from roughcontact.report.fields import PROBLEM, tiny
+from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, sentence
-from roughcontact.units import engineering
+from roughcontact.units import counted, engineering
 
 
 def render(rolling: RollingResult, edition: Edition = PLAIN) -> str:
@@ -56,6 +64,58 @@ def _works(rolling: RollingResult) -> Iterator[Use]:
     yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
 
 
+# --- What is said first ---
+
+
+def _problem(rolling: RollingResult) -> str:
+    return problem.line(rolling.result.solution)
+
+
+def _answer(rolling: RollingResult) -> str:
+    """Return whether the passes come to an end of plastic strain."""
+    count, last = len(rolling.passes), rolling.passes[-1]
+    strain = rolling_table.strain(last.strain_added)
+    match rolling.shakedown:
+        case Shakedown.ELASTIC:
+            return "Nothing yields: no pass adds plastic strain."
+        case Shakedown.ELASTIC_SHAKEDOWN:
+            settled = counted(rolling.settled_after or 0, "pass")
+            return f"Shakes down after {settled}: the last one adds {strain} plastic strain."
+        case Shakedown.PLASTIC_SHAKEDOWN:
+            return f"Plastic shakedown: each pass strains by {strain} and back. Expect fatigue."
+        case Shakedown.RATCHETING:
+            net = rolling_table.strain(last.strain_net)
+            return f"Ratchets: each pass adds {net} of net plastic strain."
+        case Shakedown.NOT_SETTLED:
+            return f"Not settled after {counted(count, 'pass')}: the last one adds {strain}."
+    return "Not resolved: the steps are longer than the half-width of the contact."
+
+
+def _numbers(rolling: RollingResult) -> CellTable:
+    """Return what each pass adds, of many the first and the last ones."""
+    rows = [
+        (
+            str(number), rolling_table.strain(item.strain_added),
+            rolling_table.strain(item.strain_net), problem.size(item.max_pressure, "Pa"),
+            problem.size(item.in_plane_stress, "Pa"), problem.size(item.Sq, "m"),
+        )
+        for number, item in enumerate(rolling.passes, 1)
+    ]  # fmt: skip
+    heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
+    return heads, blocks.some(rows)
+
+
+def _remarks(rolling: RollingResult) -> tuple[str, ...]:
+    """Return what counts as no strain, and how exactly the passes are solved."""
+    state = rolling.result
+    count = counted(len(state.increments), "increment")
+    least = rolling_table.strain(rolling.strain_threshold)
+    return (
+        f"No strain added: below {least} (1 % of the yield strain)",
+        f"Solved: residual {tiny(state.residual)} (limit {state.tolerance:.0e}), {count}",
+    )
+
+
 def shown(rolling: RollingResult) -> Blocks:
     """Return what the console shows: problem, passes, answer; how exactly the end is solved."""
     state = rolling.result
@@ -76,5 +136,6 @@ def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 KIND = Kind(
     RollingResult, rolling_table.ROLLING, rolling_table.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
-    report=render, blocks=shown,
+    report=render, blocks=shown, problem=_problem, answer=_answer, numbers=_numbers,
+    remarks=_remarks,
 )  # fmt: skip

@@ -7,10 +7,10 @@ from operator import attrgetter
 
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.plots import subsurface_stress as draw
-from roughcontact.report import blocks, citations, contact, contact_fields, figures
+from roughcontact.report import blocks, citations, contact, contact_fields, figures, problem
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import Row, rows_of
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import PLAIN, Edition, ExtraChapter, sentence
 
 
@@ -50,6 +50,51 @@ def render(
     return contact.compared(stress.solution, edition, [addition(stress, onset)])
 
 
+# --- What is said first ---
+
+
+def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
+    """Return whether the material yields, and where the stress is largest."""
+    depth = stress.max_von_mises_at[0]
+    reached = problem.size(stress.max_von_mises, "Pa")
+    where = f"{problem.size(depth, 'm')} deep" if depth else "at the surface"
+    strength = stress.material.yield_strength
+    if strength is None:
+        return f"The von Mises stress reaches {reached}, {where}."
+    known = f"(σ_Y = {problem.size(strength, 'Pa')})"
+    if stress.max_von_mises > strength:
+        return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
+    return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
+
+
+def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTable:
+    """Return where the stress is largest, the shear of a pass, and the load of first yield."""
+    kind, solution = _kind(stress), stress.solution
+    unit = solution.pair.load_unit
+    rows = [
+        ("Maximum von Mises", kind.row(stress, "max_von_mises").text),
+        ("At", kind.row(stress, "max_von_mises_place").text),
+    ]
+    if onset is not None:
+        force = problem.size(onset.solution.load, unit)
+        pressure = onset.solution.load / solution.nominal_area
+        rows.append(("Yields from", f"{force} ({problem.size(pressure, 'Pa')} nominal)"))
+    if not solution.pair.is_profile:
+        shear = (kind.row(stress, f"max_orthogonal_shear_along_{axis}") for axis in "yx")
+        rows.append(("Orthogonal shear", "; ".join(f"±{row.text}" for row in shear)))
+    rows.append(("Contact", contact.answer(solution)))
+    return (), rows
+
+
+def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[str, ...]:
+    """Return how exactly the contact is solved, and the command for what yields."""
+    strength = stress.material.yield_strength
+    lines = [problem.status(stress.solution)]
+    if strength is not None and stress.max_von_mises > strength:
+        lines.append("Plastic depth: solve … --model elastoplastic")
+    return tuple(lines)
+
+
 def shown(stress: StressResult, onset: StressResult | None = None) -> Blocks:
     """Return what the console shows: the contact, then the largest stresses and where it yields."""
     rows = _kind(stress).rows(stress, brief=True)
@@ -64,6 +109,8 @@ KIND = Kind(
     StressResult, contact_fields.STRESS, figures=figures.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
     contact=attrgetter("solution"), works=citations.of_stress, report=render,
+    problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
+    remarks=_remarks,
     blocks=shown,
 )  # fmt: skip
 PROFILE_KIND = replace(

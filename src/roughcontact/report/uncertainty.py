@@ -74,6 +74,39 @@ def uncertainty_rows(
     return [_row(interval, table) for interval in uncertainty.uncertainty_intervals(result, study)]
 
 
+def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
+    """Return the interval of the contact area; None where nothing touches."""
+    intervals = uncertainty.uncertainty_intervals(result, study)
+    return next((item for item in intervals if item.name == "contact_fraction"), None)
+
+
+_SHORT = {
+    Cause.RIM: "spot perimeter", Cause.GRID: "pixel", Cause.EDGE: "map edge",
+    Cause.WAVES: "shorter waves", Cause.YIELDING: "ceiling",
+}  # fmt: skip
+
+
+def sources(interval: Interval) -> str:
+    """Return in one line what an interval comes from."""
+    known, unknown = [], []
+    for item in interval.doubts:
+        if item.cause is Cause.TOLERANCE:
+            continue
+        name = _SHORT[item.cause]
+        if not item.known:
+            unknown.append(name)
+        elif math.isinf(item.high):
+            known.append(f"{name} without limit")
+        else:
+            ends = dict.fromkeys(changed_by(end) for end in (item.low, item.high) if end)
+            known.append(f"{name} {' to '.join(ends)}" if ends else f"{name} none")
+    text = f"Interval from: {', '.join(known)}" if known else ""
+    other = f"{' and '.join(unknown)} not studied" if unknown else ""
+    if "pixel" in unknown:
+        other += " (--study)"
+    return "; ".join(filter(None, (text, other)))
+
+
 def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
     quantity = quantity_of(table, interval.name)
     return quantity.name, _ends(quantity, interval), "; ".join(_causes(interval))

@@ -284,7 +284,8 @@ JSON = flag("json", Panel.OUTPUT, "Print JSON in SI units, and nothing else.", w
 QUIET = flag(
     "quiet", Panel.OUTPUT, "Print nothing but errors, and JSON if wanted.", whole_map=False
 )
-SHOWN = (JSON, QUIET)
+VERBOSE = flag("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False)
+SHOWN = (VERBOSE, JSON, QUIET)
 """What the terminal shows, which does not describe a run."""
 OUTPUT = (REPORT, *SHOWN)
 

@@ -94,7 +94,7 @@ class Outcome:
     @property
     def beside(self) -> dict[str, Any]:
         """What console and report tell besides, by the names that its kind gives it."""
-        names = {"study": "study", "first_yield": "first_yield"}
+        names = {"study": "study", "first_yield": "onset"}
         return {new: self.extras[name] for name, new in names.items() if name in self.extras}
 
     @property

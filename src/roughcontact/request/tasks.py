@@ -48,7 +48,7 @@ Checksums are compared; load, gap and certificate are computed again from pressu
 INFO = Command(
     "info",
     "Tell what is in a file: grid, size, heights, roughness, missing points, channels.",
-    (*options.READING, options.JSON),
+    (*options.READING, options.VERBOSE, options.JSON),
     reads_map=True,
     example="roughcontact info ground.opd",
 )
