@@ -6,6 +6,7 @@ import io
 import re
 import sys
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -127,23 +128,13 @@ _INDENT = "  "
 
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
-    """Print how the contacts of a project ended, one row each, and where all numbers stand."""
-    from roughcontact.report import contact_fields
-    from roughcontact.report.fields import ABSENT, quantity_of
-
-    keys = ("load", "max_pressure", "contact_fraction", "saturated_fraction", "certificate")
-    quantities = [quantity_of(contact_fields.CONTACT, key) for key in keys]
-    rows: list[Cells] = []
-    for report in reports:
-        last = report.last
-        text = {q.key: q.told(last[q.key]) for q in quantities if q.key in last}
-        if text and report.told.get("kind") == "profile":
-            text["load"] = engineering(last["load"], "N/m")
-        if text and last["ceiling"] is None:
-            text["saturated_fraction"] = ABSENT
-        rows.append((report.name, report.state, *(text.get(key, "") for key in keys)))
-    heads = ("contact", "state", *(quantity.name for quantity in quantities))
-    _print_table(rows, heads=heads, fold=True)
+    """Print how the contacts of a project ended, one row each, and where all numbers are."""
+    states = Counter(report.state for report in reports)
+    counts = ", ".join(f"{count} {state}" for state, count in states.items())
+    _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
+    print()
+    rows = [(report.name, str(report.told.get("answer", report.state))) for report in reports]
+    _print_table(rows, heads=("contact", "answer"), indent=_INDENT)
     _print_shared(
         (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
     )
@@ -269,11 +260,10 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
 
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:
-    """Print what was asked for of a generated map beside what it has, and why where it differs."""
+    """Print what was requested of a generated map and what it has, and why where it differs."""
     from roughcontact.report import generation
 
-    _print_table(generation.about(surface))
-    _print_table(generation.rows(surface), heads=generation.HEADS)
+    _print_headline(generation.headline(surface))
     _print_told(("note", reason) for reason in generation.unmet(surface))
     _print_written(written)
 

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from roughcontact.report import inputs
+from roughcontact.report.fields import Headline
 from roughcontact.surface.generation import WITHIN, Parameter, compared
 from roughcontact.surface.surface import Surface
-from roughcontact.units import changed_by, engineering
+from roughcontact.units import changed_by, engineering, lengths
 
-HEADS = ("parameter", "asked for", "of the map", "difference")
+HEADS = ("parameter", "requested", "map", "difference")
 
 _HURST = "Hurst exponent"
 
@@ -24,22 +25,21 @@ def rows(surface: Surface) -> list[tuple[str, str, str, str]]:
     ]
 
 
-def about(surface: Surface) -> list[tuple[str, str]]:
-    """Return grid, waves and seed of a generated map, in rows."""
+def headline(surface: Surface) -> Headline:
+    """Return what is said first of a generated map."""
     created = surface.provenance.origin
     assert created is not None
     ny, nx = surface.shape
-    size = " × ".join(engineering(side, "m") for side in surface.size)
     waves = [
-        f"{engineering(created.found[f'{name}_wavelength'], 'm')} ({text})"
-        for name, text in (("cutoff", "cut-off"), ("rolloff", "roll-off"))
+        engineering(created.found[f"{name}_wavelength"], "m") for name in ("cutoff", "rolloff")
     ]
-    return [
-        ("grid (y × x)", f"{ny} × {nx} points"),
-        ("size (y × x)", size),
-        ("waves", " to ".join(waves)),
-        ("seed", str(created.arguments["seed"])),
-    ]
+    grid = f"{ny} × {nx} points, {lengths(surface.size)}, waves {' to '.join(waves)}"
+    missed = [_name(item) for item in compared(surface) if not item.met]
+    return Headline(
+        f"Generated map, {grid}, seed {created.arguments['seed']}",
+        f"The map differs in {', '.join(missed)}." if missed else "The map has what was requested.",
+        HEADS, rows(surface), (),
+    )  # fmt: skip
 
 
 def unmet(surface: Surface) -> list[str]:

@@ -11,46 +11,64 @@ from roughcontact.cautions import Severity
 from roughcontact.errors import InputError
 from roughcontact.plots import accessor
 from roughcontact.plots.export import png
-from roughcontact.report import contact, kinds
+from roughcontact.report import kinds
+from roughcontact.report.fields import Headline
 
 Cells = tuple[str, ...]
 
-# Steps that are shown of many: so many of the first, and so many of the last.
-_ENDS = 4
 _WIDE, _SMALL = 420, 340
 # Letters of a line.
 _LINE = 88
 
 
 def text(shown: Any) -> str:
-    """Return the headline numbers of an object, one line each."""
-    lines = [_kind(shown) + ":"]
-    for table in _tables(shown):
-        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines += [
-            "  " + "  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
-            for row in table
-        ]
-    for caution in _cautions(shown):
-        lines += textwrap.wrap(caution, _LINE, initial_indent="  ", subsequent_indent="    ")
+    """Return problem, answer and headline numbers of an object, some ten lines."""
+    first = _first(shown)
+    lines = [f"{_kind(shown)}: {first.problem}".removesuffix(": ")]
+    lines += _wrapped(first.answer)
+    table = _table(first)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines += [
+        "  " + "  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    ]
+    for sentence in (*first.remarks, *_cautions(shown)):
+        lines += _wrapped(sentence)
     return "\n".join(lines)
+
+
+def _wrapped(sentence: str) -> list[str]:
+    return textwrap.wrap(sentence, _LINE, initial_indent="  ", subsequent_indent="    ")
 
 
 def html(shown: Any) -> str:
     """Return the same as HTML, beside a picture where there is one of its kind."""
-    tables = "".join(
-        "<table>"
-        + "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in table)
-        + "</table>"
-        for table in _tables(shown)
+    first = _first(shown)
+    rows = "".join("<tr>" + "".join(map(_cell, row)) + "</tr>" for row in _table(first))
+    said = (first.problem, first.answer, *first.remarks, *_cautions(shown))
+    before, after = (
+        "".join(f"<p>{markup.escape(line, quote=False)}</p>" for line in part if line)
+        for part in (said[:2], said[2:])
     )
-    kind = markup.escape(_kind(shown))
-    lines = (markup.escape(caution, quote=False) for caution in _cautions(shown))
-    cautions = "".join(f"<p>{caution}</p>" for caution in lines)
     return (
         '<div style="display: flex; flex-wrap: wrap; gap: 1em; align-items: flex-start">'
-        f'{_picture(shown)}<div style="max-width: 40em"><b>{kind}</b>{tables}{cautions}</div></div>'
+        f'{_picture(shown)}<div style="max-width: 40em"><b>{markup.escape(_kind(shown))}</b>'
+        f"{before}<table>{rows}</table>{after}</div></div>"
     )
+
+
+def _first(shown: Any) -> Headline:
+    """Return what is said first; of a map its parameters."""
+    kind = kinds.of(shown)
+    if kind.has_answer:
+        return kinds.headline(shown)
+    rows = [(row.name, row.text) for row in kind.rows(shown, brief=kind.brief)]
+    heads, steps = kind.listing(shown, brief=True)
+    return Headline("", "", (), [*rows, *([heads, *steps] if not rows else [])], ())
+
+
+def _table(first: Headline) -> list[Cells]:
+    return [*([first.heads] if any(first.heads) else []), *first.rows]
 
 
 def _kind(shown: Any) -> str:
@@ -69,18 +87,6 @@ def _cautions(shown: Any) -> list[str]:
 
 def _cell(text: str) -> str:
     return f'<td style="text-align: left">{markup.escape(text)}</td>'
-
-
-def _tables(shown: Any) -> list[list[Cells]]:
-    """Return names with values, and the steps where there are some."""
-    kind = kinds.of(shown)
-    heads, answer = contact.beside_calibrated(kind, shown, kind.brief)
-    table_rows: list[Cells] = [("", *heads)] if heads else []
-    table_rows += [(row.name, *texts) for row, texts in answer]
-    head, steps = kind.listing(shown, brief=True)
-    if len(steps) > 2 * _ENDS:
-        steps = [*steps[:_ENDS], ("…",) * len(head), *steps[-_ENDS:]]
-    return [table for table in (table_rows, [head, *steps] if steps else []) if table]
 
 
 def _picture(shown: Any) -> str:

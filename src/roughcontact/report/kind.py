@@ -73,6 +73,11 @@ class Kind:
     blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
+    @property
+    def has_answer(self) -> bool:
+        """Whether there is a sentence that answers what was asked."""
+        return self.answer is not _empty
+
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
         """Return what is told of a result; see `fields.rows_of`."""
         return rows_of(self.table, result, part, brief)

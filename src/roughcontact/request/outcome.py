@@ -128,8 +128,11 @@ class Outcome:
 
     def record(self) -> dict[str, Any]:
         """Return all numbers by name, in SI units, ready for JSON."""
+        from roughcontact.report import kinds
+
         record = self.request.task.record(self)
-        return {**record, "written": [str(path) for path in self.written]}
+        answer = kinds.of(self.found).answer(self.found, **self.beside)
+        return {"answer": answer, **record, "written": [str(path) for path in self.written]}
 
 
 def last_contact(outcome: Outcome) -> dict[str, Any]:
