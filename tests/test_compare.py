@@ -121,7 +121,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     assert apart.value > 0
     values = [group.values("contact_fraction") for group in found.groups]
     assert apart == statistics.differences(values)[0, 1]
-    assert "smooth less rough" in repr(found)
+    assert "smooth against rough" in repr(found)
     pairs = replace(found, paired=True)
     assert pairs.differences("Sdq")[0, 1] == statistics.paired(
         *(group.values("Sdq") for group in found.groups)

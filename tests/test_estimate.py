@@ -96,7 +96,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
 
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
-        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, rng=77
+        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
     )
     for pressure, ceiling in (("2 GPa", None), ("400 MPa", "auto")):
         result = rc.solve(
@@ -304,8 +304,10 @@ def test_the_command_tells_in_a_table_and_in_json(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     written = tmp_path / "estimate.json"
-    assert app.main([*COMMAND, "--pressure", "200 MPa", "--output", str(written)]) == app.SOLVED
+    asked = [*COMMAND, "--pressure", "200 MPa", "--verbose", "--output", str(written)]
+    assert app.main(asked) == app.SOLVED
     out = capsys.readouterr().out
+    assert "About 6.7 % (6.7 to 6.8 %) of the face is in contact." in out
     assert "real contact A/A₀" in out
     assert "Persson's theory" in out
     assert "mean depth with plastic strain" in out

@@ -116,7 +116,7 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
     assert caught.value.argument == "mean_gap"
     with pytest.raises(rc.InputError, match="not passed at any load: under the smallest") as caught:
         rc.find_load(ROUGH, material=STEEL, contact_fraction=1e-9)
-    assert caught.value.argument == "contact"
+    assert caught.value.argument == "contact_fraction"
     with pytest.raises(rc.InputError, match="nothing is asked"):
         rc.find_load(ROUGH, material=STEEL)
     with pytest.raises(rc.InputError, match="nothing is saturated"):
@@ -172,7 +172,7 @@ def test_the_command_answers_in_a_table_and_in_json(
     ]  # fmt: skip
     assert app.main(words) == app.SOLVED
     shown = capsys.readouterr().out
-    assert all(text in shown for text in ("contact 5.00 %", "contact 10.0 %", "approach 300 nm"))
+    assert all(text in shown for text in ("5 % in contact", "10 % in contact", "approach 300 nm"))
     assert app.main([*words, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)
     found = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.1], approach=300e-9)

@@ -275,7 +275,7 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
     outputs = [word for path in files for word in ("--output", str(path))]
     assert app.main([*words, *outputs, "--figure", str(figure)]) == app.SOLVED
     shown = capsys.readouterr().out
-    assert "asked for" in shown
+    assert "requested" in shown
     assert "Sal" in shown
     assert "96 × 128 points" in shown
     assert figure.stat().st_size > 1000

@@ -40,12 +40,12 @@ NEEDED = {
     "roll": {
         "load": "0.3 N",
         "counter-body": "sphere 1 mm",
-        "way": "10 um",
+        "travel": "10 um",
         "passes": "1",
         "steps": "2",
         "yield-strength": "3 GPa",
     },
-    "find": {"contact": "20 %, 30 %", "mean-gap": "300 nm"},
+    "find": {"contact-fraction": "20 %, 30 %", "mean-gap": "300 nm"},
     "conductance": {
         "load": "0.5 N, 1 N",
         "resistivity": "200 nohm m",
@@ -53,7 +53,7 @@ NEEDED = {
     },
     "law": {"from": "1 MPa", "to": "100 MPa", "steps": "3", "boundary": "periodic"},
     "leak": {"load": "0.5 N, 1 N", "viscosity": "1 mPa s", "pressure-difference": "1 bar"},
-    "compare": {"load": "10 MPa", "first-load": "100 MPa"},
+    "compare": {"load": "10 MPa", "preload": "100 MPa"},
 }
 
 
@@ -114,8 +114,13 @@ def test_help_is_one_sentence_or_more() -> None:
 def test_a_format_of_one_model_alone_is_offered_and_says_which(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(solve, "RESULTS", {"ceiling": (".nc", ".obj"), "volume": (".nc", ".vtr")})
-    for model, suffix, other in (("ceiling", ".vtr", "volume"), ("volume", ".obj", "ceiling")):
+    monkeypatch.setattr(
+        solve, "RESULTS", {"ceiling": (".nc", ".obj"), "elastoplastic": (".nc", ".vtr")}
+    )
+    for model, suffix, other in (
+        ("ceiling", ".vtr", "elastoplastic"),
+        ("elastoplastic", ".obj", "ceiling"),
+    ):
         given = {**BALL, **NEEDED["solve"], "model": model}
         with pytest.raises(InputError) as caught:
             from_text("solve", None, {**given, "output": f"out{suffix}"})

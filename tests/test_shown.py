@@ -45,9 +45,9 @@ KINDS = ("Surface", "ContactResult", "LoadCurve", "LoadHistory", "StressResult",
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_object_is_told_in_some_ten_lines(kind: str, objects: dict[str, Any]) -> None:
     lines = repr(objects[kind]).splitlines()
-    assert lines[0] == f"{kind}:"
-    assert 2 <= len(lines) <= 16
-    assert max(map(len, lines)) < 100
+    assert lines[0].partition(":")[0] == kind
+    assert 2 <= len(lines) <= 20
+    assert max(map(len, lines)) < 120
     assert "array" not in repr(objects[kind])
 
 
@@ -98,7 +98,7 @@ def test_a_profile_is_told_and_drawn_as_one() -> None:
     trace = rc.Surface(1e-7 * np.sin(np.arange(200) / 9), 2e-6)
     result = rc.solve(trace, material=STEEL, load="10 N/m")
     assert "200 of a profile" in repr(trace)
-    assert "contact length" in repr(result)
+    assert "Real contact length" in repr(result)
     assert dir(trace.plot) == ["heights"]
     assert dir(rc.subsurface_stress(result).plot) == ["stress_depth", "stress_section"]
     for shown in (trace, result):

@@ -44,10 +44,9 @@ ARGUMENTS = {
     "contact_modulus": {"first": "material", "second": "counter_material"},
     "find_load": {"contact": "contact_fraction", "saturated": "saturated_fraction"},
     "first_yield_load": {"start": "initial_load"},
-    "generate": {"seed": "rng"},
     "leakage": {"direction": "flow_axis"},
     "read_slab": {"holes_masked": "mask_missing"},
-    "reference_map": {"rng_seed": "rng"},
+    "reference_map": {"rng_seed": "seed"},
     "roll": {
         "way": "travel", "to_and_fro": "reciprocating", "each": "on_step",
         "centered": "start_at_center",
@@ -91,8 +90,8 @@ class Renamed:
             """Return what an old name means now."""
             new = ATTRIBUTES.get(type(self).__name__, {}).get(name)
             if new is None:
-                kind = type(self).__name__
-                raise AttributeError(f"{kind!r} object has no attribute {name!r}", name=name)
+                # Raises what a property raised, or that there is no such attribute.
+                return object.__getattribute__(self, name)
             _warn(f"{type(self).__name__}.{name} is {new} now")
             return getattr(self, new)
 

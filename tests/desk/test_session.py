@@ -105,7 +105,7 @@ def test_what_cannot_be_done_is_told(session: Session, tmp_path: Path) -> None:
     # The map is seen nevertheless.
     assert session.prepared is not None
     assert session.prepared.surfaces[0].missing == 2
-    session.give("holes", "fill")
+    session.give("missing", "fill")
     solved(session)
     assert session.failure is None
 
@@ -274,11 +274,12 @@ class Desk(RuleBasedStateMachine):
             ("ceiling", "none"), ("ceiling", "1 GPa"), ("ceiling", "1 Pa"), ("young", "1 GPa"),
             ("poisson", "0.7"), ("poisson", "0.3"), ("yield-strength", "500 MPa"),
             ("level", "none"), ("level", "quadric"), ("form", "sphere"), ("form", "polynomial 3"),
-            ("holes", "fill"), ("holes", "mask"), ("holes", "crop"), ("outliers", "6"),
+            ("missing", "fill"), ("missing", "mask"), ("missing", "crop"), ("outliers", "6"),
             ("outliers", "-1"), ("crop", "0:8,0:8"), ("crop", "50:60,0:8"), ("crop", "1"),
             ("s-filter", "3 um"), ("l-filter", "1 nm"), ("pixel", "2 um"), ("pixel", "1 m"),
             ("rotate", "90"), ("align", True), ("align", False), ("mirror", True),
-            ("body", "sphere 1 mm"), ("points", "16"), ("size", "20 um"), ("model", "volume"),
+            ("body", "sphere 1 mm"), ("points", "16"), ("size", "20 um"),
+            ("model", "elastoplastic"),
             ("load-point", "0 um, 1 um"), ("tolerance", "1e-4"), ("tolerance", "0"),
             ("nonsense", "1"), ("output", "x.nc"),
         ])

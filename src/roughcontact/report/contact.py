@@ -431,7 +431,7 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
     if interval is None or interval.low == interval.high:
         return ""
     if math.isinf(interval.high):
-        return f" (at least {form(interval.low)})"
+        return " (depends on the pixel, no limit)"
     text = problem.between(interval.low, interval.high, form)
     return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
 

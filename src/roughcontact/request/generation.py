@@ -103,7 +103,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     pixel = pixel_of(requested[SIZE], shape)
     say("generating the surface")
     arguments = {(item.arguments or (item.argument,))[0]: requested[item] for item in _PARAMETERS}
-    surface = generate(shape, pixel, rng=requested[SEED], **arguments)
+    surface = generate(shape, pixel, seed=requested[SEED], **arguments)
     files: list[Writing] = [
         (path, _drawn(surface) if option is FIGURE else partial(export.save_surface, surface))
         for option, path in places

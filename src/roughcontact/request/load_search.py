@@ -70,7 +70,7 @@ TASK = Task(
 
 \b
 Example:
-roughcontact find ground.opd --contact-fraction "5 %" --saturated-fraction "1 %" --first-yield \\
+roughcontact find ground.opd --contact-fraction "5 %" --first-yield \\
     --material 100Cr6 --missing fill --output loads.csv
 """,
     (

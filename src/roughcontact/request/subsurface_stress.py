@@ -50,17 +50,14 @@ def _run(request: Request, work: Work) -> Outcome:
     if not contact.converged:
         return Outcome(request, solution, solution)
     work.say("stress below the surface")
-    below: dict[str, Any] = {
-        "body": "body" if request[IN_BODY] == "body" else "counter_body",
-        "friction": request[FRICTION],
-        "direction": request[DIRECTION],
-    }
+    body = "body" if request[IN_BODY] == "body" else "counter_body"
+    traction: dict[str, Any] = {"friction": request[FRICTION], "direction": request[DIRECTION]}
     with _naming_body():
-        stress = subsurface_stress(contact, request[DEPTHS], **below)
+        stress = subsurface_stress(contact, request[DEPTHS], in_body=body, **traction)
         extras = {}
         if request[FIRST_YIELD]:
             work.say("searching the load of first yield")
-            extras["first_yield"] = onset(contact.pair, **below)
+            extras["first_yield"] = onset(contact.pair, body, **traction)
     return Outcome(request, replace(stress, solution=solution), solution, extras)
 
 

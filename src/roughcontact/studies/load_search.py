@@ -247,7 +247,9 @@ _LEAST = 1e-9
 Target = tuple[str, float]
 
 # What arguments are called, and how values are told.
-_ARGUMENTS = {CONTACT: "contact", SATURATED: "saturated", APPROACH: "approach", GAP: "mean_gap"}
+_ARGUMENTS = {
+    CONTACT: "contact_fraction", SATURATED: "saturated_fraction", APPROACH: "approach", GAP: "mean_gap",
+}  # fmt: skip
 _NAMES = {
     CONTACT: "the part of the map that touches",
     SATURATED: "the part of the contact at the ceiling",

@@ -150,7 +150,7 @@ def generate(
     Sku: float | None = None,
     honing: float | None = None,
     turning: Quantities | None = None,
-    rng: int = 0,
+    seed: int = 0,
 ) -> Surface:
     """Return a random rough surface with the parameters asked for.
 
@@ -186,7 +186,7 @@ def generate(
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
         lay; see `turned`. What of Sq the grooves do not make is random roughness.
-    rng : int
+    seed : int
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
         on every machine.
 
@@ -220,27 +220,27 @@ def generate(
 
     Examples
     --------
-    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, rng=3)
+    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, seed=3)
     >>> found = made.roughness()
     >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, map_memory.TRANSLATED)
-    require_count(0, _LARGEST_SEED, rng=rng)
+    require_count(0, _LARGEST_SEED, seed=seed)
     specified = _in_metres(
         Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
         cutoff_wavelength=cutoff_wavelength, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing,
-        turning=turning, seed=rng,
+        turning=turning, seed=seed,
     )  # fmt: skip
     feed = _feed(specified)
     requested = _asked(specified, edges, feed)
     if feed is None:
-        heights, spectrum = _translated(shape, edges, requested, rng)
+        heights, spectrum = _translated(shape, edges, requested, seed)
         heights *= requested.Sq / rms_height(heights)
     else:
         grooves = turned(shape, edges, feed, specified["turning"][1], lay)
-        heights, spectrum = _translated(shape, edges, requested, rng)
+        heights, spectrum = _translated(shape, edges, requested, seed)
         heights = joined(grooves, heights, requested.Sq)
     return _surface(heights, edges, specified, spectrum)
 

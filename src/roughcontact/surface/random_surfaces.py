@@ -109,14 +109,14 @@ def self_affine(
 
 
 @checked
-def reference_map(n: int, rng: int = 0) -> tuple[Array, tuple[float, float]]:
+def reference_map(n: int, seed: int = 0) -> tuple[Array, tuple[float, float]]:
     """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
 
     Parameters
     ----------
     n : int
         Grid points per side, at least 32; the cut-off is at n/8 waves per side, the roll-off at 4.
-    rng : int
+    seed : int
         Seed of the amplitudes.
 
     Returns
@@ -142,7 +142,7 @@ def reference_map(n: int, rng: int = 0) -> tuple[Array, tuple[float, float]]:
     >>> round(float(heights.std() * 1e6), 6)
     0.2
     """
-    require_count(0, 2**63 - 1, rng=rng)
+    require_count(0, 2**63 - 1, seed=seed)
     side = 1e-4
     pixel = (side / n, side / n) if n > 0 else (0.0, 0.0)
     heights = self_affine(
@@ -152,7 +152,7 @@ def reference_map(n: int, rng: int = 0) -> tuple[Array, tuple[float, float]]:
         rolloff_wavelength=side / 4,
         cutoff_wavelength=8 * pixel[0],
         hurst=0.8,
-        rng=np.random.default_rng(rng),
+        rng=np.random.default_rng(seed),
     )
     return heights, pixel
 
