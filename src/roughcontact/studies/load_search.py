@@ -248,7 +248,8 @@ Target = tuple[str, float]
 
 # What arguments are called, and how values are told.
 _ARGUMENTS = {
-    CONTACT: "contact_fraction", SATURATED: "saturated_fraction", APPROACH: "approach", GAP: "mean_gap",
+    CONTACT: "contact_fraction", SATURATED: "saturated_fraction", APPROACH: "approach",
+    GAP: "mean_gap",
 }  # fmt: skip
 _NAMES = {
     CONTACT: "the part of the map that touches",
