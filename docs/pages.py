@@ -28,14 +28,14 @@ def pressed(seat: Any) -> None:
     seat.choose("Or a demonstration map", "Ground steel")
     seat.page.locator("p > b").get_by_text("Ground steel.npz", exact=True).wait_for()
     seat.choose("Material", "100Cr6")
-    seat.choose("What the map is", "a sample of")
+    seat.choose("Boundary", "a sample of")
     seat.type("Value with unit", "100 MPa")
     seat.page.get_by_text("converged, certificate").wait_for()
 
 
 def asked(seat: Any) -> None:
     """Show the answer to a question."""
-    seat.turn("Ask")
+    seat.turn("Analyze")
     seat.page.get_by_role("button", name="Start").click()
     seat.page.get_by_text("Done in").wait_for()
     seat.page.locator("canvas").locator("visible=true").first.wait_for()
@@ -44,7 +44,7 @@ def asked(seat: Any) -> None:
 def joined(seat: Any) -> None:
     """Show what the joint does."""
     seat.turn("Joint")
-    box = seat.page.get_by_label("What it conducts")
+    box = seat.page.get_by_label("Conductance")
     box.locator("visible=true").first.uncheck()
     seat.page.get_by_role("button", name="Start").locator("visible=true").click()
     seat.page.get_by_text("Done in").locator("visible=true").wait_for()
@@ -52,7 +52,7 @@ def joined(seat: Any) -> None:
 
 def taken(seat: Any) -> None:
     """Show the same contact as command, script and project file."""
-    seat.turn("Take away")
+    seat.turn("Download")
     seat.page.locator("pre").first.wait_for()
 
 

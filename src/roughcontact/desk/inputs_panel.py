@@ -180,7 +180,7 @@ class Preparation:
             self._session.undo_step(method)
             self._changed()
 
-        undoing = button("Take out", undo, description=f"Take out: {sentence}")
+        undoing = button("Remove", undo, description=f"Remove: {sentence}")
         return pn.Row(text, undoing, **style.BLOCK)
 
 
