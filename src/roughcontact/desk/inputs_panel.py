@@ -391,7 +391,7 @@ class MapPanel:
 
     def _about_other(self) -> list[Any]:
         drop = _dropper("Drop the map of the counter-body", self._faced)
-        return [drop, button("Take it away", self._unfaced)]
+        return [drop, button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
         wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]
