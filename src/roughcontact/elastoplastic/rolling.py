@@ -241,7 +241,7 @@ class RollingResult(Result):
 
         Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
         where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
-        the yield strain; ratchetting where more is left, and as much as of that before. Not
+        the yield strain; ratcheting where more is left, and as much as of that before. Not
         resolved where the steps of a pass are longer than the half-width of the contact.
         """
         minimum = self.least_strain
@@ -262,7 +262,7 @@ class RollingResult(Result):
     def settled_after(self) -> int | None:
         """Number of passes after which none adds plastic strain.
 
-        ``None`` if the last one does, or the steps are too long to tell.
+        ``None`` if the last one does, or the steps are too long.
         """
         if self.shakedown is Shakedown.UNRESOLVED:
             return None
@@ -279,7 +279,7 @@ class RollingResult(Result):
 
     @property
     def answer(self) -> str:
-        """The ``shakedown`` in words, with its number."""
+        """The ``shakedown`` as text, with its number."""
         kind = self.shakedown
         if kind is Shakedown.SHAKEN_DOWN:
             count = self.settled_after
@@ -366,16 +366,16 @@ def roll(
     load : float, str or quantity of pint
         Normal load on the whole way [N].
     passes : int
-        How many; there and back are two. The last is the first that adds no plastic strain at
-        all, of those to and fro the second in a row: all further ones would add none.
+        Maximum number; forward and backward count as two. Passes end with the first that adds no
+        plastic strain, or the second in a row of reciprocating ones.
     steps : int
         Steps of a pass.
     way : float, str or quantity of pint
-        Length of a pass [m]; by default the period of the map along ``direction``, round and round.
+        Length of a pass [m]; by default one period of the map along ``direction``.
     direction : float
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
     to_and_fro : bool
-        Whether every other pass goes back, instead of beginning anew at the start.
+        Whether every other pass goes back, instead of starting again.
     centered : bool
         Whether the way lies half before and half behind the place of the counter-surface, in place
         of all of it before.
@@ -383,7 +383,7 @@ def roll(
         Coefficient μ of full sliding; the traction on the rough body points to where the
         counter-body moves.
     folder : path, optional
-        Where the state after every step is kept, in one folder a pass; the same call goes on from
+        Folder for the state after every step, one folder per pass; the same call resumes from
         there and ends with the same numbers.
     each : callable, optional
         ``each(number, step, state)`` is called after each step of each pass, with those that stand
