@@ -194,7 +194,7 @@ class Bodies:
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
         self._search = pn.widgets.TextInput(
-            label="Search the catalogue", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
+            label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
         self._search.param.watch(self._searched, "value_input")
         self.root = card(
