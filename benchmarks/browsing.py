@@ -183,7 +183,7 @@ class Seat:
 
     def take(self, kind: str, folder: Path) -> Path:
         """Have a file made, and take it."""
-        self.turn("Take away")
+        self.turn("Download")
         self.choose("File", kind)
         before = self.page.locator("a[download]").count()
         self.page.get_by_role("button", name="Make the file").click()

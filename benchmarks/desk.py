@@ -71,7 +71,7 @@ def pressed(started: Any, served: Served, path: Path) -> Seat:
     seat = Seat(started, served.home)
     seat.bring(path, path.name)
     seat.choose("Material", "100Cr6")
-    seat.choose("What the map is", "the whole contact")
+    seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", "20 MPa")
     seat.page.get_by_text("converged, certificate").wait_for()
     # What a new picture still has to draw belongs to no step.

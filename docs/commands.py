@@ -1,12 +1,12 @@
-"""Run every command that the pages show, and compare what it prints with what they show.
+"""Run every command of the pages and compare its output with the page.
 
-    python docs/commands.py             # run all, name what differs, exit status 1 if anything does
-    python docs/commands.py --write     # put into the pages what the commands print
+    python docs/commands.py             # run all, list differences, exit status 1 if there are any
+    python docs/commands.py --write     # write the outputs into the pages
     python docs/commands.py howto/law.md start.md
 
-The pages hold the output of their commands, so that it is read wherever they are shown. A block
-``console`` is a session; those of a page share a folder. A line ``$ echo $?`` shows the exit status, a line
-``…`` stands for what is left out there. Those of the README run on what `demo` leaves behind.
+A block ``console`` is a session; the sessions of a page share a folder. A line ``$ echo $?`` shows the
+exit status. A line ``…`` replaces the rest of an output; long outputs are cut at `LINES`. The commands
+of the README run on the map of `demo`.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ _SCRIPT = re.compile(r"^```(?:sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # Prompt, command, and what it printed.
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)\n((?:(?!\$ ).*\n)*)", re.MULTILINE)
 LEFT_OUT = "…"
+# Lines of an output that a page shows.
+LINES = 20
 STATUS = "echo $?"
 
 # What differs from one machine, or one run, to the next: times, memory, how near to the answer
@@ -110,12 +112,12 @@ def timed(command: str, folder: Path) -> tuple[str, int]:
 
 
 def cut(printed: str, shown: str) -> str:
-    """Return what is left of an output where the page leaves out the rest."""
-    lines = shown.splitlines()
-    if LEFT_OUT not in lines:
+    """Return an output up to where the page leaves out the rest, and no more than `LINES`."""
+    lines, others = printed.splitlines(), shown.splitlines()
+    end = others.index(LEFT_OUT) if LEFT_OUT in others else LINES
+    if len(lines) <= end:
         return printed
-    kept = printed.splitlines()[: lines.index(LEFT_OUT)]
-    return "".join(f"{line}\n" for line in [*kept, LEFT_OUT])
+    return "".join(f"{line}\n" for line in [*lines[:end], LEFT_OUT])
 
 
 def same(printed: str, shown: str) -> bool:

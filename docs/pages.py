@@ -1,8 +1,8 @@
-"""Take the pictures of the page in the browser, and write the part of its how-to page that shows them.
+"""Take the screenshots of the app, and write the part of its how-to page that shows them.
 
     python docs/pages.py FOLDER
 
-Where there is no browser, that part says so instead.
+Without a browser, that part states so.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ def pressed(seat: Any) -> None:
     seat.choose("Or a demonstration map", "Ground steel")
     seat.page.locator("p > b").get_by_text("Ground steel.npz", exact=True).wait_for()
     seat.choose("Material", "100Cr6")
-    seat.choose("What the map is", "a sample of")
+    seat.choose("Boundary", "a sample of")
     seat.type("Value with unit", "100 MPa")
     seat.page.get_by_text("converged, certificate").wait_for()
 
 
 def asked(seat: Any) -> None:
-    """Show the answer to a question."""
-    seat.turn("Ask")
+    """Show an analysis."""
+    seat.turn("Analyze")
     seat.page.get_by_role("button", name="Start").click()
     seat.page.get_by_text("Done in").wait_for()
     seat.page.locator("canvas").locator("visible=true").first.wait_for()
 
 
 def joined(seat: Any) -> None:
-    """Show what the joint does."""
+    """Show the analyses of a joint."""
     seat.turn("Joint")
-    box = seat.page.get_by_label("What it conducts")
+    box = seat.page.get_by_label("Conductance")
     box.locator("visible=true").first.uncheck()
     seat.page.get_by_role("button", name="Start").locator("visible=true").click()
     seat.page.get_by_text("Done in").locator("visible=true").wait_for()
@@ -52,21 +52,21 @@ def joined(seat: Any) -> None:
 
 def taken(seat: Any) -> None:
     """Show the same contact as command, script and project file."""
-    seat.turn("Take away")
+    seat.turn("Download")
     seat.page.locator("pre").first.wait_for()
 
 
 PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
     "desk": (
         pressed,
-        "A ground map under 100 MPa: numbers, cautions, linked maps, and the section",
+        "A ground map under 100 MPa: numbers, messages, linked maps and a section",
     ),
-    "desk-ask": (asked, "Asked: the load curve of the same contact, worked out beside the page"),
+    "desk-ask": (asked, "Analyze: the load curve of the same contact"),
     "desk-joint": (
         joined,
-        "The joint: formulas beside the contact, and the law of the interface, with its files",
+        "Joint: estimate, contact and interface law, with files",
     ),
-    "desk-take": (taken, "Taken away: files, and the command, the script and the project file"),
+    "desk-take": (taken, "Download: files, command, script and project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""
 

@@ -157,7 +157,7 @@ def test_a_contact_may_have_a_list_of_tasks_and_of_loads(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("tasks", "more", "words"),
     [
-        ('["conductance", "solve"]', (), "several tasks must be different ones of conductance"),
+        ('["conductance", "solve"]', (), "several tasks must be different ones of law"),
         ("[]", (), "several tasks must be different"),
         ('["conductance", "conductance"]', (), "several tasks must be different"),
         ("[1]", (), "several tasks must be different"),

@@ -555,7 +555,7 @@ def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
         (
             'task = "sweep"',
             'task = "history"',
-            ('from needs task = "sweep" or "conductance" or "law" or "leak", got "history"',),
+            ('from needs task = "sweep" or "law" or "conductance" or "leak", got "history"',),
         ),
         ('from = "0.1 N"', 'from = "0.1 J"', ("from needs a load such as",)),
         ('from = "0.1 N"', 'from = "0.1 MPa"', ("from and to must both be loads of one form",)),

@@ -177,5 +177,5 @@ def test_the_example_of_the_readme_runs(
     assert (tmp_path / "out.nc").exists()
     assert again.pressure.tobytes() == result.pressure.tobytes()
     printed = capsys.readouterr().out
-    assert printed.startswith(f"{result.max_pressure} {result.contact_fraction} ")
+    assert printed.startswith(f"{result.contact_fraction} {result.mean_gap} ")
     assert printed.count("\n") == 1

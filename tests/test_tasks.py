@@ -20,6 +20,7 @@ STRETCH = Option(
     prepares=True,
 )
 """
+FIRST_GROUP = 'GROUPS: dict[str, tuple[Command, ...]] = {\n    "Solve one contact": ('
 ASKED = """
 import json
 from pathlib import Path
@@ -149,7 +150,7 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) 
     for wing, text in (("joint", RESULT), ("report", KIND), ("request", TASK)):
         (package / wing / "height.py").write_text(text, encoding="utf-8")
     add(package / "request" / "tasks.py", "from roughcontact.request import height\n",
-        "TASKS: tuple[Task, ...] = (", "height.TASK, ")  # fmt: skip
+        FIRST_GROUP, "height.TASK, ")  # fmt: skip
     add(package / "report" / "kinds.py", "from roughcontact.report import height\n",
         "KINDS = (", "height.KIND, ")  # fmt: skip
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]

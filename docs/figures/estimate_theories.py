@@ -58,7 +58,8 @@ for index, shade in ((3, 0.4), (12, 0.65), (60, 0.95)):
     )
     share = np.geomspace(3e-3, 0.85, 80)
     at = estimate.Groups(
-        share / ratio, *(np.full_like(share, value) for value in (ratio, breadth, 0.95, 0.0, 0.0))
+        share / ratio,
+        *(np.full_like(share, value) for value in (ratio, breadth, 0.95, 0.0, 3.0, 0.0)),
     )
     value = atlas_of.formula("contact", True).value(at)
     right.loglog(share, value, color=plt.cm.Blues(shade), label=f"E* h′/σ_Y = {index}")

@@ -25,7 +25,7 @@ for axes, (name, result) in zip(panels[1:], results.items(), strict=True):
     )
     axes.set_facecolor("#f1f1ee")
     share = 100 * result.contact_fraction
-    axes.set_title(f"{name}: {share:.1f} % touch", fontsize=11)
+    axes.set_title(f"{name}: {share:.1f} % in contact", fontsize=11)
 bar = figure.colorbar(
     image, ax=panels[1:], label="pressure [GPa]", shrink=0.8, ticks=[0.3, 1, 3, 10, 30]
 )

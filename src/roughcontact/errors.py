@@ -88,7 +88,7 @@ class RoughcontactError(Exception):
         )
 
     def worded(self, spell: Spell = str) -> str:
-        """Return the message in the words of one edge; see `worded`."""
+        """Return the message for one interface; see `worded`."""
         return render_message(self.sentence, spell)
 
     def __str__(self) -> str:
@@ -105,7 +105,7 @@ class FormatError(InputError):
 
 
 class CapacityError(InputError):
-    """The load or approach asked for has no solution."""
+    """The requested load or approach has no solution."""
 
 
 class OtherRunError(InputError):

@@ -90,7 +90,7 @@ def wavy() -> bytes:
 def press(seat: Seat, load: str = "10 MPa") -> None:
     """Tell all that a solution needs, and wait for it."""
     seat.choose("Material", "100Cr6")
-    seat.choose("What the map is", "the whole contact")
+    seat.choose("Boundary", "the whole contact")
     seat.type("Value with unit", load)
     seat.page.get_by_text("converged, certificate").wait_for()
 
@@ -206,8 +206,8 @@ def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Se
 def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     demonstrate(seat)
     page = seat.page
-    seat.turn("Ask")
-    page.get_by_label("Plasticity of the volume").check()
+    seat.turn("Analyze")
+    page.get_by_label("Elastoplastic model").check()
     page.get_by_role("button", name="Start").click()
     page.get_by_text("s so far").wait_for()
     # The page answers while that goes on.
@@ -240,7 +240,7 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
     seat.type("Unit of the heights", "bananas")
     seat.alert("bananas").first.wait_for()
     seat.type("Unit of the heights", "um")
-    sides = page.get_by_label("Sides (y × x)", exact=True).locator("visible=true").first
+    sides = page.get_by_label("Side lengths (y × x)", exact=True).locator("visible=true").first
     sides.fill("64 um")
     sides.press("Enter")
     press(seat)
@@ -248,7 +248,7 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
     seat.alert("bananas").first.wait_for()
     seat.type("Value with unit", "20 MPa")
     seat.alert("bananas").first.wait_for(state="hidden")
-    seat.turn("Take away")
+    seat.turn("Download")
     page.locator("pre").filter(has_text=EVIL).first.wait_for()
     assert page.locator("img[src=x]").count() == 0
 
@@ -281,7 +281,7 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
         page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)
     for heading in page.locator("button.card-header").all():
         heading.click()
-    for tab in ("Contact", "Surface", "Ask", "Joint", "Compare", "Take away"):
+    for tab in ("Contact", "Surface", "Analyze", "Joint", "Compare", "Download"):
         seat.turn(tab)
         # What is shown comes in pieces.
         for _ in range(100):
@@ -321,7 +321,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
     reach(page.get_by_label("Material", exact=True))
     page.keyboard.type("100Cr6")
-    reach(page.get_by_label("What the map is", exact=True))
+    reach(page.get_by_label("Boundary", exact=True))
     page.keyboard.type("the whole")
     reach(page.get_by_label("Value with unit"))
     page.keyboard.type("10 MPa")
@@ -333,7 +333,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     wait_for_change(seat, "Load", before)
     reach(page.get_by_role("tab", selected=True).first)
     page.keyboard.press("ArrowLeft")
-    page.get_by_role("tab", name="Take away", selected=True).wait_for()
+    page.get_by_role("tab", name="Download", selected=True).wait_for()
     reach(page.get_by_label("File", exact=True))
     page.keyboard.type("result (.nc")
     reach(page.get_by_role("button", name="Make the file"))

@@ -114,7 +114,7 @@ def test_formulas_stand_beside_a_nominally_flat_contact(tmp_path: Path, bench: W
 def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench, **{"counter-material": "PEEK"})
     for name, box in seat.joint._boxes.items():
-        box.value = name == "What it conducts"
+        box.value = name == "Conductance"
     seat.start()
     assert "which PEEK lacks" in seat.said
     for box in seat.joint._boxes.values():

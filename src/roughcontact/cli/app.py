@@ -125,7 +125,7 @@ _app = typer.Typer(
     # Plain text: what draws boxes takes longer to import than all of the help.
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog='Example:\n\nroughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3',
+    epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
 )
 
 
@@ -142,7 +142,12 @@ def _root(
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Contact of measured rough surfaces: pressure, real contact area, yielding and gap."""
+    """Contact of measured rough surfaces: pressure, real contact area, gap, yielding.
+
+    \b
+    Give every quantity with its unit, in quotes: "1 N", "20 MPa", "0.1 mm".
+    Exit status: 0 solved, 1 not converged, 2 invalid input.
+    """  # noqa: D301
 
 
 # Commands from the table
@@ -235,7 +240,7 @@ _ALL = inspect.Parameter(
         bool,
         typer.Option(
             f"--{help_format.ALL}",
-            help="Show this message with all options and exit.",
+            help="Show all options.",
             is_eager=True,
             callback=help_format.show_all,
             expose_value=False,
@@ -264,9 +269,9 @@ def _argument(
 
 # What is done
 
-_FILE = "Measured height map: an instrument's file, or a matrix as .npy, .npz, .csv, .txt, .asc."
+_FILE = "Height map: instrument file, or matrix (.npy, .npz, .csv, .txt, .asc)."
 _MAP = _argument(Path | None, "FILE", _FILE, None)
-_MAPS = _argument(list[Path] | None, "FILE...", "Measured height maps, of one surface.", None)
+_MAPS = _argument(list[Path] | None, "FILE...", "Height maps of one surface.", None)
 
 
 def _display(specified: Given) -> Display:
@@ -392,9 +397,7 @@ def _desk(file: Subject, specified: Given) -> None:
 
 @_command(
     VERIFY,
-    _argument(
-        list[Path], "FILE...", "Results in NetCDF (.nc), as --output and --folder leave them."
-    ),
+    _argument(list[Path], "FILE...", "NetCDF results (.nc) of --output or --folder."),
 )
 def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.cli import console
@@ -441,7 +444,7 @@ def _info(file: Path | str | None, specified: Given) -> None:
 
 @_command(
     MATERIALS,
-    _argument(str | None, "NAME", "Show one, with its sources.", None, help_format.materials),
+    _argument(str | None, "NAME", "Material to show.", None, help_format.materials),
 )
 def _materials(name: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console

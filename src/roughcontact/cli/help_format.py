@@ -1,4 +1,4 @@
-"""Commands as they read their words, their help, ten options first, and what completes a word."""
+"""Parsing of commands, their help with ten options first, and completion of words."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Rows = list[tuple[str, str]]
 
 
 class Commands(typer.core.TyperGroup):
-    """The program, whose help says of each command all that its first sentence says."""
+    """The program; its help lists the commands in groups."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words before the command."""
@@ -31,18 +31,15 @@ class Commands(typer.core.TyperGroup):
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands, and then the options."""
-        named: list[tuple[str, Any]] = [
-            (name, self.get_command(ctx, name)) for name in self.list_commands(ctx)
-        ]
-        _section(
-            formatter, "Commands", [(name, _first_sentence(item.help)) for name, item in named]
-        )
+        """Write the groups of commands, and then the options."""
+        for heading, group in tasks.GROUPS.items():
+            rows = [(command.name, _first_sentence(command.help)) for command in group]
+            _section(formatter, heading, rows)
         _section(formatter, "Options", [_row(option) for option in _options(self, ctx)])
 
 
 class Command(typer.core.TyperCommand):
-    """A command, whose help says first what most people need."""
+    """A command; its help lists the common options first."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the words after the command."""
@@ -50,7 +47,7 @@ class Command(typer.core.TyperCommand):
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments and options: ten of them, and the names of the rest, where more are."""
+        """Write arguments and options; of many options, explain ten and name the others."""
         params: list[Any] = self.get_params(ctx)
         specified = [item for item in params if item.param_type_name == "argument"]
         _section(
@@ -67,10 +64,10 @@ class Command(typer.core.TyperCommand):
             for panel, held in panels.items():
                 _section(formatter, panel, [_row(option) for option in held])
             return
-        _section(formatter, "What most people need", [_row(options[name]) for name in first])
+        _section(formatter, "Common options", [_row(options[name]) for name in first])
         about = [_row(option) for option in panels.pop("Help")]
         rest = [(panel, " ".join(item.opts[0] for item in held)) for panel, held in panels.items()]
-        _section(formatter, f"Further options, which --{ALL} explains", rest)
+        _section(formatter, f"More options (--{ALL})", rest)
         _section(formatter, "Help", about)
 
 
@@ -125,8 +122,8 @@ def _section(formatter: Any, heading: str, rows: Rows) -> None:
                 formatter.write(f"{indent}{start:{indent_width}}{line}".rstrip() + "\n")
 
 
-def _first_sentence(text: str | None) -> str:
-    return " ".join((text or "").partition("\n\n")[0].split())
+def _first_sentence(text: str) -> str:
+    return " ".join(text.partition("\n\n")[0].split())
 
 
 # What completes a word

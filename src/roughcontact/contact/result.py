@@ -57,7 +57,7 @@ class ContactResult(Result):
     """Pressure and gap of a solved contact, with everything that went in.
 
     Maps are read-only, ``[y, x]``, in SI units; NaN marks missing points of the gap. Where several
-    processes hold the map together, each has maps of its own rows, all have the same numbers, and
+    processes share the map, each holds its rows, all have the same numbers, and
     all call `save` and `report`; what needs the whole map raises `InputError`.
 
     Parameters
@@ -69,7 +69,7 @@ class ContactResult(Result):
     precision : {"double", "single"}
         Arithmetic of the transforms.
     tolerance : float
-        Certificate asked for.
+        Certificate limit.
     control : {"load", "approach"}
         Which of the two was given.
     load : float
@@ -78,7 +78,7 @@ class ContactResult(Result):
         Approach ω [m], from the first touch; the mean displacement of a periodic body counts
         as zero, and where the map is periodic along one axis, a uniform line load along it
         displaces nothing at a distance of the longer side of the map. Where the bodies tilt,
-        that of the centre of the map from their first touch without tilt.
+        that of the map center from first contact without tilt.
     pressure : ndarray, shape (rows, nx)
         Contact pressure [Pa].
     gap : ndarray, shape (rows, nx)
@@ -100,9 +100,9 @@ class ContactResult(Result):
     tilt : (float, float)
         Slopes (y, x) that the tilt adds to the gap: the angles [rad] by which the counter-body is
         turned away from the surface, so that a positive one opens the gap towards larger y or x.
-        It turns about the centre of the map, where ``approach`` is measured.
+        It turns about the map center, where ``approach`` is measured.
     moments : (float, float) or None
-        Moments (W y, W x) of the load about the centre of the map that were given [N·m]; ``None``
+        Moments (W y, W x) of the load about the map center that were given [N·m]; ``None``
         where the bodies do not tilt.
     without_checksums : bool
         Whether it was read from a file without checksums, in which damage goes unseen.
@@ -110,8 +110,8 @@ class ContactResult(Result):
         How the ceiling was found, if it is one that was recommended.
     extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the
-        resolution; ``cautions`` tells it with what the result shows by itself.
-    specified_load : GivenLoad or None
+        resolution; ``cautions`` adds those of the result itself.
+    given : GivenLoad or None
         The load in the form in which it was given, where that was no force.
     calibrated : Calibrated or None
         The same contact under the calibrated ceiling, where that was computed.
@@ -177,7 +177,7 @@ class ContactResult(Result):
 
     @property
     def converged(self) -> bool:
-        """Whether certificate, load and moments are within what was asked for."""
+        """Whether certificate, load and moments are within their limits."""
         return self.status == "converged"
 
     @property
@@ -254,7 +254,7 @@ class ContactResult(Result):
         """Contact area without the excess that its elastic rim gains from the pixels [m²].
 
         A - (π - 1 + ln 2)/24 · S, S the length of the rim times the pixel: pixels that the rim
-        crosses touch too often, as the pressure of all of a pixel acts at its centre. The
+        crosses touch too often, as the pressure of all of a pixel acts at its center. The
         rim of saturated pixels, where pressure does not fall to zero, is left alone.
 
         On Hertz contacts of 3, 8 and 20 pixels' radius, averaged over their place on the grid, the

@@ -106,7 +106,7 @@ def solve(
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
-        Moments ``(W y, W x)`` [N·m] of the load about the centre of the map: a load that acts at
+        Moments ``(W y, W x)`` [N·m] of the load about the map center: a load that acts at
         the point (y, x) away from it, ``(0, 0)`` for one in the middle. The bodies then tilt
         until the pressure balances them. Without it they do not tilt, whatever the moments.
     counter_surface : Surface, optional
@@ -139,14 +139,14 @@ def solve(
         has not converged.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
-        called with a `Progress`, whose step is a `Step`, every time the solver has looked at the
+        called with a `Progress`, whose step is a `Step`, every time the solver has checked the
         whole map.
     calibrated : bool
         Whether to solve again under the calibrated ceiling, see `recommended_ceiling`, where it
         changes the contact area. ``calibrated`` of the result holds its areas and gap. It takes
         about half as long as the solve itself.
     workers : int, optional
-        Threads; by default the cores that the process may use, shared with the processes beside
+        Threads; by default the cores that the process may use, shared with other processes
         it on the machine that hold the same map.
 
     Returns

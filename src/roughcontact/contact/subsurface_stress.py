@@ -64,8 +64,8 @@ class StressResult(Result):
     body : {"body", "counter_body"}
         The body that was looked into.
     friction : float
-        Coefficient μ of the traction μ p that the rough body feels in ``direction``; the
-        counter-body feels the opposite.
+        Coefficient μ of the traction μ p on the rough body in ``direction``; the
+        counter-body has the opposite traction.
     direction : float
         Angle from x [degrees], counter-clockwise as seen in the map.
     precision : {"double", "single"}
@@ -123,7 +123,7 @@ class StressResult(Result):
         """Yield strength over the largest von Mises stress; ``None`` if it is unknown.
 
         The whole pressure may grow by this factor until the first point yields. The load may
-        only where the contact area stays as it is; see `first_yield_load`.
+        only where the contact area is unchanged; see `first_yield_load`.
         """
         return self.profile.yield_factor
 
@@ -288,8 +288,8 @@ def subsurface_stress(
     depths : array_like, or sequence of str or quantity of pint, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
         more around the largest stress (`stress_summary.summarize`).
-    in_body : {"body", "counter_body"}
-        The rough body, or its counter-body. Both feel the same pressure; the stress differs by
+    body : {"body", "counter_body"}
+        The rough body, or its counter-body. Both have the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
     friction : float
         Coefficient μ of the traction μ p on the rough body. That it alters the pressure a little

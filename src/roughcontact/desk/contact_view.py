@@ -29,7 +29,7 @@ class ContactView:
         self._call_draw, self._call_keep = draw, keep
         self._surface: Surface | None = None
         self._box: Box | None = None
-        self._keep = button("Keep the part that is drawn", self._kept, visible=False)
+        self._keep = button("Crop to selection", self._kept, visible=False)
         self.root = pn.Column(self._keep, **style.BLOCK)
 
     @cached_property

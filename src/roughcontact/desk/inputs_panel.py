@@ -180,7 +180,7 @@ class Preparation:
             self._session.undo_step(method)
             self._changed()
 
-        undoing = button("Take out", undo, description=f"Take out: {sentence}")
+        undoing = button("Remove", undo, description=f"Remove: {sentence}")
         return pn.Row(text, undoing, **style.BLOCK)
 
 
@@ -194,7 +194,7 @@ class Bodies:
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
         self._search = pn.widgets.TextInput(
-            label="Search the catalogue", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
+            label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
         self._search.param.watch(self._searched, "value_input")
         self.root = card(
@@ -391,7 +391,7 @@ class MapPanel:
 
     def _about_other(self) -> list[Any]:
         drop = _dropper("Drop the map of the counter-body", self._faced)
-        return [drop, button("Take it away", self._unfaced)]
+        return [drop, button("Remove counter-map", self._unfaced)]
 
     def _about_generated(self) -> list[Any]:
         wanted = [Control(name, self._want, task=GENERATE) for name in _GENERATED]

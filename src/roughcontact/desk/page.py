@@ -78,10 +78,10 @@ class Page:
             {
                 "Surface": lambda: Texture(self._run, session),
                 "All numbers": lambda: Numbers(session),
-                "Ask": self._ask,
+                "Analyze": self._ask,
                 "Joint": self._joint,
                 "Compare": self._compare,
-                "Take away": self._take_away,
+                "Download": self._take_away,
             },
         )
         self._answer = 0

@@ -281,7 +281,7 @@ def compare_models(
     The volume model is followed by `solve_elastoplastic`, which takes minutes on large maps.
     Where the contact yields below its surface but is far from full plasticity, the ceiling of
     three yield strengths is too high: by a quarter to a third in the mean pressure of a sphere at
-    10 to 100 times the load of its first yield. `recommended_ceiling` tells the better one
+    10 to 100 times the load of its first yield. `recommended_ceiling` returns the better one
     beforehand.
     """
     pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))

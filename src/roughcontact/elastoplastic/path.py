@@ -29,7 +29,7 @@ class PathPoint:
     offset : (float, float), str or quantity of pint
         How far the counter-surface has moved along ``(y, x)`` [m].
     friction : float
-        Coefficient μ of full sliding: the rough body feels the traction μ p.
+        Coefficient μ of full sliding: traction μ p on the rough body.
     direction : float
         Of that traction [degrees], counter-clockwise from x as seen in the map.
 
@@ -75,7 +75,7 @@ class PathPoint:
         return self.friction * shares[0], self.friction * shares[1]
 
     def between(self, end: PathPoint, part: int, count: int) -> PathPoint:
-        """Return a point after some of so many equal parts of the straight way to another.
+        """Return a point after some of n equal parts of the straight line to another.
 
         Friction is that of the other from the start.
         """

@@ -97,7 +97,7 @@ class ElastoplasticResult(Result):
     precision : {"double", "single"}
         Arithmetic of the volume; the contact is solved in double.
     tolerance : float
-        Residual asked for.
+        Residual limit.
     status : str
         ``"converged"``, or why the path was left.
     seconds : float
@@ -148,7 +148,7 @@ class ElastoplasticResult(Result):
         Raises
         ------
         InputError
-            If they lie on several ranks.
+            If they are distributed over ranks.
         """
         whole = tuple(body for body in self.bodies if isinstance(body, PlasticBody))
         if len(whole) < len(self.bodies):
@@ -206,8 +206,8 @@ class ElastoplasticResult(Result):
         return max(body.plastic_depth for body in self.bodies)
 
     @property
-    def yielded(self) -> NDArray[np.bool_]:
-        """Pixels under which the uppermost layer of a body has flowed, shape (ny, nx)."""
+    def flowed(self) -> NDArray[np.bool_]:
+        """Pixels above a yielded uppermost layer of a body, shape (ny, nx)."""
         first = self.bodies[0].margin
         ny, nx = self.solution.pressure.shape
         inside = slice(first, first + ny), slice(first, first + nx)
@@ -220,7 +220,7 @@ class ElastoplasticResult(Result):
     def perimeter_corrected_area(self) -> float:
         """Contact area without the excess that an elastic rim gains from the pixels [m²].
 
-        See `ContactResult.perimeter_corrected_area`; the rim of pixels that have flowed, where the
+        See `ContactResult.corrected_contact_area`; the perimeter of yielded pixels, where the
         pressure falls from the plateau to zero at once, is left alone.
         """
         pressed = self.solution

@@ -267,7 +267,7 @@ class RollingResult(Result):
     def settled_after(self) -> int | None:
         """Number of passes after which none adds plastic strain.
 
-        ``None`` if the last one does, or the steps are too long to tell.
+        ``None`` if the last one does, or the steps are too long.
         """
         if self.shakedown is Shakedown.NOT_RESOLVED:
             return None
@@ -283,8 +283,8 @@ class RollingResult(Result):
         return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
-    def outcome_text(self) -> str:
-        """The ``shakedown`` in words, with its number."""
+    def answer(self) -> str:
+        """The ``shakedown`` as text, with its number."""
         kind = self.shakedown
         if kind is Shakedown.ELASTIC_SHAKEDOWN:
             count = self.settled_after
@@ -371,24 +371,24 @@ def roll(
     load : float, str or quantity of pint
         Normal load on the whole way [N].
     passes : int
-        How many; there and back are two. The last is the first that adds no plastic strain at
-        all, of those to and fro the second in a row: all further ones would add none.
+        Maximum number; forward and backward count as two. Passes end with the first that adds no
+        plastic strain, or the second in a row of reciprocating ones.
     steps : int
         Steps of a pass.
-    travel : float, str or quantity of pint
-        Length of a pass [m]; by default the period of the map along ``direction``, round and round.
+    way : float, str or quantity of pint
+        Length of a pass [m]; by default one period of the map along ``direction``.
     direction : float
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
-    reciprocating : bool
-        Whether every other pass goes back, instead of beginning anew at the start.
-    start_at_center : bool
+    to_and_fro : bool
+        Whether every other pass goes back, instead of starting again.
+    centered : bool
         Whether the way lies half before and half behind the place of the counter-surface, in place
         of all of it before.
     friction : float
         Coefficient μ of full sliding; the traction on the rough body points to where the
         counter-body moves.
     folder : path, optional
-        Where the state after every step is kept, in one folder a pass; the same call goes on from
+        Folder for the state after every step, one folder per pass; the same call resumes from
         there and ends with the same numbers.
     on_step : callable, optional
         ``on_step(number, step, state)`` is called after each step of each pass, with those that

@@ -101,15 +101,15 @@ def solve_elastoplastic(
         Loads one after the other, with the place of the counter-surface and full sliding. To a
         point without friction the counter-body rolls, without slip: plastic strain stays where it
         is in both bodies, and the counter-surface is a form. To a point with friction it slides,
-        and takes along what has yielded in it, on a periodic map. Points are visited as they are,
+        and takes along what has yielded in it, on a periodic map. Points are visited in order,
         with ``increments`` left alone.
     counter_surface : Surface, optional
         Heights of the counter-body on the same grid; a flat without it.
     boundary : {"free", "periodic"}
         Whether the map is all there is, or one period of an endless surface.
     increments : int or "auto"
-        Equal steps to ``load``; ``loads`` are then visited as they are. "auto": to each of them
-        as many as it takes to keep the error by the steps below 1 % of approach and contact area,
+        Equal steps to ``load``; ``loads`` are then visited in order. "auto": to each of them
+        enough to keep the step error below 1 % of approach and contact area,
         48 from nothing to a load at most; see `ElastoplasticResult.step_error`, which is not
         known otherwise.
     depth : float, optional
@@ -125,22 +125,21 @@ def solve_elastoplastic(
     precision : {"double", "single"}
         Arithmetic of the volume; single changes pressures by about 1e-5.
     start : ElastoplasticResult, optional
-        Result to go on from: same bodies, same boundary.
+        Result to resume from: same bodies, same boundary.
     on_failure : {"raise", "return"}
         What to do if the path cannot be followed to its end.
     folder : path, optional
-        Where the state at every load asked for is saved as soon as it is reached, as
+        Where the state at every requested load is saved as soon as it is reached, as
         ``step-0001.nc`` and so on; made if it does not exist. Where the counter-surface moves or
-        slides that at the last point alone, and on the way ``latest.nc``, with what goes on from
-        the last point reached. The same call on the same folder goes
-        on after the last of them and ends with the same numbers. Loads may be added at the end as
-        long as the layers stay as they are, which the largest load sets.
+        slides that at the last point alone, and on the way ``latest.nc``, to resume from the last
+        point reached. The same call on the same folder resumes with the same numbers. Loads may
+        be added at the end as long as the layers, which the largest load sets, are unchanged.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
-    on_step : callable, optional
-        ``each(number, state)`` is called at every load asked for, with those that stand whole in
+    each : callable, optional
+        ``each(number, state)`` is called at every requested load, with those that stand whole in
         the folder, too. The folder then keeps all of them whole.
     ranks : mpi4py.MPI.Comm, optional
         Of processes that share the volume, each with every so many-th layer of it. All of them
@@ -171,7 +170,7 @@ def solve_elastoplastic(
     Notes
     -----
     Small strains on a half-space: contacts small against the radii of the bodies. Stress is the
-    average over a layer and, in the plane, the value at the centre of a pixel. With perfect
+    average over a layer and, in the plane, the value at the center of a pixel. With perfect
     plasticity the pressure of single pixels scatters by 5 to 10 %, more at the rim of the
     contact: a field without volume change has too few freedoms there. Means over rings or 3 × 3
     pixels are right; a little hardening removes the scatter.

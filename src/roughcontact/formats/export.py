@@ -163,12 +163,12 @@ FORMATS = (
     }),
     OutputFormat(".vtr", {
         Kind.VOLUME: Content("strain and stress of the volume model", _vtr),
-        Kind.ROLLING: Content("strain and stress in the end", _last(_vtr)),
+        Kind.ROLLING: Content("final strain and stress", _last(_vtr)),
     }),
     OutputFormat(".vti", {
         Kind.SURFACE: Content("heights for ParaView", _vti),
         **_of_results(Content("maps for ParaView", _vti)),
-        Kind.ROLLING: Content("maps in the end", _last(_vti)),
+        Kind.ROLLING: Content("final maps", _last(_vti)),
     }),
     OutputFormat(".pvd", {
         Kind.ROLLING: Content("all steps of --folder for ParaView", _pvd),

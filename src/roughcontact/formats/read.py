@@ -59,7 +59,7 @@ def read_surface(
         ``.txt``, ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
         SurfaceTopography; packed by gzip or not.
     format : str, optional
-        Name of the format or a suffix that stands for it, see `SUFFIXES`; by default the suffix
+        Name of the format or one of its suffixes, see `SUFFIXES`; by default the suffix
         of the file, unless its content is plainly another.
     channel : str or int, optional
         Name or index of the height channel; by default the one the file proposes, or its first

@@ -449,11 +449,11 @@ def conductance(
     Parameters
     ----------
     contacts : ContactResult or iterable of ContactResult
-        Solutions of one pair of bodies under one load or several. One at a time is looked at, and
+        Solutions of one pair of bodies under one load or several. One at a time is used, and
         that under the largest load is kept.
-    conductor, counter_conductor : Conductor or str
-        What the bodies conduct, or their names in the catalogue of materials.
-    electrical_film : float, str or quantity of pint
+    body, counter_body : Conductor or str
+        Conductors of the bodies, or their names in the catalog of materials.
+    film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].
@@ -467,7 +467,7 @@ def conductance(
     ------
     InputError
         If neither the resistivity nor the conductivity of both bodies is known, a film lacks that
-        which it goes with, the contacts are of different bodies, or the bodies are profiles.
+        which it needs, the contacts are of different bodies, or the bodies are profiles.
     ConvergenceError, InsufficientMemoryError
         As for `roughcontact.contact.stiffness.unloading_stiffness`.
 

@@ -371,7 +371,7 @@ def estimate(
     Sdq : float
         Root-mean-square gradient; its squares add, too.
     Sal : float, str or quantity of pint, optional
-        Autocorrelation length [m]. Without it gap and plastic volume are less sure.
+        Autocorrelation length [m]. Without it the intervals of gap and plastic volume are wider.
     Str : float, optional
         Texture aspect ratio; by default 1.
     Ssk : float, optional

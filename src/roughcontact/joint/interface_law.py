@@ -169,7 +169,7 @@ class InterfaceLaw(Result):
     extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps.
     parts : InterfaceLaw or None
-        The law of equal parts of the maps, if it was asked for: whether the maps are large enough.
+        Law of equal parts of the maps, if requested; it shows if the maps are large enough.
     bodies : (Conductor, Conductor) or None
         What both bodies conduct, for decks that hold a conductance.
     thermal_film : float
@@ -434,13 +434,13 @@ def interface_law(
     ----------
     contacts : iterable of ContactResult
         Solutions of one map or several of one surface, each under two loads at least, one map
-        after the other. One at a time is looked at.
+        after the other. One at a time is used.
     unloading : iterable of ContactResult
         Solutions under loads up to the largest of the maps as that left them
         (`roughcontact.indented_surface`), the maps in the same order. Without them, the law has no
         second branch; where nothing was saturated it needs none.
     body, counter_body : Conductor or str, optional
-        What the bodies conduct, or their names in the catalogue of materials, for the thermal
+        Conductors of the bodies, or their names in the catalog of materials, for the thermal
         conductance over pressure.
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].

@@ -164,7 +164,7 @@ class Leakage(Result):
     steps : tuple of LeakageStep
         By ascending load.
     axes : tuple of int
-        Directions that were asked for: 0 along y, 1 along x.
+        Flow axes: 0 along y, 1 along x.
     roughness : float
         Root-mean-square height σ of the gap before contact [m].
     seal : Seal or None
@@ -285,12 +285,12 @@ def leakage(
     seal_width: Quantity | None = None,
     seal_length: Quantity | None = None,
 ) -> Leakage:
-    """Return what leaks through the gap of a contact.
+    """Return the leakage through the gap of a contact.
 
     Parameters
     ----------
     contacts : ContactResult or iterable of ContactResult
-        Solutions of one pair of bodies under one load or several. One at a time is looked at, and
+        Solutions of one pair of bodies under one load or several. One at a time is used, and
         that under the largest load is kept.
     flow_axis : {"y", "x"}, optional
         Along which the fluid flows; by default both, one after the other.
@@ -320,18 +320,18 @@ def leakage(
     Reynolds' equation for a thin film at rest, ∇·(g³ ∇p) = 0, where the bodies do not touch;
     nothing flows through contact, and the fluid does not push the bodies apart. Along an axis
     that is periodic the pressure falls by the same amount over each period; along a free one it
-    is given on the two sides of the map. A way through is looked for first: without one nothing
+    is given on the two sides of the map. An open path is searched first: without one nothing
     flows.
 
     A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
     at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
-    path of its molecules it slips and leaks more: a caution tells by what factor, see
+    path of its molecules it slips, and the rate is higher: a caution gives the factor, see
     `roughcontact.joint.conductance.slip_factor`.
 
     References
     ----------
     Patir and Cheng 1978, J. Lubr. Technol. 100, 12, doi:10.1115/1.3453103: flow factors, there over
-    the distance of the mean planes, here over the mean gap, which the continuity of flow asks for
+    the distance of the mean planes, here over the mean gap, as the continuity of flow requires
 
     Examples
     --------

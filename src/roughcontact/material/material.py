@@ -148,7 +148,7 @@ class Material(Renamed):
 
     @property
     def ceiling(self) -> float | None:
-        """Largest contact pressure that the material bears [Pa].
+        """Largest contact pressure of the material [Pa].
 
         Three yield strengths (Tabor 1951), or the hardness where no yield strength is known;
         ``None`` without either.

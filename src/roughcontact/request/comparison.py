@@ -32,35 +32,31 @@ if TYPE_CHECKING:
     from roughcontact.studies.sampling_study import Sample, SamplingStudy
     from roughcontact.surface.surface import Surface
 
-QUARTERS = flag(
-    "quarters", Panel.MAP, "Make a group of each map: its four quarters, each leveled again."
-)
+QUARTERS = flag("quarters", Panel.MAP, "Split each map into four quarters, one group per map.")
 SAMPLING = flag(
     "sampling", Panel.MAP,
-    "Tell from 4, 16 and 64 parts of each map how sure its numbers are, and how large an area "
-    "is needed for 5 %.",
+    "Estimate the sampling error and the area needed for 5 %.",
 )  # fmt: skip
 PAIRED = flag(
     "paired", Panel.MAP,
-    "Take the maps of two groups one by one, such as the same places before and after.",
+    "Pair the maps of two groups (same places, before and after).",
 )  # fmt: skip
 LOAD = Option(
     "load", Panel.BODIES, "PRESSURE",
-    'Nominal pressure on every map, such as "20 MPa": maps of all sizes have the same.',
+    'Nominal pressure, the same for all maps: "20 MPa".',
     parsing.nominal, None, arguments=("pressure",),
 )  # fmt: skip
-PRELOAD = Option(
-    "preload", Panel.BODIES, "PRESSURE",
-    'Compare each map with itself after a first loading to this nominal pressure, such as '
-    '"200 MPa".', parsing.nominal, None, arguments=("preload_pressure",),
+FIRST_LOAD = Option(
+    "first-load", Panel.BODIES, "PRESSURE",
+    'Preload; compare each map before and after: "200 MPa".',
+    parsing.nominal, None, arguments=("first_pressure",),
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",
-    "Pressures of the load curves, from a hundredth of the load up to it; 1 for no curve; "
-    "default: 7.", parsing.counted(1, limits.STEPS), 7,
+    "Points of the load curve; 1 for none; default: 7.", parsing.counted(1, limits.STEPS), 7,
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Write the table of means and differences.", TABLES)
-FIGURE = file("figure", "FILE", "Draw load curves and numbers as PNG, SVG or PDF.", PICTURES)
+OUTPUT = file("output", "FILE.csv|json", "Table of means and differences.", TABLES)
+FIGURE = file("figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES)
 _SOLVER = options.SOLVER_DOUBLE
 
 _QUARTERS = 4
@@ -242,16 +238,15 @@ def _last(_: Outcome) -> dict[str, Any]:
 
 TASK = Task(
     "compare",
-    """Compare several maps under the same nominal pressure: means, differences, how sure.
+    """Compare groups of maps, with 95 % intervals.
 
-Files alone are maps of one surface; --group makes several, --quarters one of each map, and
---preload sets each map beside itself after a first loading. --sampling tells how large an
-area is needed.
+Files without --group form one group.
 
 \b
 Example:
-roughcontact compare --group "ground=ground*.opd" --group "honed=honed*.opd" \\
-    --load "20 MPa" --material 100Cr6 --missing fill --report finish.html
+roughcontact compare --group "ground=ground-?.x3p" \\
+    --group "honed=honed-?.x3p" \\
+    --load "20 MPa" --boundary periodic --material 42CrMo4
 """,
     (
         options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, PRELOAD, STEPS,

@@ -25,12 +25,12 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-ELECTRICAL_FILM = Option(
-    "electrical-film", Panel.BODIES, "FILM",
-    'Electrical resistance times area of a film on the contact, such as "1e-12 ohm m^2"; '
-    "default: none.", parsing.quantity("film"), None,
+FILM = Option(
+    "film", Panel.BODIES, "FILM",
+    'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
+    parsing.quantity("film"), None,
 )  # fmt: skip
-FIGURE = file("figure", "FILE", "Draw resistance over load as PNG, SVG or PDF.", PICTURES)
+FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (
     RESISTIVITY, CONDUCTIVITY, COUNTER_RESISTIVITY,
     COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, THERMAL_FILM,
@@ -93,12 +93,12 @@ def _check(request: Request) -> None:
 
 TASK = Task(
     "conductance",
-    """Solve the contact under one load or several: electrical and thermal resistance.
+    """Compute thermal and electrical contact conductance.
 
 \b
 Example:
-roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --counter-material 6061-T6 --missing fill --boundary periodic
+roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
+    --boundary periodic --material 42CrMo4 --counter-material Cu-ETP
 """,
     (
         *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_CONDUCTORS,
@@ -117,7 +117,7 @@ roughcontact conductance ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     held=2,
     questions=(
         Question(
-            "What it conducts",
+            "Conductance",
             "Electrical and thermal resistance of the whole contact.",
             _CONDUCTORS,
         ),

@@ -26,45 +26,47 @@ if TYPE_CHECKING:
 
 LOAD = Option(
     "load", Panel.BODIES, "LOADS",
-    'Normal load, as for solve, or several with commas: "1 N, 3 N, 10 N".', parsing.loads, None,
+    'Loads or nominal pressures: "1 N" or "20 MPa, 50 MPa".', parsing.loads, None,
 )  # fmt: skip
 FROM = Option(
-    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure, such as "1 MPa".',
+    "from", Panel.BODIES, "PRESSURE", 'Smallest nominal pressure: "1 MPa".',
     parsing.nominal, None,
 )  # fmt: skip
 TO = Option(
-    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure, such as "300 MPa".',
+    "to", Panel.BODIES, "PRESSURE", 'Largest nominal pressure: "300 MPa".',
     parsing.nominal, None,
 )  # fmt: skip
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER", "Pressures between them, in equal ratios; default: 13.",
+    "steps", Panel.BODIES, "NUMBER", "Number of pressures (logarithmic); default: 13.",
     parsing.counted(2, memory.STEPS), 13,
 )  # fmt: skip
 RANGE = (FROM, TO, STEPS)
-OUTPUT = file("output", "FILE.csv|json", "Write the table of loads.", TABLES)
+OUTPUT = file("output", "FILE.csv|json", "Table of loads.", TABLES)
 
 RESISTIVITY = Option(
     "resistivity", Panel.BODIES, "RESISTIVITY",
-    'Electrical resistivity of the body, such as "17 nohm m"; default: that of --material.',
+    'Electrical resistivity: "17 nohm m"; default: from --material.',
     parsing.quantity("resistivity"), None,
 )  # fmt: skip
 CONDUCTIVITY = Option(
     "conductivity", Panel.BODIES, "CONDUCTIVITY",
-    'Thermal conductivity of the body, such as "46 W/m/K"; default: that of --material.',
+    'Thermal conductivity: "46 W/m/K"; default: from --material.',
     parsing.quantity("conductivity"), None,
 )  # fmt: skip
 COUNTER_RESISTIVITY = Option(
-    "counter-resistivity", Panel.BODIES, "RESISTIVITY", "Resistivity of the counter-body.",
+    "counter-resistivity", Panel.BODIES, "RESISTIVITY",
+    "Electrical resistivity of the counter-body.",
     parsing.quantity("resistivity"), None,
 )  # fmt: skip
 COUNTER_CONDUCTIVITY = Option(
-    "counter-conductivity", Panel.BODIES, "CONDUCTIVITY", "Conductivity of the counter-body.",
+    "counter-conductivity", Panel.BODIES, "CONDUCTIVITY",
+    "Thermal conductivity of the counter-body.",
     parsing.quantity("conductivity"), None,
 )  # fmt: skip
 THERMAL_FILM = Option(
     "thermal-film", Panel.BODIES, "FILM",
-    'Thermal resistance times area of a film on the contact, such as "1e-6 m^2 K/W"; default: '
-    "none.", parsing.quantity("thermal film"), None,
+    'Thermal film resistance × area: "1e-6 m^2 K/W"; default: none.',
+    parsing.quantity("thermal film"), None,
 )  # fmt: skip
 
 PRESSURE_RULES = tuple(

@@ -12,16 +12,18 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 
 SQ = Option(
-    "sq", Panel.MAP, "LENGTH", 'Root-mean-square height Sq, such as "0.4 um"; this and all below '
-    "in place of those of a FILE.", LENGTH, None, arguments=("Sq",),
+    "sq", Panel.MAP, "LENGTH",
+    'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
+    LENGTH, None, arguments=("Sq",),
 )  # fmt: skip
 SDQ = Option(
-    "sdq", Panel.MAP, "NUMBER", "Root-mean-square gradient Sdq.", parsing.number, None,
+    "sdq", Panel.MAP, "NUMBER", "Root-mean-square slope Sdq.", parsing.number, None,
     arguments=("Sdq",),
 )  # fmt: skip
 SAL = Option(
-    "sal", Panel.MAP, "LENGTH", 'Autocorrelation length Sal, such as "12 um"; without it the gap '
-    "is less sure.", LENGTH, None, arguments=("Sal",),
+    "sal", Panel.MAP, "LENGTH",
+    'Autocorrelation length Sal: "12 um"; narrows the gap interval.',
+    LENGTH, None, arguments=("Sal",),
 )  # fmt: skip
 STR = Option(
     "str", Panel.MAP, "NUMBER", "Texture aspect ratio Str; default: 1.", parsing.number, None,
@@ -32,19 +34,22 @@ SSK = Option(
     arguments=("Ssk",),
 )  # fmt: skip
 SKU = Option(
-    "sku", Panel.MAP, "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk², which is 3 of a Gaussian "
-    "surface.", parsing.number, None, arguments=("Sku",),
+    "sku", Panel.MAP, "NUMBER",
+    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
+    parsing.number, None, arguments=("Sku",),
 )  # fmt: skip
 NOMINAL_PRESSURE = Option(
-    "pressure", Panel.BODIES, "PRESSURE", 'Load over nominal area, such as "20 MPa".', PRESSURE,
+    "pressure", Panel.BODIES, "PRESSURE",
+    'Nominal pressure (load over nominal area): "20 MPa".',
+    PRESSURE,
     None,
 )  # fmt: skip
 CEILING: Option[str | float | None] = Option(
-    "ceiling", Panel.BODIES, "PRESSURE", 'Largest pressure, such as "3 GPa", or a hardness, such '
-    'as "62 HRC"; auto: 3 times the smaller yield strength, or else the hardness; none: purely '
-    "elastic; default: auto.", parsing.ceiling, "auto", "Pressure ceiling",
+    "ceiling", Panel.BODIES, "PRESSURE",
+    'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
+    parsing.ceiling, "auto", "Pressure ceiling",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.json", "Write the estimate.", (".json",))
+OUTPUT = file("output", "FILE.json", "Estimate as JSON.", (".json",))
 _PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
 
 
@@ -76,15 +81,14 @@ def _memory(_: Request, shape: tuple[int, int]) -> None:
 
 TASK = Task(
     "estimate",
-    """Tell contact, gap and depth with plastic strain by formulas, without solving it.
+    """Estimate contact area and gap from roughness parameters.
 
-From a map, or from Sq, Sdq, Sal, Str and Ssk. Each number comes with the interval that holds 90
-of 100 nominally flat surfaces; what lies outside the domain of the formulas is refused.
+Each interval holds 90 of 100 nominally flat surfaces. Input outside the fitted range is rejected.
 
 \b
 Example:
 roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
-    --pressure "100 MPa" --material 100Cr6
+    --pressure "100 MPa" --material 42CrMo4
 """,
     (
         *options.READING, *options.PREPARATION, *_PARAMETERS, NOMINAL_PRESSURE, CEILING,

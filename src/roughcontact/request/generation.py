@@ -20,71 +20,86 @@ if TYPE_CHECKING:
 _LARGEST_SEED = 2**63 - 1
 
 SIZE = Option(
-    "size", Panel.MAP, "LENGTHS", 'Sides (y, x) of the map: "0.5 mm x 1 mm", or one of a square.',
-    parsing.words, None, "Sides (y × x)",
+    "size", Panel.MAP, "LENGTHS", 'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
+    parsing.words, None, "Side lengths (y × x)",
 )  # fmt: skip
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER|NYxNX", "Points of the map; default: 1024.", parsing.points,
+    "points", Panel.MAP, "NUMBER|NYxNX",
+    "Grid points, e.g. 512 or 256x1024; default: 1024.",
+    parsing.points,
     (1024, 1024),
 )  # fmt: skip
 SEED = Option(
-    "seed", Panel.MAP, "NUMBER", "Seed of the random waves: another seed, another surface of the "
-    "same kind; default: 0.", parsing.counted(0, _LARGEST_SEED), 0,
+    "seed", Panel.MAP, "NUMBER",
+    "Random seed; each seed gives another surface; default: 0.",
+    parsing.counted(0, _LARGEST_SEED), 0,
 )  # fmt: skip
 SQ = Option(
-    "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq, such as "0.4 um".', LENGTH, None,
+    "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None,
     arguments=("Sq",),
 )  # fmt: skip
 SSK = Option(
-    "ssk", Panel.HEIGHTS, "NUMBER", "Skewness Ssk: below 0 plateaus with dales, above 0 peaks on a "
-    "plain; default: 0.", parsing.number, 0.0, arguments=("Ssk",),
+    "ssk", Panel.HEIGHTS, "NUMBER",
+    "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
+    parsing.number, 0.0, arguments=("Ssk",),
 )  # fmt: skip
 SKU = Option(
-    "sku", Panel.HEIGHTS, "NUMBER", "Kurtosis Sku; default: 3 + 1.5 Ssk², which is 3 of a Gaussian "
-    "surface.", parsing.number, None, arguments=("Sku",),
+    "sku", Panel.HEIGHTS, "NUMBER",
+    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
+    parsing.number, None, arguments=("Sku",),
 )  # fmt: skip
 SAL = Option(
-    "sal", Panel.TEXTURE, "LENGTH", 'Autocorrelation length Sal, such as "12 um"; this, --rolloff '
-    "or --sdq.", LENGTH, None, arguments=("Sal",),
+    "sal", Panel.TEXTURE, "LENGTH",
+    'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
+    LENGTH, None, arguments=("Sal",),
 )  # fmt: skip
 SDQ = Option(
-    "sdq", Panel.TEXTURE, "NUMBER", "Root-mean-square slope Sdq; with --sal or --rolloff the "
-    "shortest wave follows from it.", parsing.number, None, arguments=("Sdq",),
+    "sdq", Panel.TEXTURE, "NUMBER",
+    "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
+    parsing.number, None, arguments=("Sdq",),
 )  # fmt: skip
 ROLLOFF = Option(
-    "rolloff", Panel.TEXTURE, "LENGTH", "Wavelength above which the spectrum is flat.", LENGTH,
+    "rolloff", Panel.TEXTURE, "LENGTH",
+    'Roll-off wavelength; the spectrum is flat above: "50 um".',
+    LENGTH,
     None, arguments=("rolloff_wavelength",),
 )  # fmt: skip
 CUTOFF = Option(
-    "cutoff", Panel.TEXTURE, "LENGTH", "Shortest wavelength; default: 8 pixels.", LENGTH, None,
+    "cutoff", Panel.TEXTURE, "LENGTH",
+    'Shortest wavelength: "4 um"; default: 8 pixels.',
+    LENGTH, None,
     arguments=("cutoff_wavelength",),
 )  # fmt: skip
 HURST = Option(
-    "hurst", Panel.TEXTURE, "NUMBER", "Hurst exponent, from 0 (rough to the finest scale) to 1; "
-    "default: 0.8.", parsing.number, 0.8,
+    "hurst", Panel.TEXTURE, "NUMBER",
+    "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
+    parsing.number, 0.8,
 )  # fmt: skip
 STR = Option(
-    "str", Panel.TEXTURE, "NUMBER", "Texture aspect ratio Str, from near 0 (directional) to 1 (the "
-    "same in all directions); default: 1.", parsing.number, None, arguments=("Str",),
+    "str", Panel.TEXTURE, "NUMBER",
+    "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
+    parsing.number, None, arguments=("Str",),
 )  # fmt: skip
 LAY = Option(
-    "lay", Panel.TEXTURE, "DEGREES", "Direction of the lay, counter-clockwise from x; default: 0.",
+    "lay", Panel.TEXTURE, "DEGREES", "Lay direction, degrees counterclockwise from x; default: 0.",
     parsing.number, 0.0,
 )  # fmt: skip
 HONING = Option(
-    "honing", Panel.TEXTURE, "DEGREES", "Angle between the two families of grooves of a honed "
-    "surface, either side of the lay.", parsing.number, None,
+    "honing", Panel.TEXTURE, "DEGREES",
+    "Honing angle between the two groove families, degrees: 45.",
+    parsing.number, None,
 )  # fmt: skip
 TURNING = Option(
-    "turning", Panel.TEXTURE, "FEED,RADIUS", 'Grooves of turning along the lay: feed and nose '
-    'radius, such as "0.1 mm, 0.8 mm".', parsing.lengths, None,
+    "turning", Panel.TEXTURE, "FEED,RADIUS",
+    'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
+    parsing.lengths, None,
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the map: {export.format_list_text(Kind.SURFACE)}; may be repeated.",
+    f"Map: {export.format_list_text(Kind.SURFACE)}; repeatable.",
     export.suffixes(Kind.SURFACE),
 )
-FIGURE = file("figure", "FILE", "Draw the map as PNG, SVG or PDF.", PICTURES)
+FIGURE = file("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
 _PARAMETERS: tuple[Option[Any], ...] = (
     SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
 )  # fmt: skip
@@ -132,9 +147,9 @@ def _drawn(surface: Surface) -> Any:
 
 COMMAND = Command(
     "generate",
-    """Make a rough surface from its parameters: Sq, Sal or Sdq, Str, Ssk, Sku, lay.
+    """Generate a rough surface with given roughness parameters.
 
-The same seed gives the same surface. What the map has is printed beside what was asked for.
+The same seed gives the same surface. Requested and measured parameters are printed.
 
 \b
 Example:

@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 QUARTERS = flag(
     "quarters", Panel.MAP,
-    "Find the law of the quarters of each map, too: whether the maps are large enough.",
+    "Repeat on map quarters to check the map size.",
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the law: {export.format_list_text(Kind.LAW)}; may be repeated.",
+    f"Law: {export.format_list_text(Kind.LAW)}; repeatable.",
     export.suffixes(Kind.LAW),
 )
-FIGURE = file("figure", "FILE", "Draw the law as PNG, SVG or PDF.", PICTURES)
+FIGURE = file("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
 
 
@@ -102,15 +102,15 @@ def _check(request: Request) -> None:
 
 TASK = Task(
     "law",
-    """Find the law of an interface: pressure, contact, stiffness over separation.
+    """Compute the pressure-separation law; write Abaqus/CalculiX decks.
 
-Several files are maps of one surface, and give a mean with its scatter. Where the ceiling is
-reached, unloading has a branch of its own.
+Several files are maps of one surface; the mean and its 95 % interval are reported. Above the
+ceiling, unloading is a separate branch.
 
 \b
 Example:
-roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
-    --material 42CrMo4 --missing fill --boundary periodic --output law.inp
+roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
+    --boundary periodic --material 42CrMo4 --output law.inp
 """,
     (
         QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
@@ -126,8 +126,8 @@ roughcontact law ground*.opd --from "1 MPa" --to "300 MPa" \\
     last=last_contact,
     questions=(
         Question(
-            "Which law it obeys",
-            "Separation, contact and stiffness over the pressure, with tables for other programs.",
+            "Interface law",
+            "Separation, contact and stiffness over pressure, with tables for other programs.",
             (QUARTERS,),
         ),
     ),

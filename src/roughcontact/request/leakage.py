@@ -20,30 +20,27 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-FLOW_AXIS = Option(
-    "flow-axis", Panel.BODIES, "y|x", "Along which the fluid flows; default: both.",
+DIRECTION = Option(
+    "direction", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
     parsing.choice("y", "x"), None,
 )  # fmt: skip
 VISCOSITY = Option(
-    "viscosity", Panel.BODIES, "VISCOSITY", 'Viscosity of the fluid, such as "1 mPa s".',
+    "viscosity", Panel.BODIES, "VISCOSITY", 'Dynamic viscosity: "1 mPa s".',
     parsing.quantity("viscosity"), None,
 )  # fmt: skip
 PRESSURE_DIFFERENCE = Option(
-    "pressure-difference", Panel.BODIES, "PRESSURE", 'Between inlet and outlet, such as "1 bar".',
+    "pressure-difference", Panel.BODIES, "PRESSURE", 'Inlet minus outlet pressure: "1 bar".',
     PRESSURE, None,
 )  # fmt: skip
 SEAL_WIDTH = Option(
     "seal-width", Panel.BODIES, "LENGTH",
-    "Of the face that leaks, across the flow: of a ring its circumference; default: that of "
-    "the map.", LENGTH, None,
+    "Seal face width across the flow (ring: circumference); default: map.", LENGTH, None,
 )  # fmt: skip
 SEAL_LENGTH = Option(
     "seal-length", Panel.BODIES, "LENGTH",
-    "Of the face that leaks, along the flow; default: that of the map.", LENGTH, None,
+    "Seal face length along the flow (land); default: map.", LENGTH, None,
 )  # fmt: skip
-FIGURE = file(
-    "figure", "FILE", "Draw the gap and what flows through it as PNG, SVG or PDF.", PICTURES
-)
+FIGURE = file("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
 _SEAL: tuple[Option[Any], ...] = (VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH)
 _FLUID = (FLOW_AXIS, *_SEAL)
 
@@ -70,16 +67,14 @@ def _check(request: Request) -> None:
 
 TASK = Task(
     "leak",
-    """Find what leaks through the gap under one load or several, and the flow factors.
+    """Compute leak rate, permeability and flow factors of the gap.
 
-Whether a way leads through is found first. The rate needs a fluid; without one it is told how
-permeable the gap is.
+Without a fluid only permeability is reported.
 
 \b
 Example:
-roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
-    --missing fill --boundary periodic --viscosity "1 mPa s" \\
-    --pressure-difference "1 bar"
+roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
+    --material 42CrMo4 --viscosity "1 mPa s" --pressure-difference "1 bar"
 """,
     (
         *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
@@ -94,9 +89,8 @@ roughcontact leak ground.opd --load "1 N, 3 N" --material 42CrMo4 \\
     held=32,
     questions=(
         Question(
-            "What leaks through it",
-            "Whether the gap is open, its permeability and flow factors, and how much of a fluid "
-            "leaks.",
+            "Leakage",
+            "Open paths through the gap, permeability, flow factors and leak rate.",
             _FLUID,
             first=((VISCOSITY, "1 mPa s"), (PRESSURE_DIFFERENCE, "1 bar")),
         ),

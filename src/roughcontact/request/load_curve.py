@@ -19,24 +19,28 @@ if TYPE_CHECKING:
 
 FROM = Option(
     "from", Panel.BODIES, "LOAD|APPROACH",
-    'First load, such as "10 mN", "1 MPa", "50 N/mm" (as for '
-    '--load of solve) or "hertz 0.5 GPa" (as for --hertz), or approach, such as "0.1 um".',
+    'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
     parsing.load_or_approach, None,
 )  # fmt: skip
 TO = Option(
-    "to", Panel.BODIES, "LOAD|APPROACH", "Last load or approach.", parsing.load_or_approach, None
+    "to",
+    Panel.BODIES,
+    "LOAD|APPROACH",
+    "Last load or approach, in the same form.",
+    parsing.load_or_approach,
+    None,
 )
 STEPS = Option(
-    "steps", Panel.BODIES, "NUMBER", "How many loads or approaches; default: 13.",
+    "steps", Panel.BODIES, "NUMBER", "Number of loads; default: 13.",
     parsing.counted(2, limits.STEPS), 13,
 )  # fmt: skip
 SPACING = Option(
     "spacing", Panel.BODIES, "log|linear",
-    "log: equal ratios; linear: equal differences; default: log.",
+    "log (equal ratios) or linear (equal differences); default: log.",
     parsing.choice("log", "linear"), "log",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Write the table of loads.", TABLES)
-FIGURE = file("figure", "FILE", "Draw the curve as PNG, SVG or PDF.", PICTURES)
+OUTPUT = file("output", "FILE.csv|json", "Table of loads.", TABLES)
+FIGURE = file("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
 _RANGE = (FROM, TO, STEPS, SPACING)
 
 
@@ -119,16 +123,14 @@ def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
 
 TASK = Task(
     "sweep",
-    """Solve the contact under one load after the other: area, gap, stiffness, spots.
+    """Compute the load curve: area, gap and stiffness over many loads.
 
-With --folder every finished step is saved at once, and the same command goes on where it was
-interrupted.
+With --folder every step is saved; the same command resumes.
 
 \b
 Example:
-roughcontact sweep ground.opd --from "10 mN" --to "10 N" --steps 13 \\
-    --young "210 GPa" --poisson 0.3 --missing fill --folder ground-sweep \\
-    --output curve.csv
+roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
+    --boundary periodic --material 42CrMo4 --output curve.csv
 """,
     (
         *options.MAP, *_RANGE, *options.BODIES, *options.SOLVER, OUTPUT, options.FOLDER,

@@ -18,24 +18,22 @@ from roughcontact.request.task import Question, Task
 
 _SURFACES = export.suffixes(Kind.SURFACE)
 PATH = Option(
-    "path", Panel.BODIES, "LOADS", 'Loads or approaches in their order: "1 N, 0 N, 1 N"; or '
-    '"20 MPa", "600 N/mm", "hertz 1.5 GPa", as for --load and --hertz of solve.',
+    "path", Panel.BODIES, "LOADS", 'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
     parsing.stages, None,
 )  # fmt: skip
 PASSES = Option(
-    "passes", Panel.BODIES, "NUMBER", "How often the path is followed, ended by a pass that "
-    "indents nothing; default: 1.", parsing.counted(1, STEPS), 1,
+    "passes", Panel.BODIES, "NUMBER",
+    "Maximum number of repetitions of the path; default: 1.",
+    parsing.counted(1, STEPS), 1,
 )  # fmt: skip
 SHIFT = Option(
     "shift", Panel.BODIES, "LENGTHS",
-    'Shift (y, x) of the counter-body from pass to pass, such as "0 um, 5 um"; default: none.',
+    'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
     parsing.offset, (0.0, 0.0),
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Write the table of steps.", TABLES)
-INDENTED_SURFACE = file(
-    "indented-surface", "FILE", f"Write the indented surface: {', '.join(_SURFACES)}.", _SURFACES
-)
-FIGURE = file("figure", "FILE", "Draw the loop as PNG, SVG or PDF.", PICTURES)
+OUTPUT = file("output", "FILE.csv|json", "Table of steps.", TABLES)
+RESIDUAL = file("residual", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES)
+FIGURE = file("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -76,14 +74,14 @@ def _residual(outcome: Outcome, path: Path) -> None:
 
 TASK = Task(
     "history",
-    """Follow a path of loads: indentation that stays, unloading, repeated passes.
+    """Follow loading and unloading, including permanent indentation.
 
-The ceiling acts as perfect plasticity of the surface: what it indents stays indented.
+The pressure ceiling represents perfect plasticity of the surface: indentation is permanent.
 
 \b
 Example:
-roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
-    --missing fill --output history.csv --indented-surface indented.x3p
+roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
+    --material 42CrMo4 --output history.csv --residual indented.x3p
 """,
     (
         *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,
@@ -102,7 +100,7 @@ roughcontact history ground.opd --path "1 N, 0 N, 1 N" --material 100Cr6 \\
     questions=(
         Question(
             "Load history",
-            "Loading and unloading, once or again and again: what stays indented.",
+            "Loading and unloading, once or repeatedly, with permanent indentation.",
             (PATH, PASSES, SHIFT),
             first=((PATH, "10 MPa, 0 N, 10 MPa"),),
         ),

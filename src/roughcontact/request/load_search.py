@@ -13,31 +13,29 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
 CONTACT = Option(
-    "contact-fraction", Panel.BODIES, "SHARES",
-    'Find the load at which this part of the map touches, such as "5 %", or several: '
-    '"1 %, 5 %".', parsing.shares, None,
+    "contact", Panel.BODIES, "SHARES",
+    'Contact fraction(s) to reach: "1 %, 5 %".', parsing.shares, None,
 )  # fmt: skip
 SATURATED = Option(
-    "saturated-fraction", Panel.BODIES, "SHARES",
-    'Find the load at which this part of the contact is at the ceiling, such as "1 %".',
+    "saturated", Panel.BODIES, "SHARES",
+    'Saturated part of the contact to reach: "1 %".',
     parsing.shares, None,
 )  # fmt: skip
 APPROACH = Option(
     "approach", Panel.BODIES, "LENGTHS",
-    'Find the load of this approach from first touch, such as "1 um", or several.',
+    'Approach(es) from first contact to reach: "1 um".',
     parsing.lengths, None,
 )  # fmt: skip
 MEAN_GAP = Option(
     "mean-gap", Panel.BODIES, "LENGTHS",
-    'Find the load at which the mean gap is this, such as "0.5 um", or several.',
+    'Mean gap(s) to reach: "0.5 um".',
     parsing.lengths, None,
 )  # fmt: skip
 FIRST_YIELD = flag(
     "first-yield", Panel.BODIES,
-    "Find the load at which the first point of either body yields, at the surface or below "
-    "it; that contact is elastic.",
+    "Load of first yield of either body (elastic contact).",
 )  # fmt: skip
-OUTPUT = file("output", "FILE.csv|json", "Write the table of answers.", TABLES)
+OUTPUT = file("output", "FILE.csv|json", "Table of results.", TABLES)
 _WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
 
 
@@ -66,12 +64,12 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 
 TASK = Task(
     "find",
-    """Find the loads at which a contact has the values asked for, each with its bracket.
+    """Find the load for a given contact area, gap or first yield.
 
 \b
 Example:
-roughcontact find ground.opd --contact-fraction "5 %" --first-yield \\
-    --material 100Cr6 --missing fill --output loads.csv
+roughcontact find ground.x3p --contact "5 %" --mean-gap "0.3 um" \\
+    --boundary periodic --material 42CrMo4 --output loads.csv
 """,
     (
         *options.MAP, *_WANTED, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
@@ -86,8 +84,8 @@ roughcontact find ground.opd --contact-fraction "5 %" --first-yield \\
     memory=_memory,
     questions=(
         Question(
-            "Loads that give …",
-            "The load at which the contact has an area, a gap or an approach, or first yields.",
+            "Load search",
+            "Load for a given contact area, gap or approach, or for first yield.",
             _WANTED,
             first=((CONTACT, "5 %"),),
         ),

@@ -25,12 +25,12 @@ _UNITS: dict[Any, str] = {
 class Panel(StrEnum):
     """Headings of the help."""
 
-    MAP = "Map"
+    MAP = "Map and preparation"
     HEIGHTS = "Heights"
     TEXTURE = "Texture"
     BODIES = "Bodies and load"
-    SOLVER = "Solver"
-    ENGINE = "Engine"
+    SOLVER = "Accuracy"
+    ENGINE = "Where to run"
     SERVER = "Server"
     OUTPUT = "Output"
 

@@ -27,36 +27,34 @@ ITERATIONS = parsing.counted(1, memory.ITERATIONS)
 
 GROUP: Option[tuple[tuple[str, tuple[str, ...]], ...]] = Option(
     "group", Panel.MAP, "NAME=FILE[,FILE…]",
-    'Maps of one surface, such as ground=a.opd,b.opd or "ground=ground*.opd"; may be repeated. '
-    "Files without a group are maps of one surface.", parsing.groups, (), many=True,
+    'Group of maps: "ground=ground*.opd"; repeatable.', parsing.groups, (), many=True,
     arguments=("maps",),
 )  # fmt: skip
 
 # How a file is read
 
 FORMAT = Option(
-    "format", Panel.MAP, "NAME", "Format of the file; default: told by its suffix.",
+    "format", Panel.MAP, "NAME", "File format; default: recognized from the file.",
     parsing.words, None, prepares=True,
 )  # fmt: skip
 CHANNEL = Option(
-    "channel", Panel.MAP, "NAME|INDEX", "Height channel; default: the one the file proposes.",
+    "channel", Panel.MAP, "NAME|INDEX", "Height channel, name or index; default: the proposed one.",
     parsing.words, None, prepares=True, whole_map=False,
 )  # fmt: skip
 UNIT = Option(
     "unit", Panel.MAP, "UNIT",
-    'Unit of the heights, if the file gives none, such as um; of a profile "mm, um", positions '
-    "first.",
+    'Unit of the heights, e.g. um; of a profile "mm, um" (positions first).',
     parsing.words, None, "Unit of the heights", prepares=True, whole_map=False,
 )  # fmt: skip
 SIZE = Option(
     "size", Panel.MAP, "LENGTHS",
-    'Sides (y, x) of the map, if there is no file or it gives none: "0.1 mm x 0.2 mm".',
-    parsing.words, None, "Sides (y × x)", prepares=True, whole_map=False,
+    'Side lengths (y, x) if the file has none: "0.1 mm x 0.2 mm".',
+    parsing.words, None, "Side lengths (y × x)", prepares=True, whole_map=False,
 )  # fmt: skip
 OVERRIDE_SIZE = flag(
     "override-size", Panel.MAP,
-    "Take --size though the file gives one, where that is wrong; the preparation records both.",
-    label="Take these sides though the file tells others", prepares=True, whole_map=False,
+    "Use --size instead of the size in the file.",
+    label="Use these side lengths instead of the file's", prepares=True, whole_map=False,
 )  # fmt: skip
 READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE)
 
@@ -64,56 +62,55 @@ READING = (FORMAT, CHANNEL, UNIT, SIZE, OVERRIDE_SIZE)
 
 TIP_RADIUS = Option(
     "tip-radius", Panel.MAP, "LENGTH",
-    'Radius of the tip of a scanning probe, such as "10 nm", to tell below which scale the map '
-    "shows the tip.", LENGTH, None, "Tip radius of the probe",
+    'Probe tip radius: "10 nm"; used to estimate resolution.',
+    LENGTH, None, "Probe tip radius",
 )  # fmt: skip
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER|NYxNX", "Grid of a nominal --body without a FILE, such as 256.",
+    "points", Panel.MAP, "NUMBER|NYxNX", "Grid of a nominal --body without FILE: 256 or 128x512.",
     parsing.points, None, prepares=True,
 )  # fmt: skip
 CROP = Option(
-    "crop", Panel.MAP, "ROWS,COLUMNS", "Part of the map to keep, such as 0:256,100:356.",
-    parsing.window, None, "Part to keep (rows, columns)", prepares=True,
+    "crop", Panel.MAP, "ROWS,COLUMNS", "Rows and columns to keep: 0:256,100:356.",
+    parsing.window, None, "Crop (rows, columns)", prepares=True,
 )  # fmt: skip
 OUTLIERS = Option(
     "outliers", Panel.MAP, "NUMBER",
-    "Treat points as missing that lie further from their surroundings than this many robust "
-    "standard deviations, such as 6.", parsing.number, None,
-    "Outliers beyond (standard deviations)", prepares=True,
+    "Remove spikes beyond this many robust standard deviations: 6.", parsing.number, None,
+    "Remove spikes (standard deviations)", prepares=True,
 )  # fmt: skip
 LEVEL = Option(
     "level", Panel.MAP, "|".join(LEVELS),
-    "What is fitted and subtracted; default: plane (by least squares).",
+    "Subtract plane, quadric, mean, robust plane or none; default: plane.",
     parsing.choice(*LEVELS), "plane", prepares=True, whole_map=False,
 )  # fmt: skip
 FORM = Option(
     "form", Panel.MAP, "FORM",
-    'Form to remove by least squares: sphere, cylinder or "polynomial 4".', parsing.form, None,
+    'Form to remove (least squares): sphere, cylinder or "polynomial 4".', parsing.form, None,
     "Form to remove", prepares=True,
 )  # fmt: skip
-MISSING = Option(
-    "missing", Panel.MAP, "|".join(MISSING_KNOWN),
-    "Missing points: error refuses them, fill interpolates smoothly up to 30 % of the points "
-    "(fill-all any share), mask lets them never touch, crop keeps the largest rectangle "
-    "without them; default: error.",
-    parsing.choice(*MISSING_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
+HOLES = Option(
+    "holes", Panel.MAP, "|".join(HOLES_KNOWN),
+    "Missing points: error, fill (interpolate, up to 30 %), fill-all, mask (no contact) or crop; "
+    "default: error.",
+    parsing.choice(*HOLES_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
 )  # fmt: skip
 S_FILTER = Option(
     "s-filter", Panel.MAP, "LENGTH",
-    'Remove waves shorter than this (ISO 16610-61), such as "2.5 um".', LENGTH, None,
-    "S-filter (shorter waves go)", arguments=("s",), prepares=True,
+    'S-filter: remove wavelengths below "2.5 um" (ISO 16610-61).', LENGTH, None,
+    "S-filter (removes shorter waves)", arguments=("s",), prepares=True,
 )  # fmt: skip
 L_FILTER = Option(
-    "l-filter", Panel.MAP, "LENGTH", 'Remove waves longer than this, such as "80 um".', LENGTH,
-    None, "L-filter (longer waves go)", arguments=("l",), prepares=True,
+    "l-filter", Panel.MAP, "LENGTH", 'L-filter: remove wavelengths above "80 um".', LENGTH,
+    None, "L-filter (removes longer waves)", arguments=("l",), prepares=True,
 )  # fmt: skip
 PIXEL = Option(
     "pixel", Panel.MAP, "LENGTH",
-    'Resample (cubic splines) to about this pixel, such as "0.5 um".', LENGTH, None,
+    'Resample (cubic splines) to about this pixel: "0.5 um".', LENGTH, None,
     "Resample to pixel", prepares=True,
 )  # fmt: skip
 ROTATE = Option(
-    "rotate", Panel.MAP, "DEGREES", "Turn the map counter-clockwise by a multiple of 90.",
+    "rotate", Panel.MAP, "DEGREES",
+    "Rotation of the map, degrees counterclockwise, a multiple of 90.",
     parsing.turns, 0, prepares=True,
 )  # fmt: skip
 PREPARATION = (CROP, OUTLIERS, LEVEL, FORM, MISSING, S_FILTER, L_FILTER, PIXEL, ROTATE)
@@ -123,47 +120,44 @@ MAP = (*READING, TIP_RADIUS, POINTS, *PREPARATION)
 
 MATERIAL = Option(
     "material", Panel.BODIES, "NAME",
-    "Material of the catalogue, such as 100Cr6; see roughcontact materials. --young, --poisson "
-    "and --yield-strength stand in for it or replace single values.", parsing.material, None,
+    "Catalog material, e.g. 42CrMo4; --young etc. override single values.", parsing.material, None,
     whole_map=False,
 )  # fmt: skip
 YOUNG = Option(
-    "young", Panel.BODIES, "PRESSURE", 'Young\'s modulus, such as "210 GPa".', PRESSURE, None,
+    "young", Panel.BODIES, "PRESSURE", "Young's modulus: \"210 GPa\".", PRESSURE, None,
     "Young's modulus", whole_map=False,
 )  # fmt: skip
 POISSON = Option(
-    "poisson", Panel.BODIES, "NUMBER", "Poisson's ratio, such as 0.3.", parsing.number, None,
+    "poisson", Panel.BODIES, "NUMBER", "Poisson's ratio: 0.3.", parsing.number, None,
     "Poisson's ratio", whole_map=False,
 )  # fmt: skip
 YIELD_STRENGTH = Option(
-    "yield-strength", Panel.BODIES, "PRESSURE", 'Yield strength, such as "1 GPa".', PRESSURE,
+    "yield-strength", Panel.BODIES, "PRESSURE", 'Yield strength: "1 GPa".', PRESSURE,
     None, whole_map=False,
 )  # fmt: skip
 COUNTER_MATERIAL = Option(
-    "counter-material", Panel.BODIES, "NAME", "Material of the counter-body; default: rigid.",
-    parsing.material, None, "Material of the counter-body", whole_map=False,
+    "counter-material", Panel.BODIES, "NAME", "Counter-body material; default: rigid.",
+    parsing.material, None, "Counter-body material", whole_map=False,
 )  # fmt: skip
 COUNTER_YOUNG = Option(
     "counter-young", Panel.BODIES, "PRESSURE", "Young's modulus of the counter-body.", PRESSURE,
-    None, "Young's modulus of it", whole_map=False,
+    None, "Counter-body Young's modulus", whole_map=False,
 )  # fmt: skip
 COUNTER_POISSON = Option(
     "counter-poisson", Panel.BODIES, "NUMBER", "Poisson's ratio of the counter-body.",
-    parsing.number, None, "Poisson's ratio of it", whole_map=False,
+    parsing.number, None, "Counter-body Poisson's ratio", whole_map=False,
 )  # fmt: skip
 COUNTER_YIELD_STRENGTH = Option(
     "counter-yield-strength", Panel.BODIES, "PRESSURE", "Yield strength of the counter-body.",
-    PRESSURE, None, "Yield strength of it", whole_map=False,
+    PRESSURE, None, "Counter-body yield strength", whole_map=False,
 )  # fmt: skip
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
 HARDENING = Option(
     "hardening", Panel.BODIES, "LAW",
-    'Hardening of the rough body: "linear 2 GPa" (modulus) or "swift 945 MPa 20 0.121" (B, C, '
-    'n of B (C + 1e6 e)^n); "kinematic 10 GPa", alone or after one of these and a comma, for '
-    "metal that yields earlier on its way back; for the volume model, and for the ceiling "
-    "that is recommended.",
+    'Hardening: "linear 2 GPa", "swift 945 MPa 20 0.121", "kinematic 10 GPa"; combine with a '
+    'comma.',
     parsing.hardening, None,
 )  # fmt: skip
 
@@ -171,54 +165,54 @@ HARDENING = Option(
 
 BODY = Option(
     "body", Panel.BODIES, "FORM",
-    'Nominal form under the roughness, or alone with --points and --size: "sphere 10 mm", '
-    '"cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 um", "cone 0.01", "wedge 0.01". '
-    "Angles run counter-clockwise.", parsing.body, None, "Nominal form under the roughness",
+    'Nominal form: "sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch 20 '
+    'um", "cone 0.01", "wedge 0.01".',
+    parsing.body, None, "Nominal form",
     prepares=True,
 )  # fmt: skip
 COUNTER_BODY = Option(
-    "counter-body", Panel.BODIES, "FORM", "Nominal form of the counter-body; default: flat.",
-    parsing.body, None, "Form of the counter-body", prepares=True,
+    "counter-body", Panel.BODIES, "FORM",
+    "Nominal form of the counter-body, as for --body; default: flat.",
+    parsing.body, None, "Counter-body form", prepares=True,
 )  # fmt: skip
 COUNTER_SURFACE = Option(
     "counter-surface", Panel.BODIES, "FILE",
-    "Height map of the counter-body, laid on point by point; on another grid it needs --align.",
-    parsing.path, None, "Map of the counter-body", prepares=True,
+    "Height map of the counter-body; another grid needs --align.",
+    parsing.path, None, "Counter-body map", prepares=True,
 )  # fmt: skip
 ALIGN = flag(
     "align", Panel.BODIES,
-    "Bring both maps to one grid, centre on centre, and keep what both cover.",
-    label="Bring both maps to one grid", prepares=True,
+    "Resample both maps to one grid, centered, and keep the overlap.",
+    label="Resample both maps to one grid", prepares=True,
 )  # fmt: skip
 OFFSET = Option(
     "offset", Panel.BODIES, "LENGTHS",
-    'Shift (y, x) of the aligned counter-map, such as "0 um, 5 um".', parsing.offset, None,
-    "Shift of the counter-map (y, x)", prepares=True,
+    'Shift (y, x) of the aligned counter-map: "0 um, 5 um".', parsing.offset, None,
+    "Counter-map shift (y, x)", prepares=True,
 )  # fmt: skip
 ANGLE = Option(
-    "angle", Panel.BODIES, "DEGREES", "Turn of the aligned counter-map, counter-clockwise.",
-    parsing.number, None, "Turn of the counter-map", prepares=True,
+    "angle", Panel.BODIES, "DEGREES",
+    "Rotation of the aligned counter-map, degrees counterclockwise.",
+    parsing.number, None, "Rotation of counter-map", prepares=True,
 )  # fmt: skip
 MIRROR = flag(
     "mirror", Panel.BODIES,
-    "Mirror the aligned counter-map, as a map measured from its own front needs.",
-    label="Mirror the counter-map", prepares=True,
+    "Mirror the aligned counter-map (measured from its own front).",
+    label="Mirror counter-map", prepares=True,
 )  # fmt: skip
 MOVES: tuple[Option[Any], ...] = (ALIGN, OFFSET, ANGLE, MIRROR)
 SHAPES = (BODY, COUNTER_BODY, COUNTER_SURFACE, *MOVES)
 CEILING: Option[str | float | None] = Option(
     "ceiling", Panel.BODIES, "PRESSURE",
-    'Largest pressure, such as "3 GPa", or a hardness, such as "62 HRC"; auto: 3 times the '
-    "smaller yield strength, or else the hardness; recommended: that which gives the contact "
-    "area of plasticity in the volume, found by solving again; none: purely elastic; default: "
-    "auto.",
+    'Pressure ceiling: "3 GPa", "62 HRC", recommended (calibrated), auto (3σ_Y) or none '
+    '(elastic); default: auto.',
     parsing.ceiling, "auto", "Pressure ceiling", whole_map=False,
 )  # fmt: skip
 BOUNDARY: Option[str] = Option(
     "boundary", Panel.BODIES, "KIND",
-    "What lies beyond the edges of the map. "
+    "Beyond the map edge. "
     f"{'; '.join(f'{kind}: {kind.meaning}' for kind in Boundary)}; default: free.",
-    parsing.choice(*Boundary), Boundary.FREE, "What the map is", whole_map=False,
+    parsing.choice(*Boundary), Boundary.FREE, "Boundary", whole_map=False,
 )  # fmt: skip
 BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
@@ -226,24 +220,23 @@ BODIES = (*MATERIALS, *SHAPES, CEILING, BOUNDARY)
 
 LOAD = Option(
     "load", Panel.BODIES, "LOAD",
-    'Normal load, such as "1 N"; or as a nominal pressure on the area of the map, such as '
-    '"20 MPa"; or per length of a profile or of a nominal cylinder, such as "600 N/mm"; this, '
-    "--hertz or --approach.", parsing.load, None, whole_map=False,
+    'Load: "1 N", nominal pressure "20 MPa", or line load "600 N/mm".',
+    parsing.load, None, whole_map=False,
 )  # fmt: skip
 HERTZ = Option(
     "hertz", Panel.BODIES, "PRESSURE",
-    'Load under which the nominal bodies, smooth, have this peak pressure, such as "1.5 GPa".',
-    parsing.peak, None, "Hertz pressure of the smooth bodies",
+    'Load given as Hertz peak pressure of the smooth bodies: "1.5 GPa".',
+    parsing.peak, None, "Hertz pressure",
 )  # fmt: skip
 APPROACH = Option(
-    "approach", Panel.BODIES, "LENGTH", 'Approach of the bodies from first touch, such as "1 um".',
+    "approach", Panel.BODIES, "LENGTH", 'Approach from first contact, instead of a load: "1 um".',
     LENGTH, None, whole_map=False,
 )  # fmt: skip
 LOAD_POINT = Option(
     "load-point", Panel.BODIES, "LENGTHS",
-    'Let the bodies tilt until the load acts at this offset (y, x) from the middle of the map, '
-    'such as "0 um, 5 um"; default: they do not tilt.', parsing.offset, None,
-    "Load acts at (y, x)",
+    "Load position (y, x) from the map center; allows tilt. Default: no tilt.",
+    parsing.offset, None,
+    "Load position (y, x)",
 )  # fmt: skip
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
 LOAD_RULES = (
@@ -255,19 +248,19 @@ LOAD_RULES = (
 
 TOLERANCE = Option(
     "tolerance", Panel.SOLVER, "NUMBER",
-    "Certificate to reach; default: 1e-6, in single precision 1e-4.", parsing.number, None,
+    "Certificate limit; default: 1e-6 (single precision: 1e-4).", parsing.number, None,
 )  # fmt: skip
 TOLERANCE_DOUBLE = Option(
-    "tolerance", Panel.SOLVER, "NUMBER", "Certificate to reach; default: 1e-6.", parsing.number,
+    "tolerance", Panel.SOLVER, "NUMBER", "Certificate limit; default: 1e-6.", parsing.number,
     None,
 )  # fmt: skip
 MAX_ITERATIONS = Option(
     "max-iterations", Panel.SOLVER, "NUMBER",
-    "Most convolutions on any one grid; default: 2000.", ITERATIONS, None, "Most convolutions",
+    "Maximum convolutions per grid; default: 2000.", ITERATIONS, None, "Maximum convolutions",
 )  # fmt: skip
 PRECISION: Option[str | None] = Option(
     "precision", Panel.SOLVER, "double|single",
-    "single needs two thirds of the memory; default: double.",
+    "double or single (two thirds of the memory); default: double.",
     parsing.choice("double", "single"), None,
 )  # fmt: skip
 SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
@@ -276,16 +269,13 @@ SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 # What is written and shown
 
 REPORT = file(
-    "report", "FILE.html", "Write a report with figures into one HTML file.", (".html",),
+    "report", "FILE.html", "Report with figures as one HTML file.", (".html",),
     whole_map=False,
 )  # fmt: skip
-FOLDER = file("folder", "FOLDER", "Where finished steps are kept, to go on later.")
-JSON = flag("json", Panel.OUTPUT, "Print JSON in SI units, and nothing else.", whole_map=False)
-QUIET = flag(
-    "quiet", Panel.OUTPUT, "Print nothing but errors, and JSON if wanted.", whole_map=False
-)
-VERBOSE = flag("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False)
-SHOWN = (VERBOSE, JSON, QUIET)
+FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
+JSON = flag("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
+QUIET = flag("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)
+SHOWN = (JSON, QUIET)
 """What the terminal shows, which does not describe a run."""
 OUTPUT = (REPORT, *SHOWN)
 

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 STUDY = flag(
     "study", Panel.SOLVER,
-    "Solve again on coarser and finer grids, with filters and other ceilings, and tell what "
-    "depends on them.",
+    "Check dependence on grid, filter and ceiling.",
 )  # fmt: skip
 _SOLVER = (options.TOLERANCE, options.PRECISION)
 

@@ -33,63 +33,57 @@ if TYPE_CHECKING:
 
 LOAD = Option(
     "load", Panel.BODIES, "LOAD",
-    'Normal load on the whole way, such as "1 N" or "20 MPa" or "600 N/mm", as for solve; this '
-    "or --hertz.", parsing.load, None,
+    'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.', parsing.load, None,
 )  # fmt: skip
 PASSES = Option(
     "passes", Panel.BODIES, "NUMBER",
-    "How often the counter-body passes, ended by a pass that adds no plastic strain; there and "
-    "back are two; default: 5.", parsing.counted(1, limits.STEPS), 5,
+    "Maximum number of passes (forward and back count as two); default: 5.",
+    parsing.counted(1, limits.STEPS), 5,
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",
-    "Places at which the contact of a pass is solved; default: 32.",
+    "Positions per pass; default: 32.",
     parsing.counted(1, limits.STEPS), 32,
 )  # fmt: skip
-TRAVEL = Option(
-    "travel", Panel.BODIES, "LENGTH",
-    'Length of a pass, such as "80 um", half of it to each side of the place of the '
-    "counter-body; default: once round a map that is periodic along --direction.", LENGTH, None,
+WAY = Option(
+    "way", Panel.BODIES, "LENGTH",
+    'Travel per pass, centered: "80 um"; default: one period of the map.', LENGTH, None,
 )  # fmt: skip
 DIRECTION = Option(
     "direction", Panel.BODIES, "DEGREES",
-    "Where the counter-body moves, counter-clockwise from x; default: 0.", parsing.number, 0.0,
+    "Travel direction, degrees counterclockwise from x; default: 0.", parsing.number, 0.0,
 )  # fmt: skip
-RECIPROCATING = flag(
-    "reciprocating", Panel.BODIES, "Let every other pass go back, instead of each beginning anew."
-)
+TO_AND_FRO = flag("to-and-fro", Panel.BODIES, "Reciprocate: alternate the travel direction.")
 FRICTION = Option(
     "friction", Panel.BODIES, "NUMBER",
-    "Coefficient of friction at full sliding, which pulls the body to where the counter-body "
-    "moves; default: 0.", parsing.number, 0.0,
+    "Friction coefficient in full sliding, in travel direction; default: 0.", parsing.number, 0.0,
 )  # fmt: skip
 TOLERANCE = Option(
     "tolerance", Panel.SOLVER, "NUMBER",
-    "Residual of the plastic strain to reach; default: 1e-4.", parsing.number, None,
+    "Plastic strain residual limit; default: 1e-4.", parsing.number, None,
 )  # fmt: skip
 MAX_ITERATIONS = Option(
-    "max-iterations", Panel.SOLVER, "NUMBER", "Most iterations at one step; default: 150.",
-    options.ITERATIONS, None, "Most iterations",
+    "max-iterations", Panel.SOLVER, "NUMBER", "Maximum iterations per step; default: 150.",
+    options.ITERATIONS, None, "Maximum iterations",
 )  # fmt: skip
 PRECISION = Option(
-    "precision", Panel.SOLVER, "double|single", "Arithmetic of the volume; default: single.",
+    "precision", Panel.SOLVER, "double|single",
+    "Precision of the elastoplastic model, double or single; default: single.",
     parsing.choice("double", "single"), None,
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the passes: {export.format_list_text(Kind.ROLLING)}, .csv a row a pass, .json numbers; "
-    "may be repeated.",
+    f"Passes: {export.format_list_text(Kind.ROLLING)}, .csv table, .json numbers; repeatable.",
     (*export.suffixes(Kind.ROLLING), *TABLES),
 )
-FOLDER = file("folder", "FOLDER", "Where every step is kept, to go on later.")
+FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
 MOVIE = file(
-    "movie", "FILE.gif", "Film pressure and plastic strain, step by step, as an animated GIF.",
+    "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.",
     (".gif",),
 )  # fmt: skip
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Draw figures, such as passes, heights and depths, as PNG into an existing folder, or with "
-    "this start of their names; ending in .svg or .pdf, in that format.", parsing.words, None,
+    "Figures: folder or file prefix; add .svg or .pdf for the format.", parsing.words, None,
     suffixes=PICTURES,
 )  # fmt: skip
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
@@ -170,16 +164,16 @@ def _figures(_: Request) -> tuple[str, ...]:
 
 TASK = Task(
     "roll",
-    """Pass a roller, ball or map over a body again and again: does it shake down?
+    """Simulate repeated rolling; report shakedown or ratcheting.
 
-Every step is solved with plasticity of the volume: seconds each, minutes on larger maps. With
---folder every step is saved at once, and the same command goes on where it was interrupted.
+An elastoplastic step takes seconds, or minutes on large maps. With --folder every step is saved;
+the same command resumes.
 
 \b
 Example:
-roughcontact roll ground.opd --counter-body "cylinder 5 mm 90 deg" \\
+roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
-    --missing fill --report rolled.html
+    --report rolled.html
 """,
     (
         *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,

@@ -43,54 +43,52 @@ RESULTS = {
 
 UNCALIBRATED = flag(
     "uncalibrated", Panel.BODIES,
-    "Do not solve again under the calibrated ceiling, whose numbers are a second column.",
+    "Omit the second column (calibrated ceiling).",
 )  # fmt: skip
 MODEL = Option(
     "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
-    "ceiling: pressures up to the ceiling; elastoplastic: plastic strain in the volume, which "
-    "takes seconds to minutes; default: ceiling.", parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
+    "ceiling (fast) or volume (elastoplastic, minutes); default: ceiling.",
+    parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
     SURFACE_MODEL, whole_map=False,
 )  # fmt: skip
 INCREMENTS: Option[int | str] = Option(
     "increments", Panel.BODIES, "NUMBER|auto",
-    "Equal steps to the load of the volume model; auto: as many as keep the error by the steps "
-    "below 1 %; default: auto.",
+    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
     parsing.counted_or_auto(1, STEPS), "auto",
 )  # fmt: skip
 UNLOAD = flag(
     "unload", Panel.BODIES,
-    "Take the bodies of the volume model apart at the end, to see what stays.",
+    "Unload at the end; report residual shape and stress.",
 )  # fmt: skip
 TOLERANCE = Option(
     "tolerance", Panel.SOLVER, "NUMBER",
-    "Certificate to reach; default: 1e-6, in single precision 1e-4. In the volume model, "
-    "residual of the plastic strain to reach; default: 1e-4.", parsing.number, None,
+    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
+    parsing.number, None,
     whole_map=False,
 )  # fmt: skip
 MAX_ITERATIONS = Option(
     "max-iterations", Panel.SOLVER, "NUMBER",
-    "Most convolutions on any one grid; default: 2000. In the volume model, most iterations at "
-    "one load; default: 150.", options.ITERATIONS, None, "Most convolutions", whole_map=False,
+    "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
+    options.ITERATIONS, None, "Maximum convolutions", whole_map=False,
 )  # fmt: skip
 PRECISION = Option(
     "precision", Panel.SOLVER, "double|single",
-    "single needs two thirds of the memory; default: double, in the volume model single.",
+    "double or single (two thirds of the memory); default: double (elastoplastic: single).",
     parsing.choice("double", "single"), None, whole_map=False,
 )  # fmt: skip
 OUTPUT = files(
     "output",
-    f"Write the result: {export.format_list_text(Kind.CONTACT, Kind.VOLUME)}; may be repeated.",
+    f"Result: {export.format_list_text(Kind.CONTACT, Kind.VOLUME)}; repeatable.",
     export.suffixes(Kind.CONTACT, Kind.VOLUME),
     whole_map=False,
 )
 FOLDER = file(
-    "folder", "FOLDER", "Where the volume model keeps every load it reaches, to go on later."
+    "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Draw figures, such as surface, pressure and gap (of the volume model sections and "
-    "profiles, too), as PNG into an existing folder, or with this start of their names; ending "
-    "in .svg or .pdf, in that format.", parsing.words, None, suffixes=PICTURES,
+    "Figures: folder or file prefix; add .svg or .pdf for the format.",
+    parsing.words, None, suffixes=PICTURES,
 )  # fmt: skip
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 
@@ -204,14 +202,12 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 
 TASK = Task(
     "solve",
-    """Press a measured map against a flat or another map: pressure, contact, gap.
-
-Give a unit with every quantity, in quotes.
+    """Compute pressure, real contact area and gap under one load.
 
 \b
 Example:
-roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
-    --yield-strength "1 GPa" --missing fill --output out.nc --figures out
+roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
+    --material 42CrMo4 --report ground.html
 """,
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
@@ -219,8 +215,8 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
         resolution_study.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
-        options.LOAD, *options.BODY_CONSTANTS, options.CEILING, options.MISSING, OUTPUT,
-        options.REPORT, options.JSON,
+        options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.HOLES,
+        OUTPUT, options.REPORT,
     ),
     run=_run,
     rules=(
@@ -244,18 +240,18 @@ roughcontact solve ground.opd --load "1 N" --young "210 GPa" --poisson 0.3 \\
     figures=_figures,
     questions=(
         Question(
-            "What hangs on the grid",
+            "Resolution study",
             "The same contact on coarser and finer grids, with filters and other ceilings.",
             fixed=((resolution_study.STUDY, True),),
         ),
         Question(
-            "Recommended ceiling",
-            "The ceiling that gives the contact area of plasticity in the volume.",
-            fixed=((options.CEILING, "calibrated"),),
+            "Calibrated ceiling",
+            "Ceiling that reproduces the contact area of the elastoplastic model.",
+            fixed=((options.CEILING, "recommended"),),
         ),
         Question(
-            "Plasticity of the volume",
-            "Plastic strain in the body itself, instead of a ceiling: seconds to minutes.",
+            "Elastoplastic model",
+            "Plastic strain below the surface instead of a ceiling; takes seconds to minutes.",
             (INCREMENTS, UNLOAD, options.HARDENING),
             fixed=((MODEL, VOLUME_MODEL),),
         ),

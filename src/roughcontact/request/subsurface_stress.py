@@ -15,28 +15,33 @@ from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-IN_BODY = Option(
-    "in-body", Panel.BODIES, "body|counter-body", "Body to look into; default: body.",
+WHICH = Option(
+    "which", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
     parsing.choice("body", "counter-body"), "body",
 )  # fmt: skip
 FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER", "Coefficient of friction; default: 0.", parsing.number, 0.0
+    "friction",
+    Panel.BODIES,
+    "NUMBER",
+    "Friction coefficient in full sliding; default: 0.",
+    parsing.number,
+    0.0,
 )
 DIRECTION = Option(
     "direction", Panel.BODIES, "DEGREES",
-    "Direction of the traction on the body, counter-clockwise from x; default: 0.",
+    "Traction direction, degrees counterclockwise from x; default: 0.",
     parsing.number, 0.0,
 )  # fmt: skip
 DEPTHS = Option(
-    "depths", Panel.SOLVER, "LENGTHS", 'Depths, such as "1 um, 2 um"; default: the contact '
-    "chooses.", parsing.lengths, None,
+    "depths", Panel.SOLVER, "LENGTHS",
+    'Depths: "1 um, 2 um"; default: automatic.',
+    parsing.lengths, None,
 )  # fmt: skip
-FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Find the load at which the first point yields.")
-OUTPUT = file("output", "FILE.nc", "Write contact and stress as NetCDF.", (".nc",))
+ONSET = flag("onset", Panel.SOLVER, "Also compute the load of first yield.")
+OUTPUT = file("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Draw figures, such as the section of the stress, as PNG into an existing folder, or with "
-    "this start of their names; ending in .svg or .pdf, in that format.", parsing.words, None,
+    "Figures: folder or file prefix; add .svg or .pdf for the format.", parsing.words, None,
     suffixes=PICTURES,
 )  # fmt: skip
 
@@ -98,12 +103,12 @@ def _figures(_: Request) -> tuple[str, ...]:
 
 TASK = Task(
     "stress",
-    """Solve the contact, and compute the elastic stress below it: where it yields first.
+    """Compute subsurface stress and the load of first yield.
 
 \b
 Example:
-roughcontact stress ground.opd --load "1 N" --material 100Cr6 --missing fill \\
-    --output stress.nc --figures out
+roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
+    --material 42CrMo4 --output stress.nc --figures out
 """,
     (
         *options.MAP, *options.LOADS, *options.BODIES, IN_BODY, FRICTION, DIRECTION, DEPTHS,
@@ -120,9 +125,9 @@ roughcontact stress ground.opd --load "1 N" --material 100Cr6 --missing fill \\
     figures=_figures,
     questions=(
         Question(
-            "Stress below the surface",
-            "The elastic stress under this contact, and where it yields first.",
-            (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
+            "Subsurface stress",
+            "Elastic stress below this contact, and the point of first yield.",
+            (WHICH, FRICTION, DIRECTION, DEPTHS, ONSET),
         ),
     ),
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""All tasks and commands: one row each, in the order of the help."""
+"""All tasks and commands, grouped in the order of the help."""
 
 from __future__ import annotations
 
@@ -33,60 +33,54 @@ POINTS = Option(
     parsing.counted(32, math.isqrt(memory.POINTS)), 1024,
 )  # fmt: skip
 FOLDER = Option(
-    "folder", Panel.OUTPUT, "FOLDER", "Where the files go; default: roughcontact-demo.",
+    "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",
     parsing.path, Path("roughcontact-demo"),
 )  # fmt: skip
 VERIFY = Command(
     "verify",
-    """Tell whether results are as they were written, and whether they are solutions.
+    """Check that result files are undamaged and solved.
 
-Checksums are compared; load, gap and certificate are computed again from pressures and heights.
+Compares checksums, and recomputes load, gap and certificate from pressure and heights.
 """,
     options.SHOWN,
     example="roughcontact verify result.nc",
 )
 INFO = Command(
     "info",
-    "Tell what is in a file: grid, size, heights, roughness, missing points, channels.",
-    (*options.READING, options.VERBOSE, options.JSON),
+    "Show grid, size, roughness and defects of a file.",
+    (*options.READING, options.JSON),
     reads_map=True,
-    example="roughcontact info ground.opd",
+    example="roughcontact info ground.x3p",
 )
 MATERIALS = Command(
     "materials",
-    "List the catalogue of materials, or one of them with the source of every value.",
+    "List materials, or the sources of one material's data.",
     (options.JSON,),
     example="roughcontact materials 'bearing steel'",
 )
 DEMO = Command(
     "demo",
-    """Solve a generated rough surface, elastic and with a ceiling, and write all results.
+    """Solve an example and write all outputs.
 
-Needs no measurement: 0.1 mm × 0.1 mm of rough steel under 1 N.
+The example is a generated steel surface, 0.1 mm × 0.1 mm, under 1 N.
 """,
     (POINTS, FOLDER),
     example="roughcontact demo --folder roughcontact-demo",
 )
-TASKS: tuple[Task, ...] = (
-    solve.TASK,
-    load_curve.TASK,
-    subsurface_stress.TASK,
-    load_history.TASK,
-    rolling.TASK,
-    load_search.TASK,
-    conductance.TASK,
-    interface_law.TASK,
-    leakage.TASK,
-    comparison.TASK,
-    estimate.TASK,
-)
-COMMANDS: dict[str, Command] = {
-    command.name: command
-    for command in (
-        *TASKS, generation.COMMAND, project.COMMAND, desk.COMMAND, VERIFY, INFO,
-        MATERIALS, DEMO,
-    )
+GROUPS: dict[str, tuple[Command, ...]] = {
+    "Solve one contact": (
+        solve.TASK, load_curve.TASK, load_history.TASK, load_search.TASK, subsurface_stress.TASK,
+        rolling.TASK,
+    ),
+    "Joints of flat faces": (interface_law.TASK, conductance.TASK, leakage.TASK),
+    "Several surfaces, no map, many jobs": (
+        comparison.TASK, estimate.TASK, generation.COMMAND, project.COMMAND,
+    ),
+    "Tools": (INFO, MATERIALS, VERIFY, desk.COMMAND, DEMO),
 }  # fmt: skip
+"""The commands under the headings of the help."""
+COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
+TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))
 _TASKS = {task.name: task for task in TASKS}
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
 """What project files may ask for."""

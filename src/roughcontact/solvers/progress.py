@@ -46,11 +46,11 @@ class Progress:
     count : int
         How many there are.
     step : Step, volume.loop.Look or None
-        What its solver looked at last.
+        Last check of its solver.
     label : str
         A name of the part for whoever reads along.
     kept : bool
-        Whether this part stood in a folder already, and those before it if they are not told of.
+        Whether this part was in a folder already, and those before it that are not reported.
     """
 
     number: int

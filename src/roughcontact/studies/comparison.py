@@ -60,7 +60,7 @@ class Comparison(Result):
     preload_pressure : float or None
         Nominal pressure [Pa] of a first loading that lies between two groups, if there was one.
     sampling : tuple of SamplingStudy
-        Of each map the error by its size, if it was asked for.
+        Sampling error of each map, if requested.
     """
 
     groups: tuple[Group, ...]
@@ -281,7 +281,7 @@ def compare(
     max_iterations: int = 2000,
     progress: Tell = None,
 ) -> Comparison:
-    """Press several maps under the same nominal pressure, and tell how they differ.
+    """Compare several maps under the same nominal pressure.
 
     Parameters
     ----------
@@ -296,9 +296,9 @@ def compare(
     steps : int
         Pressures of the load curve, from a hundredth of ``pressure`` to it in equal ratios; with
         1 there is none but the last.
-    preload_pressure : float, str or quantity of pint, optional
-        Nominal pressure [Pa] of a first loading: the maps as they are then stand beside those that
-        it leaves behind (`history`), in pairs.
+    first_pressure : float, str or quantity of pint, optional
+        Nominal pressure [Pa] of a first loading: the maps are compared in pairs with those after
+        it (`history`).
     paired : bool
         Whether the maps of two groups belong together one by one, in their order.
     progress : callable or bool, optional

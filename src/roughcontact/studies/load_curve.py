@@ -152,7 +152,7 @@ class LoadCurve(Result):
 
         Divided by the sum of the resistivities of the two bodies it is the electrical conductance
         of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
-        circle of radius a has 4 a, elastic or saturated: metal that has flowed conducts.
+        circle of radius a has 4 a, elastic or saturated: yielded metal conducts.
         """
         return 2 * self.column("unloading_stiffness") / self.contact_modulus
 
@@ -248,7 +248,7 @@ max_iterations, precision
         Approaches ω [m], ascending.
     folder : path, optional
         Where every finished step is saved at once; made if it does not exist. The same call on
-        the same folder goes on after the last finished step and ends with the same numbers.
+        the same folder resumes after the last finished step with the same numbers.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the load and the solver's `Step`.
@@ -271,7 +271,7 @@ max_iterations, precision
 
     Notes
     -----
-    Each solve starts from the load before it, whose pressure and gap go on as they grow where the
+    Each solve starts from the load before it, whose pressure and gap are extrapolated where the
     stiffness is known. The model keeps no history: every step is the same as if it were solved
     alone, within its certificate.
 

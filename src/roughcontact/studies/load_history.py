@@ -68,7 +68,7 @@ class Stage:
     Parameters
     ----------
     load : float, str, quantity of pint or `Load`, optional
-        Normal load W [N], 0 for bodies that just touch, or in any form that `solve` takes; give
+        Normal load W [N], 0 for first contact, or in any form that `solve` takes; give
         either this or ``approach``.
     approach : float, str or quantity of pint, optional
         Approach ω from the first touch of the undeformed bodies at the first position [m]; where
@@ -130,7 +130,7 @@ class Stage:
 
     @property
     def force(self) -> float:
-        """The load [N], once `on` has made one of what stands for it."""
+        """The load [N], after `on` has resolved its form."""
         assert self.load is not None
         assert not isinstance(self.load, Load)
         return self.load
@@ -386,8 +386,8 @@ def history(
         Certificate ε of every step.
     folder : path, optional
         Where every finished step is saved at once; made if it does not exist. The same call on
-        the same folder goes on after the last finished step and ends with the same numbers. It
-        may ask for more passes.
+        the same folder resumes after the last finished step with the same numbers, also with
+        more passes.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the stage and the solver's `Step`.
@@ -428,7 +428,7 @@ def history(
     the surface. On a free boundary what is shifted off the map never touches; a counter-body
     without a map is a flat without end. A periodic counter-body is rolled.
 
-    Volume: an imprint takes its volume away. Saturated pixels are lowered, no pile-up is raised
+    Volume: an indentation removes its volume. Saturated pixels are lowered, no pile-up is raised
     in return, and all other pixels keep their height to the bit.
 
     Examples

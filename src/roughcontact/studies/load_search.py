@@ -88,7 +88,7 @@ class LoadAnswer(Renamed):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadSearch(Result):
-    """The loads that were asked for.
+    """Loads for the requested values.
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ def find_load(
     max_iterations: int = 2000,
     progress: Tell = None,
 ) -> LoadSearch:
-    """Return the loads at which a contact has the values asked for.
+    """Return the loads at which a contact has the requested values.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ class ResolutionStudy(Result):
         return tuple(_change(old, new) for old, new in pairwise(self.values(name)))
 
     def limits(self, name: str) -> tuple[float, float]:
-        """Return between which values a quantity lies on ever finer grids; see `limits`."""
+        """Return the bounds of a quantity on ever finer grids; see `limits`."""
         if self.at_edge and name == "max_pressure":
             return max(self.values(name)), math.inf
         return limits(self.values(name))
@@ -175,7 +175,7 @@ class ResolutionStudy(Result):
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What the study says, in plain words."""
+        """Conclusions of the study, one sentence each."""
         names = [name for name in QUANTITIES if any(self.values(name))]
         judged = self.judged
         steady = [QUANTITIES[name] for name in judged if self.independent(name)]
@@ -307,7 +307,7 @@ precision
     Returns
     -------
     ResolutionStudy
-        The solves, and what they say in plain words.
+        The solves and their conclusions.
 
     Raises
     ------

@@ -204,7 +204,7 @@ class SamplingStudy(Result):
         """Return how far a number may be from that of an endless surface; see `AVERAGES`.
 
         Each part is pressed by itself, leveled by itself, under the nominal pressure of the whole;
-        `statistics.of_whole` says which of them tell it.
+        `statistics.of_whole` lists those that do.
         """
         value = self.whole.numbers[name]
         result = statistics.of_whole({n: self.values(n, name) for n in self.levels})
@@ -297,7 +297,7 @@ def sampling_study(
     max_iterations: int = 2000,
     progress: Tell = None,
 ) -> SamplingStudy:
-    """Press a map and its parts, and tell how large an area is needed.
+    """Solve a map and its parts, and estimate the area needed.
 
     Parameters
     ----------

@@ -152,7 +152,7 @@ def generate(
     turning: Quantities | None = None,
     seed: int = 0,
 ) -> Surface:
-    """Return a random rough surface with the parameters asked for.
+    """Return a random rough surface with given parameters.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def generate(
     Returns
     -------
     Surface
-        With what was asked for and the parameters that the map has in its provenance; see
+        With requested and measured parameters in its provenance; see
         `compared`. But for grooves of turning across a corner it is periodic. Equal seeds give
         the same waves on every grid over the same sides.
 

@@ -81,7 +81,7 @@ def self_affine(
     half a period per pixel are left out.
 
     The amplitudes are drawn in shells of growing wave number (square ones on a square map:
-    ``max(|i|, |j|)`` = 1, 2, …) that know nothing of the grid. Equal generators, sides and
+    ``max(|i|, |j|)`` = 1, 2, …) that do not depend on the grid. Equal generators, sides and
     wavelengths therefore give the same body on every grid: point (y, x) of a map is point
     (2y, 2x) of the map with half the pixel. With another cut-off the common waves agree up to
     the factor that sets the RMS height.
@@ -133,7 +133,7 @@ def reference_map(n: int, seed: int = 0) -> tuple[Array, tuple[float, float]]:
 
     Notes
     -----
-    One seed gives one body: R(2n) is R(n) with finer waves added, times a factor just below 1
+    One seed gives one body: R(2n) is R(n) with finer waves added, times a factor slightly below 1
     that keeps the RMS height.
 
     Examples

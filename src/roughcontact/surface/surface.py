@@ -71,7 +71,7 @@ class Surface(Displayable):
     ----------
     heights : array_like or quantity of pint, shape (ny, nx) or (nx,)
         Heights [m], ``heights[y, x]``; NaN where missing. Kept as read-only float64. Those of one
-        line are a profile: a body that goes on alike along y.
+        line are a profile: a body that continues unchanged along y.
     pixel : (float, float) or float
         Pixel edges ``(dy, dx)`` [m], or with their units, as ``("1 um", "2 um")``; of a profile
         the one distance of its points.
@@ -88,8 +88,8 @@ class Surface(Displayable):
 
     Notes
     -----
-    A profile is kept as a map of one row of pixels that are `grid.WIDTH`, 1 m, wide: what of a map
-    is a force [N] or an area [m²] is of a profile a load per length [N/m] or a length [m].
+    A profile is stored as a map of one row of pixels `grid.WIDTH` = 1 m wide. Forces [N] and areas
+    [m²] of a map are line loads [N/m] and lengths [m] of a profile.
     """
 
     heights: NDArray[np.float64]
@@ -125,7 +125,7 @@ class Surface(Displayable):
 
     @property
     def is_profile(self) -> bool:
-        """Whether it is a profile: one row, of a body that goes on alike along y."""
+        """Whether it is a profile: one row, of a body that continues unchanged along y."""
         return self.shape[0] == 1
 
     def require_map(self, what: str) -> None:
@@ -185,8 +185,8 @@ class Surface(Displayable):
         Returns
         -------
         tuple of Limit
-            On the tip: where its radius is given, the scale below which the map shows the tip
-            (`resolution.tip_cutoff`); where it is not, and the file is a scanning probe's, that
+            On the tip, if its radius is given: the scale below which the map shows the tip
+            (`resolution.tip_cutoff`); otherwise, for the file of a scanning probe, that
             it is needed. On the waves below which the map holds noise
             (`resolution.noise_cutoff`) or nothing (`resolution.smoothing_cutoff`), judged on the
             largest rectangle without holes. Empty if nothing is to be said.
@@ -324,7 +324,7 @@ class Surface(Displayable):
         Raises
         ------
         InputError
-            If the part does not lie on the map.
+            If the part is not inside the map.
         """
         part = cleaning.crop(self.heights, rows, columns)
         filled = None if self._filled is None else cleaning.crop(self._filled, rows, columns)
@@ -522,12 +522,12 @@ class Surface(Displayable):
         Parameters
         ----------
         grid : Surface
-            The map whose shape and pixel are taken; its heights do not matter. The centres of
+            The map whose shape and pixel are taken; its heights do not matter. The centers of
             both outlines coincide before the shift.
         offset : (float, float)
             Shift ``(y, x)`` [m] along the axes of the grid, the last of the three motions.
         angle : float
-            Angle [degrees] by which this map is turned about its own centre, counter-clockwise
+            Angle [degrees] by which this map is turned about its own center, counter-clockwise
             as it is printed and drawn, row 0 on top: ``angle=90`` is `rotated`.
         mirrored : bool
             Whether x is mirrored first: a map that was measured from its own front has to be when
@@ -538,7 +538,7 @@ class Surface(Displayable):
         Surface
             Bicubic spline; the same bits where the points of both grids coincide. Onto a pixel
             larger by more than √2 only after an S-filter of two such pixels, see
-            `alignment.cutoffs`. Points beyond the centres of the outer pixels and on holes are
+            `alignment.cutoffs`. Points beyond the centers of the outer pixels and on holes are
             missing; `placement.matched` crops two maps to what they share.
 
         Raises
