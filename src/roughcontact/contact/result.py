@@ -111,7 +111,7 @@ class ContactResult(Result):
     extra_cautions : tuple of Caution
         What else is known of the numbers, from the measurement of the maps or a study of the
         resolution; ``cautions`` adds those of the result itself.
-    given : GivenLoad or None
+    specified_load : GivenLoad or None
         The load in the form in which it was given, where that was no force.
     calibrated : Calibrated or None
         The same contact under the calibrated ceiling, where that was computed.

@@ -288,7 +288,7 @@ def subsurface_stress(
     depths : array_like, or sequence of str or quantity of pint, optional
         Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
         more around the largest stress (`stress_summary.summarize`).
-    body : {"body", "counter_body"}
+    in_body : {"body", "counter_body"}
         The rough body, or its counter-body. Both have the same pressure; the stress differs by
         Poisson's ratio and by the sign of the friction.
     friction : float

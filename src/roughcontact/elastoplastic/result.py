@@ -206,7 +206,7 @@ class ElastoplasticResult(Result):
         return max(body.plastic_depth for body in self.bodies)
 
     @property
-    def flowed(self) -> NDArray[np.bool_]:
+    def yielded(self) -> NDArray[np.bool_]:
         """Pixels above a yielded uppermost layer of a body, shape (ny, nx)."""
         first = self.bodies[0].margin
         ny, nx = self.solution.pressure.shape
@@ -220,7 +220,7 @@ class ElastoplasticResult(Result):
     def perimeter_corrected_area(self) -> float:
         """Contact area without the excess that an elastic rim gains from the pixels [m²].
 
-        See `ContactResult.corrected_contact_area`; the perimeter of yielded pixels, where the
+        See `ContactResult.perimeter_corrected_area`; the perimeter of yielded pixels, where the
         pressure falls from the plateau to zero at once, is left alone.
         """
         pressed = self.solution

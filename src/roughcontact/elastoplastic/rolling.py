@@ -283,7 +283,7 @@ class RollingResult(Result):
         return _NONE * min(map(_yield_strain, self.result.whole_bodies))
 
     @property
-    def answer(self) -> str:
+    def outcome_text(self) -> str:
         """The ``shakedown`` as text, with its number."""
         kind = self.shakedown
         if kind is Shakedown.ELASTIC_SHAKEDOWN:
@@ -375,13 +375,13 @@ def roll(
         plastic strain, or the second in a row of reciprocating ones.
     steps : int
         Steps of a pass.
-    way : float, str or quantity of pint
+    travel : float, str or quantity of pint
         Length of a pass [m]; by default one period of the map along ``direction``.
     direction : float
         Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
-    to_and_fro : bool
+    reciprocating : bool
         Whether every other pass goes back, instead of starting again.
-    centered : bool
+    start_at_center : bool
         Whether the way lies half before and half behind the place of the counter-surface, in place
         of all of it before.
     friction : float

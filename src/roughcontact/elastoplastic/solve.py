@@ -138,7 +138,7 @@ def solve_elastoplastic(
         ``True`` draws a bar on standard error; a function is
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
-    each : callable, optional
+    on_step : callable, optional
         ``each(number, state)`` is called at every requested load, with those that stand whole in
         the folder, too. The folder then keeps all of them whole.
     ranks : mpi4py.MPI.Comm, optional

@@ -451,7 +451,7 @@ def conductance(
     contacts : ContactResult or iterable of ContactResult
         Solutions of one pair of bodies under one load or several. One at a time is used, and
         that under the largest load is kept.
-    body, counter_body : Conductor or str
+    conductor, counter_conductor : Conductor or str
         Conductors of the bodies, or their names in the catalog of materials.
     film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].

@@ -46,10 +46,10 @@ LOAD = Option(
     'Nominal pressure, the same for all maps: "20 MPa".',
     parsing.nominal, None, arguments=("pressure",),
 )  # fmt: skip
-FIRST_LOAD = Option(
-    "first-load", Panel.BODIES, "PRESSURE",
+PRELOAD = Option(
+    "preload", Panel.BODIES, "PRESSURE",
     'Preload; compare each map before and after: "200 MPa".',
-    parsing.nominal, None, arguments=("first_pressure",),
+    parsing.nominal, None, arguments=("preload_pressure",),
 )  # fmt: skip
 STEPS = Option(
     "steps", Panel.BODIES, "NUMBER",

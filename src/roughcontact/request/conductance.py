@@ -25,8 +25,8 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-FILM = Option(
-    "film", Panel.BODIES, "FILM",
+ELECTRICAL_FILM = Option(
+    "electrical-film", Panel.BODIES, "FILM",
     'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
     parsing.quantity("film"), None,
 )  # fmt: skip

@@ -20,8 +20,8 @@ from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-DIRECTION = Option(
-    "direction", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
+FLOW_AXIS = Option(
+    "flow-axis", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
     parsing.choice("y", "x"), None,
 )  # fmt: skip
 VISCOSITY = Option(

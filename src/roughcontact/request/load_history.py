@@ -32,7 +32,9 @@ SHIFT = Option(
     parsing.offset, (0.0, 0.0),
 )  # fmt: skip
 OUTPUT = file("output", "FILE.csv|json", "Table of steps.", TABLES)
-RESIDUAL = file("residual", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES)
+INDENTED_SURFACE = file(
+    "indented-surface", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES
+)
 FIGURE = file("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
 
 
@@ -81,7 +83,7 @@ The pressure ceiling represents perfect plasticity of the surface: indentation i
 \b
 Example:
 roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
-    --material 42CrMo4 --output history.csv --residual indented.x3p
+    --material 42CrMo4 --output history.csv --indented-surface indented.x3p
 """,
     (
         *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,

@@ -13,11 +13,11 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
 CONTACT = Option(
-    "contact", Panel.BODIES, "SHARES",
+    "contact-fraction", Panel.BODIES, "SHARES",
     'Contact fraction(s) to reach: "1 %, 5 %".', parsing.shares, None,
 )  # fmt: skip
 SATURATED = Option(
-    "saturated", Panel.BODIES, "SHARES",
+    "saturated-fraction", Panel.BODIES, "SHARES",
     'Saturated part of the contact to reach: "1 %".',
     parsing.shares, None,
 )  # fmt: skip
@@ -68,7 +68,7 @@ TASK = Task(
 
 \b
 Example:
-roughcontact find ground.x3p --contact "5 %" --mean-gap "0.3 um" \\
+roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
     --boundary periodic --material 42CrMo4 --output loads.csv
 """,
     (

@@ -88,11 +88,11 @@ FORM = Option(
     'Form to remove (least squares): sphere, cylinder or "polynomial 4".', parsing.form, None,
     "Form to remove", prepares=True,
 )  # fmt: skip
-HOLES = Option(
-    "holes", Panel.MAP, "|".join(HOLES_KNOWN),
+MISSING = Option(
+    "missing", Panel.MAP, "|".join(MISSING_KNOWN),
     "Missing points: error, fill (interpolate, up to 30 %), fill-all, mask (no contact) or crop; "
     "default: error.",
-    parsing.choice(*HOLES_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
+    parsing.choice(*MISSING_KNOWN), "error", "Missing points", prepares=True, whole_map=False,
 )  # fmt: skip
 S_FILTER = Option(
     "s-filter", Panel.MAP, "LENGTH",
@@ -204,7 +204,7 @@ MOVES: tuple[Option[Any], ...] = (ALIGN, OFFSET, ANGLE, MIRROR)
 SHAPES = (BODY, COUNTER_BODY, COUNTER_SURFACE, *MOVES)
 CEILING: Option[str | float | None] = Option(
     "ceiling", Panel.BODIES, "PRESSURE",
-    'Pressure ceiling: "3 GPa", "62 HRC", recommended (calibrated), auto (3σ_Y) or none '
+    'Pressure ceiling: "3 GPa", "62 HRC", calibrated, auto (3σ_Y) or none '
     '(elastic); default: auto.',
     parsing.ceiling, "auto", "Pressure ceiling", whole_map=False,
 )  # fmt: skip
@@ -275,7 +275,8 @@ REPORT = file(
 FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
 JSON = flag("json", Panel.OUTPUT, "Print JSON in SI units.", whole_map=False)
 QUIET = flag("quiet", Panel.OUTPUT, "Print errors only.", whole_map=False)
-SHOWN = (JSON, QUIET)
+VERBOSE = flag("verbose", Panel.OUTPUT, "Print all quantities, checks and notes.", whole_map=False)
+SHOWN = (VERBOSE, JSON, QUIET)
 """What the terminal shows, which does not describe a run."""
 OUTPUT = (REPORT, *SHOWN)
 

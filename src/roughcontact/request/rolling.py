@@ -45,15 +45,15 @@ STEPS = Option(
     "Positions per pass; default: 32.",
     parsing.counted(1, limits.STEPS), 32,
 )  # fmt: skip
-WAY = Option(
-    "way", Panel.BODIES, "LENGTH",
+TRAVEL = Option(
+    "travel", Panel.BODIES, "LENGTH",
     'Travel per pass, centered: "80 um"; default: one period of the map.', LENGTH, None,
 )  # fmt: skip
 DIRECTION = Option(
     "direction", Panel.BODIES, "DEGREES",
     "Travel direction, degrees counterclockwise from x; default: 0.", parsing.number, 0.0,
 )  # fmt: skip
-TO_AND_FRO = flag("to-and-fro", Panel.BODIES, "Reciprocate: alternate the travel direction.")
+RECIPROCATING = flag("reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction.")
 FRICTION = Option(
     "friction", Panel.BODIES, "NUMBER",
     "Friction coefficient in full sliding, in travel direction; default: 0.", parsing.number, 0.0,

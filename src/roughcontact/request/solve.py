@@ -47,7 +47,7 @@ UNCALIBRATED = flag(
 )  # fmt: skip
 MODEL = Option(
     "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
-    "ceiling (fast) or volume (elastoplastic, minutes); default: ceiling.",
+    "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
     parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
     SURFACE_MODEL, whole_map=False,
 )  # fmt: skip
@@ -215,7 +215,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         resolution_study.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
-        options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.HOLES,
+        options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,
         OUTPUT, options.REPORT,
     ),
     run=_run,
@@ -247,7 +247,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         Question(
             "Calibrated ceiling",
             "Ceiling that reproduces the contact area of the elastoplastic model.",
-            fixed=((options.CEILING, "recommended"),),
+            fixed=((options.CEILING, "calibrated"),),
         ),
         Question(
             "Elastoplastic model",

@@ -15,8 +15,8 @@ from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
 
-WHICH = Option(
-    "which", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
+IN_BODY = Option(
+    "in-body", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
     parsing.choice("body", "counter-body"), "body",
 )  # fmt: skip
 FRICTION = Option(
@@ -37,7 +37,7 @@ DEPTHS = Option(
     'Depths: "1 um, 2 um"; default: automatic.',
     parsing.lengths, None,
 )  # fmt: skip
-ONSET = flag("onset", Panel.SOLVER, "Also compute the load of first yield.")
+FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
 OUTPUT = file("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
 FIGURES = Option(
     "figures", Panel.OUTPUT, "FOLDER|PREFIX",
@@ -127,7 +127,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
         Question(
             "Subsurface stress",
             "Elastic stress below this contact, and the point of first yield.",
-            (WHICH, FRICTION, DIRECTION, DEPTHS, ONSET),
+            (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
         ),
     ),
 )  # fmt: skip

@@ -296,7 +296,7 @@ def compare(
     steps : int
         Pressures of the load curve, from a hundredth of ``pressure`` to it in equal ratios; with
         1 there is none but the last.
-    first_pressure : float, str or quantity of pint, optional
+    preload_pressure : float, str or quantity of pint, optional
         Nominal pressure [Pa] of a first loading: the maps are compared in pairs with those after
         it (`history`).
     paired : bool
