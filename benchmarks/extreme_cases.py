@@ -266,7 +266,7 @@ def _solver_options(
     if rng.random() < 0.1:
         # The wrong start must cost time only.
         scale = mean * 10 ** rng.choice([0.0, rng.uniform(-30, 30)])
-        options["start"] = scale * rng.random(shape) * (rng.random(shape) < rng.random())
+        options["initial_guess"] = scale * rng.random(shape) * (rng.random(shape) < rng.random())
         words["start"] = "random"
 
 

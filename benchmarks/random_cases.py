@@ -147,7 +147,7 @@ def ordinary(seed: int, largest: int) -> Case:
         words["tolerance"] = "1e-8"
     if rng.random() < 0.1:
         # The wrong start must cost time only.
-        options["start"] = mean * rng.random(shape) * (rng.random(shape) < rng.random())
+        options["initial_guess"] = mean * rng.random(shape) * (rng.random(shape) < rng.random())
         words["start"] = "random"
     return Case(seed, surface, options, kind, words, expected)
 

@@ -134,7 +134,7 @@ def attempt(case: Case) -> Outcome:
 
 def _refuses(case: Case) -> bool:
     terms = dict(case.options)
-    start = terms.pop("start", None)
+    start = terms.pop("initial_guess", None)
     bodies = {
         name: terms.pop(name)
         for name in ("material", "counter_material", "counter_surface")

@@ -74,7 +74,7 @@ def test_a_ceiling_that_is_infinite_everywhere_is_none() -> None:
         ("surface", reference_map(32)),
         ("material", None),
         ("counter_material", 210e9),
-        ("start", 3),
+        ("initial_guess", 3),
         ("ceiling", [[1, 2], [3]]),
         ("ceiling", 1j),
         ("ceiling", np.ma.masked_all((64, 64))),

@@ -123,7 +123,11 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
         rc.find_load(ROUGH, material=STEEL, ceiling=None, saturated_fraction=0.1)
     with pytest.raises(rc.InputError, match="of either body"):
         rc.find_load(ROUGH, material=rc.Material(210e9, 0.3), first_yield=True)
-    for given_, name in ((0, "contact"), (1.5, "contact"), (-1, "saturated")):
+    for given_, name in (
+        (0, "contact_fraction"),
+        (1.5, "contact_fraction"),
+        (-1, "saturated_fraction"),
+    ):
         with pytest.raises(rc.InputError, match="share above 0"):
             rc.find_load(ROUGH, material=STEEL, **{name: given_})
     with pytest.raises(rc.InputError, match="positive and finite"):

@@ -106,7 +106,7 @@ def test_units_of_who_reads_win_and_are_told(tmp_path: Path, capsys) -> None:
     told = "read: heights in um, as was said, instead of nm, as the file has it"
     assert surface.provenance.steps == (told,)
     assert read_surface(path, unit="nm").provenance.steps == ()
-    assert app.main(["info", str(path)]) == app.SOLVED
+    assert app.main(["info", str(path), "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert "0: Topo [nm]" in shown
     assert "3 µm × 8 µm" in shown

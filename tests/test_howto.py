@@ -36,7 +36,7 @@ def raceway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("raceway")
 def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> None:
     solve, sweep = commands("roller.md")
-    assert app.main(solve) == app.SOLVED
+    assert app.main([*solve, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Hertz's peak pressure: 1.5 GPa of the smooth bodies (line), under 78.41 N" in shown
     assert "half-width 104 µm" in shown
@@ -44,7 +44,7 @@ def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> No
     # π R p²/E* on 0.32 mm, R = 4 mm of both cylinders.
     assert result.load == pytest.approx(78.41, abs=0.01)
     assert result.max_pressure > 1.5e9
-    assert app.main(sweep) == app.SOLVED
+    assert app.main([*sweep, "--verbose"]) == app.SOLVED
     assert "Hertz's peak pressure 500 MPa (8.71" in " ".join(capsys.readouterr().out.split())
 
 

@@ -121,7 +121,7 @@ def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]
 
 
 def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[float]) -> None:
-    requests = [request(tmp_path), request(tmp_path, film="1e-12 ohm m^2")]
+    requests = [request(tmp_path), request(tmp_path, **{"electrical-film": "1e-12 ohm m^2"})]
     with running.shared_runner() as carry_out:
         both = [carry_out(one, lambda _: None) for one in requests]
     assert solves == [0.3, 0.1]

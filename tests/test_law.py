@@ -347,7 +347,7 @@ def test_the_command_tells_draws_and_writes(
         tmp_path, *(word for path in out for word in ("--output", path)), "--quarters",
         "--counter-material", "6061-T6", "--figure", str(tmp_path / "law.png"),
     )  # fmt: skip
-    assert app.main(words) == app.SOLVED
+    assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Overclosure is minus the separation." in shown
     assert "parts of the maps" in shown

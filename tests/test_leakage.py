@@ -214,7 +214,7 @@ def test_the_command_tells_in_a_table_and_in_json(
         "--output", str(tmp_path / "leak.csv"), "--figure", str(tmp_path / "leak.png"),
         "--report", str(tmp_path / "leak.html"),
     )  # fmt: skip
-    assert app.main(words) == app.SOLVED
+    assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "η 1 mPa s, Δp 100 kPa, width 20 mm, length 2 mm" in shown
     assert "narrowest place along y" in shown

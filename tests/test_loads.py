@@ -224,7 +224,7 @@ def test_sweeps_and_histories_take_every_form_on_the_command_line(capsys: Captur
     forces = [hertz.line_load(p, 0.01, MODULUS) * 25e-6 for p in (1e8, 2e8, 4e8)]
     assert curve["load"] == pytest.approx(forces, rel=1e-9)
     assert [one["value"] for one in curve["given_loads"]] == pytest.approx([1e8, 2e8, 4e8])
-    assert app.main(sweep) == app.SOLVED
+    assert app.main([*sweep, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Hertz's peak pressure 100 MPa (34.03 mN), 200 MPa (136.1 mN), 400 MPa (" in shown
     mixed = ["sweep", *STRIP, "--from", "1 MPa", "--to", "1 N"]
@@ -258,7 +258,7 @@ def test_a_project_takes_lists_of_peaks(tmp_path: Path) -> None:
 
 
 def test_the_console_sets_smooth_beside_rough_and_names_the_load(capsys: Capture) -> None:
-    assert app.main(["solve", *STRIP, "--hertz", "400 MPa"]) == app.SOLVED
+    assert app.main(["solve", *STRIP, "--hertz", "400 MPa", "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "beside Hertz smooth (Hertz) here ratio" in shown
     assert "Hertz's peak pressure: 400 MPa of the smooth bodies (line), under 544.5 mN" in shown

@@ -161,9 +161,8 @@ def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:
     assert told["volume"]["max_plastic_strain"] == found.result.max_plastic_strain
     assert len(told["shear_over_depth"][0]) == len(told["depth"])
     head, *rows = (folder / "out.csv").read_text().splitlines()
-    assert head.startswith("number [1],flow [1],gain [1],largest_shear [1]")
+    assert head.startswith("number [1],strain_added [1],strain_net [1],largest_shear [1]")
     assert [float(row.split(",")[1]) for row in rows] == told["each"]["strain_added"]
-    assert found.outcome_text in repr(found)
 
 
 @pytest.mark.long

@@ -90,7 +90,11 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
         ("solve", {"load": "1 N"}, "solving 24 × 32: "),
         ("sweep", {"from": "0.1 N", "to": "1 N", "steps": "2"}, "2 of 2: solving 24 × 32: "),
         ("history", {"path": "1 N, 0 N"}, "1 of 2: solving 24 × 32: "),
-        ("solve", {"load": "2 N", "model": "volume", "increments": "2"}, "iteration 1, residual"),
+        (
+            "solve",
+            {"load": "2 N", "model": "elastoplastic", "increments": "2"},
+            "iteration 1, residual",
+        ),
     ],
 )
 def test_progress_is_told_in_words(task: str, given: dict[str, str], words: str) -> None:
@@ -171,7 +175,7 @@ def test_a_nominal_pressure_presses_as_its_force_on_the_map_and_says_so(
     assert given.pop("form") == "nominal pressure"
     assert given == pytest.approx({"value": 50e6, "unit": "Pa", "load": 0.24})
     assert force["given_load"] is None
-    assert app.main([*common[:-1], "--load", "50 MPa"]) == app.SOLVED
+    assert app.main([*common[:-1], "--load", "50 MPa", "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "nominal pressure: 50 MPa on the whole map, 4800 µm², are 240 mN" in shown
     assert app.main(["verify", str(output)]) == app.SOLVED

@@ -3,7 +3,7 @@ r"""
 ===========================
 
 The largest stress lies below a contact, not in it. ``subsurface_stress`` gives the elastic stress
-under a solved pressure, at every depth, with friction if there is any; ``yield_onset`` finds the
+under a solved pressure, at every depth, with friction if there is any; ``first_yield_load`` finds the
 load at which the first point yields.
 """
 
@@ -45,7 +45,7 @@ for axes, (mu, found) in zip(panels, stresses.items(), strict=True):
     section = found.von_mises_section("x") / p_hertz
     x = (np.arange(POINTS) - (POINTS - 1) / 2) * pixel[1] / a_hertz
     image = axes.contourf(x, depths / a_hertz, section, np.arange(0, 0.81, 0.05), cmap="inferno_r")
-    depth, _, place = found.place
+    depth, _, place = found.max_von_mises_at
     axes.plot((place - side / 2) / a_hertz, depth / a_hertz, "c+", ms=12, mew=2)
     axes.set(xlabel="$x/a$", title=f"μ = {mu:g}", xlim=(-2, 2))
     print(
@@ -97,7 +97,7 @@ axes.set_title("Each spot has a field as deep as it is wide", loc="left", fontsi
 bar = figure_rough.colorbar(image, label="von Mises stress [GPa]", ticks=[0.03, 0.1, 0.3, 1, 3])
 bar.ax.set_yticklabels(["0.03", "0.1", "0.3", "1", "3"])
 
-depth = below.place[0]
+depth = below.max_von_mises_at[0]
 spot = math.sqrt(contact.spots().area[0] / math.pi)
 print(f"largest stress {below.max_von_mises / 1e9:.2f} GPa, {depth * 1e6:.2f} µm below the surface")
 print(f"the largest spot has a mean radius of {spot * 1e6:.2f} µm")

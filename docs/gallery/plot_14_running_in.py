@@ -59,7 +59,9 @@ print(rolled)
 
 figure, (adding, heights) = plt.subplots(1, 2, figsize=(10.5, 4), layout="constrained")
 number = np.arange(1, PASSES + 1)
-adding.semilogy(number, [100 * one.flow for one in rolled.passes], "o-", label="largest, added")
+adding.semilogy(
+    number, [100 * one.strain_added for one in rolled.passes], "o-", label="largest, added"
+)
 adding.axhline(100 * rolled.strain_threshold, color="0.4", ls="-.", label="counts as none")
 adding.set(xlabel="pass", ylabel="plastic strain by the pass [%]")
 adding.legend(frameon=False)

@@ -501,7 +501,7 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         text |= {"control": scalars["control"], "convolutions": int(text["convolutions"])}
         scalars["calibrated"] = Calibrated(**text)
     if _GIVEN in attributes:
-        scalars["given"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
+        scalars["specified_load"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.
     return scalars | {
         name: (float(attributes[f"{name}_y"]), float(attributes[f"{name}_x"]))

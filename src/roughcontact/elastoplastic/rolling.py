@@ -423,7 +423,7 @@ def roll(
     ...     nominal_bodies.flat(**grid), counter_surface=roller, material=steel, load=0.02,
     ...     passes=1, steps=4, boundary="periodic",
     ... )
-    >>> rolled.answer
+    >>> rolled.outcome_text
     'elastic'
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)

@@ -453,7 +453,7 @@ def conductance(
         that under the largest load is kept.
     conductor, counter_conductor : Conductor or str
         Conductors of the bodies, or their names in the catalog of materials.
-    film : float, str or quantity of pint
+    electrical_film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].

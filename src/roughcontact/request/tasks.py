@@ -48,7 +48,7 @@ Compares checksums, and recomputes load, gap and certificate from pressure and h
 INFO = Command(
     "info",
     "Show grid, size, roughness and defects of a file.",
-    (*options.READING, options.JSON),
+    (*options.READING, options.VERBOSE, options.JSON),
     reads_map=True,
     example="roughcontact info ground.x3p",
 )
