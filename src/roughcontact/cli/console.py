@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact.cli import terminal
+from roughcontact.request.generation import COMMAND as GENERATE
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
 from roughcontact.request.tasks import INFO
@@ -65,6 +66,7 @@ def show_result(result: Any, task: Command, written: Sequence[Path] = (), **refe
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
     """Print how the contacts of a project ended, one row each, and where all numbers stand."""
+    from roughcontact.cautions import from_summary, of_several
     from roughcontact.report import contact_fields
     from roughcontact.report.fields import ABSENT, quantity_of
 
@@ -81,9 +83,8 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
         rows.append((report.name, report.state, *(text.get(key, "") for key in keys)))
     heads = ("contact", "state", *(quantity.name for quantity in quantities))
     _print_table(rows, heads=heads, fold=True)
-    _print_shared(
-        (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
-    )
+    told = [(report.name, map(from_summary, report.told.get("cautions", ()))) for report in reports]
+    _print_cautions(of_several(told, "contacts"))
     # Where nothing else is written, the numbers of each contact are.
     if any(report.told for report in reports):
         _print_written([folder], "written to:")
@@ -199,7 +200,7 @@ def show_generated(surface: Surface, written: Sequence[Path]) -> None:
 
     _print_table(generation.about(surface))
     _print_table(generation.rows(surface), heads=generation.HEADS)
-    _print_told(("note", reason) for reason in generation.unmet(surface))
+    _print_cautions(generation.unmet(surface), GENERATE)
     _print_written(written)
 
 
@@ -207,6 +208,7 @@ def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
 ) -> None:
     """Print both solutions of the example side by side, and the files."""
+    from roughcontact.cautions import of_several
     from roughcontact.report import blocks, contact, contact_fields
     from roughcontact.report.fields import ANSWER, TRUST, side_by_side
 
@@ -220,13 +222,8 @@ def show_demo(
         for part in (ANSWER, TRUST)
     )
     _print_table(answers, trust, heads=("", *labels))
-    said: dict[tuple[str, str], list[str]] = {}
-    for label, result in zip(labels, results, strict=True):
-        for caution in result.cautions:
-            said.setdefault((caution.severity, caution.text), []).append(label)
-    _print_told(
-        (severity, f"{' and '.join(who)}: {text}") for (severity, text), who in said.items()
-    )
+    told = [(name, result.cautions) for name, result in zip(labels, results, strict=True)]
+    _print_cautions(of_several(told, "results"))
     _print_written([folder], "written to:")
     _print_table(files)
     print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
@@ -252,30 +249,15 @@ def _print_table(*blocks: Sequence[Cells], heads: Cells = (), fold: bool = False
     print()
 
 
-def _print_cautions(cautions: Iterable[Caution], command: Command) -> None:
-    """Print what has to be known; the status above says already where nothing converged."""
+def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE) -> None:
+    """Print messages; the status above says already where nothing converged."""
     from roughcontact.cautions import Kind
 
-    text = ((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
-    _print_told(text, command)
-
-
-def _print_shared(cautions: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
-    """Print cautions of several results, in the form of their summary: each once, with whose."""
-    said: dict[tuple[str, str], list[str]] = {}
-    for name, caution in cautions:
-        said.setdefault((caution["severity"], caution["text"]), []).append(name)
-    _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
-
-
-def _print_told(lines_told: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
-    lines = [
-        f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
-        for severity, text in lines_told
-    ]
-    for line in lines:
-        _print(Text(line))
-    if lines:
+    shown = [caution for caution in cautions if caution.kind != Kind.NOT_CONVERGED]
+    for caution in shown:
+        text = terminal.printable(terminal.spelled(caution.text, command))
+        _print(Text(f"{caution.severity.upper()} {caution.kind}: {text}"))
+    if shown:
         print()
 
 

@@ -119,7 +119,7 @@ class LoadSearch(Result):
         """What a reader of the numbers has to know, the severest first."""
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
-        return ordered(dict.fromkeys([*judged, *self.remarks]))
+        return ordered([*judged, *self.remarks])
 
 
 # --- Where a quantity that grows with the load passes a value ---
