@@ -1,6 +1,7 @@
 import dataclasses
 import html
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,15 @@ def test_each_caution_has_its_tag_and_its_numbers() -> None:
     (missing,) = holed.cautions
     assert (missing.kind, missing.severity) == (Kind.MISSING, Severity.NOTE)
     assert missing.numbers == {"share": 1 / 1024, "missing": 1}
+
+
+def test_every_tag_has_one_paragraph() -> None:
+    """The house cannot say of a tag what it does not explain, nor explain what it never says."""
+    text = Path(cautions.__file__).with_name("explanations.toml").read_text(encoding="utf-8")
+    assert list(tomllib.loads(text)) == [str(kind) for kind in Kind]
+    assert all(len(cautions.explanation(kind)) > 60 for kind in Kind)
+    with pytest.raises(InputError, match="not-converged, units"):
+        cautions.explanation("edges")
 
 
 @pytest.mark.parametrize(

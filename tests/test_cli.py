@@ -15,7 +15,7 @@ import pytest
 
 import roughcontact
 from roughcontact import memory, read_result
-from roughcontact.cautions import Kind
+from roughcontact.cautions import Kind, explanation
 from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
 from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
@@ -232,6 +232,16 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
     assert solve(rough, *STEEL) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert "none: purely elastic, no yield strength is given" in told
+
+
+def test_a_tag_is_explained(capsys: Capture) -> None:
+    assert app.main(["--explain", "edge"]) == app.SOLVED
+    lines = capsys.readouterr().out.splitlines()
+    assert " ".join(lines) == explanation(Kind.EDGE)
+    assert max(map(len, lines)) <= 80
+    assert app.main(["--explain", "edges"]) == app.BAD_INPUT
+    told = capsys.readouterr().err
+    assert all(f" {kind}" in told for kind in Kind)
 
 
 @pytest.mark.parametrize(

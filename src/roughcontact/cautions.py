@@ -8,9 +8,10 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import Part, Sentence
+from roughcontact.errors import InputError, Part, Sentence
 
 
 class Kind(StrEnum):
@@ -88,6 +89,8 @@ class Severity(StrEnum):
     NOTE = "note"
     """They are right for what was given, which holds less than it may seem."""
 
+
+_EXPLANATIONS = Path(__file__).with_name("explanations.toml")
 
 # Where the first sentence ends.
 _END = re.compile(r"[.?](?=\s|$)")
@@ -188,6 +191,17 @@ def from_summary(text: Mapping[str, Any]) -> Caution:
     """Return a caution from its `Caution.summary`; arguments are words in it."""
     numbers = {str(key): float(value) for key, value in text["numbers"].items()}
     return Caution(str(text["kind"]), (str(text["text"]),), Severity(text["severity"]), numbers)
+
+
+def explanation(tag: str) -> str:
+    """Return the paragraph on a tag: cause, effect and remedies."""
+    # Imported late: only users who ask need it.
+    import tomllib
+
+    paragraphs = tomllib.loads(_EXPLANATIONS.read_text(encoding="utf-8"))
+    if tag not in paragraphs:
+        raise InputError(f"{tag!r} is no tag; the tags are {', '.join(paragraphs)}")
+    return " ".join(str(paragraphs[tag]).split())
 
 
 def no_checksums() -> Caution:
