@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import judge
+from messages import fault
 
 # A machine that is busy is no failure: no test is timed.
 hypothesis.settings.register_profile("untimed", deadline=None)
@@ -35,6 +36,22 @@ def without_lines_of_progress(monkeypatch):
     from roughcontact.cli import terminal
 
     monkeypatch.setattr(terminal, "EVERY", 3600.0)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def short_messages():
+    """Every message that any test makes the program produce is short; files may hold others."""
+    from roughcontact.cautions import Caution, Kind
+
+    created = Caution.__init__
+
+    def checked(self, *args, **more):
+        created(self, *args, **more)
+        assert not (isinstance(self.kind, Kind) and fault(self)), fault(self)
+
+    Caution.__init__ = checked
+    yield
+    Caution.__init__ = created
 
 
 @pytest.fixture(scope="session")

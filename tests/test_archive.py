@@ -153,7 +153,7 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
         assert all(step.method == NOTE for step in after.operations)
     # It has no checksums either, and says so.
     told, note = again.summary(), again.cautions[-1]
-    assert note.kind == Kind.UNSEALED
+    assert note.kind == Kind.NO_CHECKSUMS
     cautions = [caution.summary() for caution in (*result.cautions, note)]
     more = {"warnings": [*result.warnings, note.text], "cautions": cautions}
     assert told == result.summary() | more
@@ -578,7 +578,7 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     archive.to_dataset(result).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     old = load_result(tmp_path / "old.nc")
     assert old.cautions[:-1] == result.cautions
-    assert old.cautions[-1].kind == Kind.UNSEALED
+    assert old.cautions[-1].kind == Kind.NO_CHECKSUMS
     # Saved again it has checksums, which prove nothing of what was before.
     old.save(tmp_path / "new.nc")
     assert load_result(tmp_path / "new.nc").cautions == old.cautions

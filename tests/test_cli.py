@@ -15,6 +15,7 @@ import pytest
 
 import roughcontact
 from roughcontact import memory, read_result
+from roughcontact.cautions import Kind, explanation
 from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
 from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
@@ -233,6 +234,16 @@ def test_ceiling_is_automatic_given_or_none(rough: Path, capsys: Capture) -> Non
     assert "none: purely elastic, no yield strength is given" in told
 
 
+def test_a_tag_is_explained(capsys: Capture) -> None:
+    assert app.main(["--explain", "edge"]) == app.SOLVED
+    lines = capsys.readouterr().out.splitlines()
+    assert " ".join(lines) == explanation(Kind.EDGE)
+    assert max(map(len, lines)) <= 80
+    assert app.main(["--explain", "edges"]) == app.BAD_INPUT
+    told = capsys.readouterr().err
+    assert all(f" {kind}" in told for kind in Kind)
+
+
 @pytest.mark.parametrize(
     "task", [("solve", "--load", "10 N", "--uncalibrated"), ("stress", "--load", "10 N"),
              ("sweep", "--from", "5 N", "--to", "10 N", "--steps", "2"),
@@ -253,10 +264,10 @@ def test_cautions_name_options_in_console_and_report(
         assert 'ceiling="' not in told
         assert 'boundary="' not in told
     # What is said of a contact is said once, whatever is computed below it.
-    assert shown.count("under the calibrated ceiling") == 1
+    assert shown.count("CAUTION ceiling:") == 1
     if task[0] == "stress":
         summary = report.split("<nav")[0]
-        assert "stress exceeds the yield strength" in summary
+        assert "this elastic stress is an upper bound" in summary
 
 
 def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Capture) -> None:
@@ -268,11 +279,11 @@ def test_a_ceiling_that_does_not_fit_has_the_calibrated_one_beside_it(capsys: Ca
     assert other["contact_area"] > 1.1 * told["contact_area"]
     assert app.main(["solve", *ball, *YIELDING]) == app.SOLVED
     shown = capsys.readouterr().out
-    assert f"calibrated ceiling ({other['factor']:.3g} σ_Y)" in shown
+    assert f"calibrated, {other['factor']:.3g} σ_Y" in shown
     assert "CAUTION" not in shown
     assert app.main(["solve", *ball, *YIELDING, "--uncalibrated"]) == app.SOLVED
-    assert capsys.readouterr().out.count("CAUTION") == 1
-    for better in (f"{other['factor']} GPa", "calibrated"):
+    assert capsys.readouterr().out.count("CAUTION ") == 1
+    for better in (f"{other['factor']} GPa", "recommended"):
         assert app.main(["solve", *ball, *YIELDING, "--ceiling", better, "--json"]) == app.SOLVED
         own = json.loads(capsys.readouterr().out)
         assert own["calibrated"] is None
@@ -292,8 +303,8 @@ def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capt
     capsys.readouterr()
     assert app.main(["history", *more, "--path", "10 N, 0 N", "--json"]) == app.SOLVED
     found = json.loads(capsys.readouterr().out)
-    assert found["calibration"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
-    assert any("permanent indentation" in text for text in found["warnings"])
+    assert found["recommended"]["factor"] == pytest.approx(found["ceiling"] / 1e9)
+    assert Kind.INDENTATION in {caution["kind"] for caution in found["cautions"]}
     assert app.main(["stress", *more, "--load", "10 N", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["calibration"]["load"] == 10
     words = "--ceiling calibrated is read from the yield strength of the softer body"
@@ -792,11 +803,11 @@ def test_info_tells_of_heights_that_cannot_be(tmp_path: Path, capsys: Capture) -
     for unit, warned in (("nm", False), ("um", False), ("mm", True)):
         assert app.main([*given, unit]) == app.SOLVED
         out = " ".join(capsys.readouterr().out.split())
-        assert ("as no measured map has; their unit may be another" in out) == warned
+        assert ("WARNING units: " in out) == warned
     # Of one row of points likewise.
     np.savetxt(tmp_path / "line.txt", np.c_[np.arange(40) * 1e-6, 1e-4 * heights[0]])
     assert app.main(["info", str(tmp_path / "line.txt"), "--unit", "m, m"]) == app.SOLVED
-    assert "their unit may be another" in " ".join(capsys.readouterr().out.split())
+    assert "WARNING units: " in " ".join(capsys.readouterr().out.split())
 
 
 def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:

@@ -15,6 +15,7 @@ import roughcontact as rc
 from roughcontact import statistics
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
+from roughcontact.errors import ArgumentRef
 from roughcontact.report import comparison
 from roughcontact.surface import form
 
@@ -109,9 +110,9 @@ def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> No
     both = [one.numbers["mean_gap"] for one in group.samples]
     assert found.mean(0, "mean_gap").value == pytest.approx(np.mean(both))
     assert found.curve(0, "mean_gap")[-1] == found.mean(0, "mean_gap")
-    assert [c.numbers for c in found.cautions if c.kind == Kind.UNLIKE] == [
-        {"smallest": pytest.approx(1e-8), "largest": pytest.approx(2e-8)}
-    ]
+    (sizes,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_SIZE)
+    assert sizes.numbers["smallest"] == pytest.approx(1e-8)
+    assert sizes.numbers["largest"] == pytest.approx(2e-8)
 
 
 def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
@@ -131,8 +132,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     assert 0.5 < split.share < 1
     kinds = [caution.kind for caution in found.cautions]
     assert Kind.MULTIPLE in kinds
-    assert Kind.FEW not in kinds
-    assert Kind.UNLIKE not in kinds
+    assert not {Kind.FEW_MAPS, Kind.UNLIKE_PIXEL, Kind.UNLIKE_SIZE} & {*kinds}
 
 
 @pytest.mark.long
@@ -141,8 +141,9 @@ def test_three_groups_are_compared_in_pairs() -> None:
     found = rc.compare(groups, material=STEEL, pressure=1e8, steps=1)
     assert list(found.differences("Sdq")) == [(0, 1), (0, 2), (1, 2)]
     told = {caution.kind: caution for caution in found.cautions}
-    assert "Games and Howell" in told[Kind.MULTIPLE].text
-    assert "2 maps of a, b, c" in told[Kind.FEW].text
+    assert told[Kind.MULTIPLE].numbers == {"numbers": 14, "pairs": 3}
+    assert told[Kind.FEW_MAPS].numbers == {"maps": 2}
+    assert "of a, b, c" in told[Kind.FEW_MAPS].text
     shown = comparison.differences(found, clear=True)[1]
     assert all(row[-1] == "yes" for row in shown)
     assert comparison.excluded_maps(found).startswith(f"{len(shown)} of 42 differences")
@@ -168,14 +169,13 @@ def test_before_and_after_a_first_loading_are_pairs() -> None:
 def test_other_pixels_and_other_waves_are_told() -> None:
     coarse = MAPS[1].resampled((32, 32))
     found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, steps=1)
-    texts = [c.text for c in found.cautions if c.kind == Kind.UNLIKE]
-    assert len(texts) == 1
-    assert "the pixels of the maps differ, 1.563 µm to 3.125 µm" in texts[0]
+    (pixels,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    assert pixels.numbers["largest"] == pytest.approx(3.125e-6)
+    assert ArgumentRef("pixel") in pixels.parts
     smoothed = MAPS[1].filtered(s="40 um")
     found = rc.compare([MAPS[0], smoothed], material=STEEL, pressure=1e8, steps=1)
-    texts = [c.text for c in found.cautions if c.kind == Kind.UNLIKE]
-    assert len(texts) == 1
-    assert "the shortest waves that the maps show differ" in texts[0]
+    (waves,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    assert ArgumentRef("s") in waves.parts
 
 
 def test_what_cannot_be_compared_is_refused() -> None:

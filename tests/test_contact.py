@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 import broken
 import roughcontact as rc
 from roughcontact import memory
+from roughcontact.cautions import Kind
 from roughcontact.contact.memory import Room
 from roughcontact.halfspace import convolution
 from roughcontact.halfspace.boundary import Boundary
@@ -18,6 +19,10 @@ STEEL = rc.Material(young=210e9, poisson=0.3)
 YIELDING = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 BOUNDARIES = ["free", "periodic"]
 LOAD = 1.0  # [N] on R(N): a mean pressure of 0.1 GPa
+
+
+def kinds(result: rc.ContactResult) -> set[str]:
+    return {caution.kind for caution in result.cautions}
 
 
 def reference(n, seed=0):
@@ -303,7 +308,7 @@ def test_masked_pixels_never_touch(independent, missing, ceiling, boundary):
     assert (result.pressure[holes] == 0).all()
     assert np.isnan(result.gap[holes]).all()
     assert not np.isnan(result.gap[~holes]).any()
-    assert any("missing" in note for note in result.warnings)
+    assert Kind.MISSING in kinds(result)
     assert math.isfinite(result.mean_gap)
 
 
@@ -380,7 +385,8 @@ def test_holes_of_either_body_never_touch():
     assert np.isnan(result.gap[3, 4])
     assert np.isnan(result.gap[20, 30])
     # Both are told.
-    assert any(note.startswith("2 missing") for note in result.warnings)
+    (caution,) = (caution for caution in result.cautions if caution.kind == Kind.MISSING)
+    assert caution.numbers["missing"] == 2
 
 
 # --- approach control ------------------------------------------------------------------------
@@ -482,7 +488,7 @@ def test_flat_everywhere(independent, filling, boundary):
         # Zero, but for 1e-6 of what one pixel displaces itself.
         assert abs(result.approach) <= 1e-6 * mean / 231e9 * 2e-6
     else:
-        assert any("edge" in note for note in result.warnings)
+        assert Kind.EDGE in kinds(result)
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
@@ -644,7 +650,7 @@ def test_not_converged_is_an_error_with_the_best_result_attached(independent):
         assert found.certificate == pytest.approx(result.certificate, rel=1e-3, abs=1e-9)
         assert found.bounded
         assert found.load == pytest.approx(LOAD, rel=1e-10)
-        assert any("not converged" in note for note in result.warnings)
+        assert Kind.NOT_CONVERGED in kinds(result)
     np.testing.assert_array_equal(caught.value.result.pressure, returned.pressure)
 
 
@@ -707,7 +713,7 @@ def test_regimes():
     assert press(4.0).regime == "saturated at the surface"
     assert press(4.0).saturated_fraction > 0
     assert press(4.0, ceiling=None).regime.startswith("elastic pressure beyond three")
-    assert any("ceiling" in note for note in press(4.0, ceiling=None).warnings)
+    assert Kind.ABOVE_CEILING in kinds(press(4.0, ceiling=None))
     assert press(0.3, material=STEEL).regime.startswith("unknown")
     # Of a ceramic, which has no yield strength, the hardness is the ceiling.
     ceramic = rc.Material(210e9, 0.3, hardness=3e9)
@@ -715,7 +721,7 @@ def test_regimes():
     assert press(4.0, material=ceramic).regime == "saturated at the surface"
     beyond = press(4.0, material=ceramic, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
-    assert any("exceeds the hardness of the softer body" in note for note in beyond.warnings)
+    assert Kind.ABOVE_CEILING in kinds(beyond)
     # The softer of the two yields.
     soft = rc.Material(210e9, 0.3, yield_strength=0.4e9)
     result = press(0.3, counter_material=soft)
@@ -765,11 +771,11 @@ def test_contact_at_the_edge_is_flagged_on_a_free_map_only():
     surface = rc.Surface(np.zeros((8, 9)), (1e-6, 1e-6))
     for boundary in BOUNDARIES:
         result = rc.solve(surface, material=STEEL, load=1e-3, boundary=boundary)
-        assert any("edge" in note for note in result.warnings) == (boundary == "free")
+        assert (Kind.EDGE in kinds(result)) == (boundary == "free")
     ball = np.zeros((9, 9))
     ball[4, 4] = 1e-6
     inner = rc.solve(rc.Surface(ball, (1e-6, 1e-6)), material=STEEL, load=1e-3)
-    assert not any("edge" in note for note in inner.warnings)
+    assert Kind.EDGE not in kinds(inner)
 
 
 # --- bad input: what, got, do ----------------------------------------------------------------

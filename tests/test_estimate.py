@@ -13,6 +13,7 @@ import pytest
 import roughcontact as rc
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
+from roughcontact.errors import ArgumentRef
 from roughcontact.joint.estimate import LEVEL, Estimate, stored
 from roughcontact.report.estimate import BESIDE
 from roughcontact.report.fields import rows_of
@@ -160,8 +161,8 @@ def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     found = of_steel(200e6, material=swift)
     assert found.plastic_volume is None
     (caution,) = found.cautions
-    assert caution.kind == Kind.DOMAIN
-    assert "linear hardening only" in caution.text
+    assert caution.kind == Kind.ESTIMATE_DOMAIN
+    assert ArgumentRef("model", "volume") in caution.parts
 
 
 def test_an_answer_takes_a_millisecond_or_two() -> None:

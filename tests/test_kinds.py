@@ -45,7 +45,7 @@ class Squeaking(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        return (as_caution(CautionKind.EDGE, "it squeaks at the edge of the map", share=0.5),)
+        return (as_caution(CautionKind.EDGE, "It squeaks at the edge.", share=0.5),)
 
 
 def pitches(found: Squeaking, colour: str = "k") -> Figure:
@@ -88,9 +88,10 @@ def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
     text = repr(squeaking)
     assert text.splitlines()[1].strip() == "It squeaks at 880 Hz."
     assert "loudest pitch  880 Hz" in text
-    assert "caution: it squeaks" in text
+    assert "440 Hz" in text
+    assert "CAUTION edge: It squeaks" in text
     assert "data:image/png" in squeaking._repr_html_()
-    assert squeaking.warnings == ("it squeaks at the edge of the map",)
+    assert squeaking.warnings == ("It squeaks at the edge.",)
 
 
 def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
@@ -104,7 +105,7 @@ def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     shown = " ".join(capsys.readouterr().out.split())
     for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
         assert told in shown
-    assert "caution: it squeaks" in shown
+    assert "CAUTION edge: It squeaks" in shown
 
 
 def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:

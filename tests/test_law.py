@@ -147,13 +147,13 @@ def test_the_range_ends_where_too_few_spots_or_too_much_touch() -> None:
     found = law_curve.resolved(p, means, 1.5)
     assert math.isnan(found.low)
     kinds = {str(caution.kind) for caution in LAW.cautions}
-    assert "few maps" in kinds
+    assert Kind.FEW_MAPS in kinds
 
 
 def test_a_law_says_that_its_counter_face_is_smooth() -> None:
-    assert sum(caution.kind == Kind.SMOOTH for caution in LAW.cautions) == 1
+    assert sum(caution.kind == Kind.ONE_ROUGH_FACE for caution in LAW.cautions) == 1
     rough = rc.interface_law(solved(MAPS[0], counter_surface=MAPS[1]))
-    assert Kind.SMOOTH not in {caution.kind for caution in rough.cautions}
+    assert Kind.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
 
 
 def test_parts_tell_whether_a_map_is_large_enough() -> None:
@@ -166,14 +166,17 @@ def test_parts_tell_whether_a_map_is_large_enough() -> None:
         return dataclasses.replace(law, parts=quarters(surface))
 
     tiled = rc.Surface(np.tile(MAPS[0].heights, (2, 2)), MAPS[0].pixel)
-    (same,) = [c for c in told(tiled).cautions if "parts of the maps" in c.text]
-    assert same.severity == "note"
-    assert same.numbers["off"] < 1e-3
+    law = told(tiled)
+    assert law.part_size is not None
+    assert law.part_size.sufficient
+    assert law.part_size.off < 1e-3
+    assert Kind.LAW_SIZE not in {caution.kind for caution in law.cautions}
     # A hill as wide as the map, which its quarters lack.
     x = np.cos(2 * np.pi * np.arange(128) / 128)
     wavy = rc.Surface(tiled.heights + 0.6e-6 * x * x[:, None], tiled.pixel)
-    (other,) = [c for c in told(wavy).cautions if "parts of the maps" in c.text]
+    (other,) = (caution for caution in told(wavy).cautions if caution.kind == Kind.LAW_SIZE)
     assert other.severity == "caution"
+    assert other.numbers["off"] > other.numbers["chance"]
 
 
 def test_conductance_is_that_of_the_contacts() -> None:
@@ -350,7 +353,7 @@ def test_the_command_tells_draws_and_writes(
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Overclosure is minus the separation." in shown
-    assert "parts of the maps" in shown
+    assert "map size" in shown
     # Two pressures do not tell how well the law is known between them.
     assert "nan" not in re.findall(r"\w+", shown.lower())
     assert all(Path(path).stat().st_size > 500 for path in out)

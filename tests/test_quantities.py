@@ -1,7 +1,5 @@
 """Numbers with their units, as text or of pint, wherever the public face takes a number."""
 
-import re
-
 import numpy as np
 import pint
 import pytest
@@ -109,22 +107,21 @@ def test_another_dimension_is_refused(call: object, words: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("surface", "material", "words"),
+    ("surface", "material", "name"),
     [
-        (BALL, rc.Material(210, 0.3), "Young's modulus of the body is 210 Pa.*in pascals"),
-        (BALL, rc.Material(210e9, 0.3, 1000), "yield strength of the body.*in pascals"),
-        (rc.Surface(1e6 * BALL.heights, PIXEL), STEEL, "slope of .*in metres"),
-        (rc.Surface(1e6 * BALL.heights, (1.0, 1.0)), STEEL, "the map is 32 m long.*in metres"),
+        (BALL, rc.Material(210, 0.3), "young"),
+        (BALL, rc.Material(210e9, 0.3, 1000), "yield_over_young"),
+        (rc.Surface(1e6 * BALL.heights, PIXEL), STEEL, "rms_slope"),
+        (rc.Surface(1e6 * BALL.heights, (1.0, 1.0)), STEEL, "side"),
     ],
 )
 def test_a_number_in_another_unit_is_suspected(
-    surface: rc.Surface, material: rc.Material, words: str
+    surface: rc.Surface, material: rc.Material, name: str
 ) -> None:
     result = rc.solve(surface, material=material, load=1e-3, ceiling=None)
     (found,) = (caution for caution in result.cautions if caution.kind == Kind.UNITS)
     assert found.severity is Severity.WARNING
-    assert found.numbers
-    assert re.search(words, found.text)
+    assert list(found.numbers) == [name]
 
 
 def test_the_moduli_of_solids_are_no_mistakes() -> None:

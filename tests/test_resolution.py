@@ -8,8 +8,9 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import grey_dilation
 
 from roughcontact import units
+from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.errors import ArgumentRef, InputError, message_parts
-from roughcontact.request.maps import resolution_notes
+from roughcontact.request.maps import resolution_cautions
 from roughcontact.surface import filters, grid, random_surfaces, resolution, spectrum
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -237,13 +238,12 @@ def test_notes_of_an_atomic_force_microscope() -> None:
     heights = drawn_by(5 * NM, rough(0))
     about = Provenance("scan.001", "Bruker/Veeco/DI Nanoscope (Bruker Dimension V)")
     (asked,) = Surface(heights, PIXEL, about).resolution_notes()
-    assert "measured with a scanning probe (Bruker" in asked
-    assert "give tip_radius" in asked
+    assert ArgumentRef("tip_radius") in message_parts(asked)
     (found,) = Surface(heights, PIXEL, about).resolution_notes(tip_radius=5 * NM)
     scale = resolution.tip_cutoff(heights, PIXEL, 5 * NM)
-    assert f"below a lateral scale of {units.engineering(scale, 'm', 3)} (" in found
-    assert f"({scale / NM:.1f} pixels along x)" in found
-    assert "tip of radius 5 nm" in found
+    assert f"Below {units.engineering(scale, 'm', 3)} (" in found
+    assert f"({scale / NM:.1f} pixels)" in found
+    assert "radius 5 nm" in found
     # The radius may be known where the file does not tell the instrument.
     assert Surface(heights, PIXEL).resolution_notes() == ()
     assert Surface(heights, PIXEL).resolution_notes(5 * NM) == (found,)
@@ -278,12 +278,13 @@ def test_notes_of_noise_and_smoothing() -> None:
     heights = rough(0, shortest=2.0000001)
     noisy = heights + NM * np.random.default_rng(3).normal(size=heights.shape)
     noisy[:20, :20] = np.nan
-    (note,) = Surface(noisy, PIXEL).resolution_notes()
-    assert "cannot be told from noise" in note
+    (limit,) = Surface(noisy, PIXEL).resolution_limits()
+    assert limit.cause is resolution.Cause.NOISE
+    assert (limit.caution.kind, limit.caution.severity) == (Kind.RESOLUTION, Severity.CAUTION)
     smooth = Surface(heights, PIXEL).filtered(s=10 * NM)
-    (note,) = smooth.resolution_notes()
-    assert "holds hardly any waves shorter than" in note
-    assert "pixels along x" in note
+    (limit,) = smooth.resolution_limits()
+    assert limit.cause is resolution.Cause.SMOOTHING
+    assert limit.caution.severity is Severity.NOTE
     holed = np.zeros((4, 4))
     holed[::2] = holed[:, ::2] = np.nan
     assert Surface(holed, PIXEL).resolution_notes() == ()
@@ -327,8 +328,11 @@ def test_a_spectrum_whose_last_wave_is_beyond_the_noise_ends_there() -> None:
 
 
 def test_of_several_maps_the_coarsest_limit_is_told_once() -> None:
-    def noted(*maps: Surface) -> tuple[str, ...]:
-        return resolution_notes({"tip-radius": None}, maps)  # type: ignore[arg-type]
+    def noted(*maps: Surface) -> tuple[Caution, ...]:
+        return resolution_cautions({"tip-radius": None}, maps)  # type: ignore[arg-type]
+
+    def own(surface: Surface) -> tuple[Caution, ...]:
+        return tuple(limit.caution for limit in surface.resolution_limits())
 
     heights = rough(0, shortest=2.0000001)
     noise = NM * np.random.default_rng(3).normal(size=heights.shape)
@@ -341,14 +345,15 @@ def test_of_several_maps_the_coarsest_limit_is_told_once() -> None:
     assert scales[0] < scales[1]  # type: ignore[operator]
     for maps in ((fine, coarse), (coarse, fine)):
         (told,) = noted(*maps)
-        assert told == f"2 of 2 maps, coarse.opd: {coarse.resolution_notes()[0]}"
-    assert noted(fine) == noted(fine, fine) == fine.resolution_notes()
+        assert (told.where, told.place) == ("2 of 2 maps, worst coarse.opd", "coarse.opd")
+        assert told.parts == own(coarse)[0].parts
+    assert noted(fine) == noted(fine, fine) == own(fine)
     # What one of them alone has is told as its own; what was not measured says nothing.
     plain = replace(fine, heights=heights, provenance=Provenance("plain.opd", "Wyko OPD"))
     assert noted(plain) == ()
-    assert noted(fine, plain) == (f"fine.opd: {fine.resolution_notes()[0]}",)
-    assert noted(fine, replace(coarse, provenance=Provenance("made"))) == fine.resolution_notes()
+    assert noted(fine, plain)[0].where == "1 of 2 maps, fine.opd"
+    assert noted(fine, replace(coarse, provenance=Provenance("made"))) == own(fine)
     # A word for an option stays one.
     probe = Surface(np.zeros((4, 4)), PIXEL, Provenance("scan", "NT-MDT"))
     (asked,) = noted(probe, plain)
-    assert ArgumentRef("tip_radius") in message_parts(asked)
+    assert ArgumentRef("tip_radius") in asked.parts

@@ -235,10 +235,10 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.RollingResult) -> None
     (body,) = found.result.bodies
     worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
     assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain
-    assert Kind.PLASTIC_STRAINS not in {caution.kind for caution in worn.cautions}
+    assert Kind.PLASTIC_STRAIN not in {caution.kind for caution in worn.cautions}
     torn = replace(found.result, bodies=(replace(body, plastic_strain=100 * body.plastic_strain),))
     assert plausibility.largest_strain(torn) > 0.1
-    assert Kind.PLASTIC_STRAINS in {caution.kind for caution in torn.cautions}
+    assert Kind.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
 
 
 def test_hardness_alone_hides_no_ratcheting() -> None:

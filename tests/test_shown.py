@@ -70,7 +70,7 @@ def test_what_makes_numbers_wrong_stands_beside_them() -> None:
     far_off = rc.Surface(1e6 * surface().heights, surface().pixel)
     result = rc.solve(far_off, material=rc.Material(210e9, 0.3), load=1.0)
     for shown in (repr(result), result._repr_html_()):
-        assert "warning: the heights have a root-mean-square slope of" in shown
+        assert "WARNING units: RMS slope" in shown
 
 
 def test_a_result_that_did_not_converge_says_so(objects: dict[str, Any]) -> None:

@@ -1,72 +1,81 @@
-"""What a reader of the numbers has to know: a kind for programs, a sentence for people."""
+"""Messages about results: a tag for programs, one or two sentences for people."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import ArgumentRef, Part, Sentence, message_parts, render_message
-from roughcontact.units import percent
+from roughcontact.errors import InputError, Part, Sentence
 
 
 class Kind(StrEnum):
-    """What a caution is about."""
+    """The tag of a message: its stable name. In the order of importance."""
 
-    NOT_CONVERGED = "not converged"
-    EDGE = "contact at the edge of the map"
-    BEYOND_CEILING = "pressure beyond the ceiling"
-    RESOLUTION = "contact not resolved"
-    STUDY = "depends on the grid"
-    SLOPES = "slopes not small"
-    STRAINS = "strains not small"
-    UNITS = "numbers that suggest another unit"
-    HERTZ = "limits of Hertz's theory"
-    CEILING = "ceiling off the recommended one"
-    HARDNESS = "yield strength at odds with the hardness"
-    IMPRINT = "permanent indentation of a ceiling"
-    SPIKES = "spikes of the measurement"
-    FILLED = "filled points"
-    MISSING = "missing points"
-    MEASUREMENT = "lateral resolution of the measurement"
-    BEYOND_YIELD = "stress beyond the yield strength"
-    DEEPEST = "largest stress at the greatest depth"
-    SHALLOW = "largest stress near the surface"
-    PLASTIC_EDGE = "plastic strain at the edge of the volume"
-    PLASTIC_BOTTOM = "plastic strain in the lowest layer"
-    UNSEALED = "file without checksums"
-    PLASTIC_STRAINS = "plastic strains not small"
-    SCATTER = "pressure of single pixels scatters"
-    HARDENING = "plastic strain beyond the table"
-    LOAD_STEPS = "error of the load steps"
-    RESIDUAL = "residual stress beyond the yield strength"
-    UNLIKE = "maps that differ in more than their surfaces"
-    FEW = "few maps"
-    PARTS = "parts of one map"
-    MULTIPLE = "several intervals at once"
-    SCALING = "scatter that does not fall with the area"
-    SPOTS = "spots that are no discs"
-    FORM = "bodies curved as a whole"
-    WAYS = "ways through the gap"
-    SLIP = "gas that slips"
-    RANGE = "pressures that the maps resolve"
-    SMOOTH = "smooth counter-face"
-    RIM = "rim that is left out"
-    STEPS = "pressures that are far apart"
-    DOMAIN = "outside the domain of a formula"
-    RANKS = "map on several processes"
-    WAY = "steps of a pass"
-    AXIS = "roller that slides along its axis"
-    ATOMS = "contact of few atoms"
+    NOT_CONVERGED = "not-converged"
+    UNITS = "units"
+    MOSTLY_FILLED = "mostly-filled"
+    STRAIN = "strain"
+    FEW_ATOMS = "few-atoms"
     ADHESION = "adhesion"
-    MATERIAL = "material beyond the model"
+    MATERIAL = "material"
+    ABOVE_CEILING = "above-ceiling"
+    CYLINDER_SLIDES = "cylinder-slides"
+    SPIKES = "spikes"
+    PIXEL = "pixel"
+    STUDY = "study"
+    ROLLING_PIXEL = "rolling-pixel"
+    STEP_LENGTH = "step-length"
+    EDGE = "edge"
+    HERTZ = "hertz"
+    PLASTIC_EDGE = "plastic-edge"
+    YIELD_EXCESS = "yield-excess"
+    STRESS_DEPTH = "stress-depth"
+    LAW_RANGE = "law-range"
+    NEAR_THRESHOLD = "near-threshold"
+    RAREFIED = "rarefied"
+    LEAK_PIXEL = "leak-pixel"
+    CEILING = "ceiling"
+    HARDNESS = "hardness"
+    INDENTATION = "indentation"
+    SLOPES = "slopes"
+    PLASTIC_STRAIN = "plastic-strain"
+    HARDENING_RANGE = "hardening-range"
+    YIELDED = "yielded"
+    STRESS_PIXEL = "stress-pixel"
+    RESIDUAL_YIELD = "residual-yield"
+    FEW_MAPS = "few-maps"
+    UNLIKE_PIXEL = "unlike-pixel"
+    UNLIKE_SIZE = "unlike-size"
+    LAW_SIZE = "law-size"
+    SAMPLING = "sampling"
+    MISSING = "missing"
+    RESOLUTION = "resolution"
+    CEILING_EXTRAPOLATED = "ceiling-extrapolated"
+    FEW_PARTS = "few-parts"
+    PARTS = "parts"
+    MULTIPLE = "multiple"
+    PIXEL_SCATTER = "pixel-scatter"
+    ONE_ROUGH_FACE = "one-rough-face"
+    LAW_MARGIN = "law-margin"
+    CURVED = "curved"
+    OPEN_GAP = "open-gap"
+    ESTIMATE_DOMAIN = "estimate-domain"
+    GENERATE_MISSED = "generate-missed"
+    NO_CHECKSUMS = "no-checksums"
+    PARALLEL = "parallel"
 
 
-_FOREMOST = (
-    Kind.NOT_CONVERGED, Kind.UNITS, Kind.FILLED, Kind.STRAINS, Kind.ATOMS, Kind.ADHESION,
-    Kind.MATERIAL,
+_PLACES: dict[str, int] = {kind: place for place, kind in enumerate(Kind)}
+
+# The smaller their first number, the worse.
+_SMALLER_IS_WORSE = (
+    Kind.FEW_ATOMS, Kind.PIXEL, Kind.ROLLING_PIXEL, Kind.FEW_MAPS, Kind.FEW_PARTS,
 )  # fmt: skip
 
 
@@ -81,26 +90,48 @@ class Severity(StrEnum):
     """They are right for what was given, which holds less than it may seem."""
 
 
+_EXPLANATIONS = Path(__file__).with_name("explanations.toml")
+
+# Where the first sentence ends.
+_END = re.compile(r"[.?](?=\s|$)")
+
+
 @dataclass(frozen=True)
 class Caution:
-    """Something that a reader of the numbers has to know."""
+    """A message about a result: cause with its number, effect, action."""
 
-    kind: str  # What it is about, one of a `Kind`
-    parts: tuple[Part, ...]  # The sentence, without its capital letter and full stop
+    kind: str  # Its tag, one of a `Kind`; files of other versions have others
+    parts: tuple[Part, ...]  # One or two sentences, at most 20 words together
     severity: Severity = Severity.WARNING  # What it does to the numbers
-    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)
+    numbers: Mapping[str, float] = field(default_factory=dict, hash=False)  # Its size comes first
+    where: str = ""  # The number of contacts or maps that have it, and the worst of them
+    place: str = ""  # The worst of them
 
     @property
     def text(self) -> str:
-        """The sentence in the words of Python."""
+        """The message in the words of Python."""
+        for index, part in enumerate(self.parts if self.where else ()):
+            if isinstance(part, str) and (end := _END.search(part)):
+                placed = f"{part[: end.start()]} ({self.where}){part[end.start() :]}"
+                return Sentence(*self.parts[:index], placed, *self.parts[index + 1 :])
         return Sentence(*self.parts)
 
+    @property
+    def rank(self) -> tuple[int, int, float]:
+        """What it is sorted by: severity, tag, size."""
+        size = abs(next(iter(self.numbers.values()), 0.0))
+        return (
+            list(Severity).index(self.severity),
+            _PLACES.get(self.kind, len(_PLACES)),
+            0.0 if math.isnan(size) else size if self.kind in _SMALLER_IS_WORSE else -size,
+        )
+
     def summary(self) -> dict[str, Any]:
-        """Return it ready for JSON: kind, severity, sentence and numbers."""
+        """Return it ready for JSON: tag, severity, text and numbers."""
         return {
             "kind": str(self.kind),
             "severity": str(self.severity),
-            "text": render_message(self.parts),
+            "text": str(self.text),
             "numbers": dict(self.numbers),
         }
 
@@ -120,22 +151,30 @@ def as_warning(kind: Kind, *parts: Part, **numbers: float) -> Caution:
     return Caution(kind, parts, Severity.WARNING, numbers)
 
 
-def of_measurement(notes: Iterable[str]) -> tuple[Caution, ...]:
-    """Return what limits the lateral resolution of maps; see `Surface.resolution_notes`."""
-    return tuple(as_note(Kind.MEASUREMENT, *message_parts(note)) for note in notes)
-
-
 def ordered(result: Iterable[Caution]) -> tuple[Caution, ...]:
-    """Return cautions, each once, the severest first and of these what makes the rest void."""
-    severities = list(Severity)
-    once = {(c.kind, c.text): c for c in result}
+    """Return the worst message of each tag, the severest and most important tag first."""
+    once: dict[str, Caution] = {}
+    for caution in sorted(result, key=lambda caution: caution.rank):
+        once.setdefault(caution.kind, caution)
+    return tuple(once.values())
 
-    def rank(caution: Caution) -> tuple[int, int]:
-        foremost = caution.kind in _FOREMOST
-        place = _FOREMOST.index(Kind(caution.kind)) if foremost else len(_FOREMOST)
-        return severities.index(caution.severity), place
 
-    return tuple(sorted(once.values(), key=rank))
+def of_several(results: Sequence[tuple[str, Iterable[Caution]]], noun: str) -> tuple[Caution, ...]:
+    """Return one message of each tag for several places: the worst, with its place and a count."""
+    once: dict[str, list[tuple[str, Caution]]] = {}
+    for place, cautions in results:
+        for caution in ordered(cautions):
+            once.setdefault(caution.kind, []).append((place, caution))
+    return ordered(_worst(text, len(results), noun) for text in once.values())
+
+
+def _worst(text: Sequence[tuple[str, Caution]], count: int, noun: str) -> Caution:
+    place, worst = min(text, key=lambda item: item[1].rank)
+    if len(text) == count and len({caution.text for _, caution in text}) == 1:
+        return worst
+    place = f"{place} at {worst.place}" if worst.place else place
+    which = f", {'worst ' if len(text) > 1 else ''}{place}" if worst.numbers else ""
+    return replace(worst, where=f"{len(text)} of {count} {noun}{which}", place=place)
 
 
 def to_text(cautions: Iterable[Caution]) -> str:
@@ -144,38 +183,45 @@ def to_text(cautions: Iterable[Caution]) -> str:
 
 
 def from_text(entry: str) -> tuple[Caution, ...]:
-    """Return the cautions in JSON text that `to_text` wrote; arguments are words in it."""
-    return tuple(
-        Caution(
-            str(text["kind"]),
-            (str(text["text"]),),
-            Severity(text["severity"]),
-            {str(key): float(value) for key, value in text["numbers"].items()},
-        )
-        for text in json.loads(entry)
-    )
+    """Return the cautions in JSON text that `to_text` wrote."""
+    return tuple(from_summary(text) for text in json.loads(entry))
+
+
+def from_summary(text: Mapping[str, Any]) -> Caution:
+    """Return a caution from its `Caution.summary`; arguments are words in it."""
+    numbers = {str(key): float(value) for key, value in text["numbers"].items()}
+    return Caution(str(text["kind"]), (str(text["text"]),), Severity(text["severity"]), numbers)
+
+
+def explanation(tag: str) -> str:
+    """Return the paragraph on a tag: cause, effect and remedies."""
+    # Imported late: only users who ask need it.
+    import tomllib
+
+    paragraphs = tomllib.loads(_EXPLANATIONS.read_text(encoding="utf-8"))
+    if tag not in paragraphs:
+        raise InputError(f"{tag!r} is no tag; the tags are {', '.join(paragraphs)}")
+    return " ".join(str(paragraphs[tag]).split())
 
 
 def no_checksums() -> Caution:
-    """Return what is said of a result that was read from a file without checksums."""
+    """Return the note on a result that was read from a file without checksums."""
     return as_note(
-        Kind.UNSEALED,
-        "read from a file without checksums, in which damage goes unseen; ",
-        ArgumentRef("verify", True),
-        " computes load and certificate again",
+        Kind.NO_CHECKSUMS,
+        "File has no checksums: damage would go unnoticed. Run roughcontact verify.",
     )
 
 
-def edge(whole: str, share: float, *more: str) -> Caution:
-    """Return the caution about a contact that reaches the edge at which its map ends."""
-    return as_warning(
-        Kind.EDGE,
-        f"contact reaches the edge of the {whole}, where the body is taken to end: "
-        "right for a part that ends there; for a sample of a larger face the rim carries too much "
-        f"(here {percent(share)} of the load on the outermost pixels), and approach and stiffness "
-        "may be far off: solve with ",
-        ArgumentRef("boundary", "periodic"),
-        f"; for a body that is curved as a whole measure a larger {whole}",
-        *more,
-        edge_load=share,
+FEW_MAPS = 3
+"""Maps below which an interval is some ten times the standard error."""
+
+
+def few_maps(count: int, what: str = "map", of: str = "") -> Caution:
+    """Return the caution about one map or two."""
+    known = "scatter unknown" if count == 1 else "the 95 % interval is ±13 standard errors"
+    return as_caution(
+        Kind.FEW_MAPS,
+        f"{'One' if count == 1 else 'Two'} {what}{'' if count == 1 else 's'}{of}: {known}. Give "
+        "three or more.",
+        maps=count,
     )

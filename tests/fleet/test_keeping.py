@@ -24,7 +24,7 @@ FOUND = (
     Material(young=210e9, poisson=0.3, yield_strength=1e9, name="steel"),
     np.float64(0.1), np.int64(-7), np.arange(6.0, dtype=">f4").reshape(2, 3), np.zeros((0, 2)),
     {2: "two", (4, "four"): None},
-    as_note(Kind.EDGE, "of ", ArgumentRef("load", "1 N"), size=1e-6),
+    as_note(Kind.EDGE, "Of ", ArgumentRef("load", "1 N"), ".", size=1e-6),
 )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from rollers import PIXEL, STRENGTH, Line
 from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.elastoplastic import plausibility
 from roughcontact.elastoplastic.rolling import Pass, RollingResult, Shakedown
-from roughcontact.errors import InputError
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic, Linear, Perfect
@@ -326,7 +326,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     assert found.shakedown is Shakedown.NOT_RESOLVED
     assert found.outcome_text.startswith("not told: the steps are longer than the half-width")
     assert found.settled_after is None
-    caution = cautions_of(found)[Kind.WAY]
+    caution = cautions_of(found)[Kind.STEP_LENGTH]
     assert caution.severity is Severity.WARNING
     # 8 to 10 of the 32 pixels touch.
     assert caution.numbers["half_width"] == pytest.approx(4.5 * PIXEL[1], rel=0.12)
@@ -338,22 +338,22 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     assert caution.text in found.summary()["warnings"]
     found.report(tmp_path / "out.html")
     page = " ".join(html.unescape((tmp_path / "out.html").read_text("utf-8")).split())
-    assert page.count("The steps of a pass are 2") >= 2
+    assert page.count("contact half-widths: dents separate") >= 2
     assert "steps, pixel and direction of the passes" in page
 
 
 @pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
 def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
     found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
-    assert (found[Kind.WAY].severity if told else found.get(Kind.WAY)) is told
-    assert Kind.RESOLUTION not in found
+    assert (found[Kind.STEP_LENGTH].severity if told else found.get(Kind.STEP_LENGTH)) is told
+    assert Kind.ROLLING_PIXEL not in found
 
 
 def test_a_roller_on_few_pixels_is_told() -> None:
     found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
-    assert found[Kind.RESOLUTION].numbers["pixels"] < 3
+    assert found[Kind.ROLLING_PIXEL].numbers["pixels"] < 3
     # There is no place between those of pixels.
-    assert Kind.WAY not in found
+    assert Kind.STEP_LENGTH not in found
 
 
 def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
@@ -374,7 +374,7 @@ def test_a_roller_that_slides_along_its_axis_is_told(axis, direction, slides) ->
     line = Line(1.5, half_width=5, points=40)
     result = line.solved([line.at(0)])
     found = RollingResult(result, (Pass(0.0, 0.0, 1e9, 0, 0, 0),), direction, axis=axis)
-    assert (Kind.AXIS in cautions_of(found)) == slides
+    assert (Kind.CYLINDER_SLIDES in cautions_of(found)) == slides
 
 
 def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
@@ -385,8 +385,8 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
         boundary="periodic", layers=line.layers,
     )  # fmt: skip
     (caution,) = found.cautions
-    assert "moves along its axis, which lies at 0 degrees" in caution.text
-    assert caution.text.endswith("'cylinder 2 mm 90 deg', or give direction=90.0")
+    assert caution.kind == Kind.CYLINDER_SLIDES
+    assert ArgumentRef("direction", 90.0) in caution.parts
     measured = rc.Surface(lying.heights, PIXEL)
     for other in (line.flat, measured, lying.rotated(90), shifted(lying, (0, 1e-6))):
         assert plausibility.axis_of(other) is None

@@ -231,17 +231,18 @@ def test_first_yield_of_a_sliding_sphere(friction):
     found = rc.first_yield_load(result.surface, material=soft, friction=friction)
     # The load goes with the third power of the stress; 27 % and 14 % too high at pixel centres.
     assert found.solution.load == pytest.approx(result.load, rel=0.03)
-    assert found.max_von_mises_at[0] == 0
-    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.SHALLOW)
-    assert "at the surface" in caution.text
+    assert found.place[0] == 0
+    (caution,) = (caution for caution in found.cautions if caution.kind == Kind.STRESS_PIXEL)
     assert caution.numbers["depth"] == 0
 
 
 def test_depths_that_leave_the_surface_out_are_told():
     result, _ = pressed(10.0)
     found = rc.subsurface_stress(result, PIXEL * np.array([3.0, 10.0, 30.0]), friction=0.5)
-    assert any("nearer to the surface" in text for text in found.warnings)
-    assert Kind.SHALLOW not in {caution.kind for caution in rc.subsurface_stress(result).cautions}
+    (told,) = (caution for caution in found.cautions if caution.kind == Kind.STRESS_DEPTH)
+    assert told.numbers["depth"] == pytest.approx(3 * PIXEL)
+    whole = {caution.kind for caution in rc.subsurface_stress(result).cautions}
+    assert not {Kind.STRESS_DEPTH, Kind.STRESS_PIXEL} & whole
 
 
 def test_nothing_lies_beyond_the_edges_and_everything_within() -> None:

@@ -8,6 +8,7 @@ import importlib.util
 import inspect
 import logging
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -135,12 +136,33 @@ def _version(wanted: bool) -> None:
         raise typer.Exit(SOLVED)
 
 
+def _explain(tag: str | None) -> None:
+    if tag is not None:
+        from roughcontact.cautions import explanation
+
+        try:
+            print(textwrap.fill(explanation(tag), 80))
+        except InputError as error:
+            raise typer.BadParameter(str(error)) from None
+        raise typer.Exit(SOLVED)
+
+
 @_app.callback()
 def _root(
     version: Annotated[
         bool,
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
+    explain: Annotated[
+        str | None,
+        typer.Option(
+            "--explain",
+            metavar="TAG",
+            callback=_explain,
+            is_eager=True,
+            help="Explain a message by its tag, e.g. edge.",
+        ),
+    ] = None,
 ) -> None:
     """Contact of measured rough surfaces: pressure, real contact area, gap, yielding.
 

@@ -7,7 +7,7 @@ import re
 import sys
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ from rich.text import Text
 from roughcontact import units
 from roughcontact.cli import terminal
 from roughcontact.cli.terminal import Display
+from roughcontact.request.generation import COMMAND as GENERATE
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
 from roughcontact.request.tasks import INFO
@@ -91,33 +92,30 @@ def _print_headline(headline: Headline) -> None:
         print()
 
 
-# Messages of one kind that the screen has room for.
+# Warnings and cautions that the screen has room for.
 _MOST = 3
 
 
-def _print_messages(cautions: Iterable[Caution], command: Command) -> None:
+def _print_messages(cautions: Iterable[Caution], command: Command = SOLVE) -> None:
     """Print the first warnings and cautions, and how many messages there are besides."""
-    from roughcontact.cautions import Kind, Severity
+    from roughcontact.cautions import Severity
 
-    listed = [c for c in cautions if c.kind != Kind.NOT_CONVERGED]
-    told = [c for c in listed if c.severity != Severity.NOTE]
-    lines = [(c.severity, c.text) for c in told[:_MOST]]
-    for severity, text in lines:
-        sentence = terminal.printable(terminal.spelled(text, command))
-        _print_lines(f"{severity.upper()}: {sentence}")
-    more, notes = len(told) - len(lines), len(listed) - len(told)
+    listed = list(cautions)
+    shown = [c for c in listed if c.severity != Severity.NOTE]
+    more, notes = len(shown[_MOST:]), len(listed) - len(shown)
     counts = [f"{more} more"] * bool(more) + [units.counted(notes, "note")] * bool(notes)
-    if counts:
-        print(f"{', '.join(counts)}: --verbose")
-    if lines or counts:
-        print()
+    _print_cautions(shown[:_MOST], command, ", ".join(counts))
 
 
-def _print_lines(text: str, indent: str = "") -> None:
+def _print_lines(text: str, indent: str = "", hang: str = "") -> None:
     """Print a sentence, wrapped; a number keeps its unit."""
     joined = _UNIT.sub("\\1\N{NO-BREAK SPACE}\\2", terminal.printable(text))
     wrapped = textwrap.wrap(
-        joined, _width(), initial_indent=indent, subsequent_indent=indent, break_on_hyphens=False
+        joined,
+        _width(),
+        initial_indent=indent,
+        subsequent_indent=indent + hang,
+        break_on_hyphens=False,
     )
     for line in wrapped:
         print(line.replace("\N{NO-BREAK SPACE}", " "))
@@ -129,15 +127,16 @@ _INDENT = "  "
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
     """Print how the contacts of a project ended, one row each, and where all numbers are."""
+    from roughcontact.cautions import from_summary, of_several
+
     states = Counter(report.state for report in reports)
     counts = ", ".join(f"{count} {state}" for state, count in states.items())
     _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
     print()
     rows = [(report.name, str(report.told.get("answer", report.state))) for report in reports]
     _print_table(rows, heads=("contact", "answer"), indent=_INDENT)
-    _print_shared(
-        (report.name, caution) for report in reports for caution in report.told.get("cautions", ())
-    )
+    told = [(report.name, map(from_summary, report.told.get("cautions", ()))) for report in reports]
+    _print_messages(of_several(told, "contacts"))
     # Where nothing else is written, the numbers of each contact are.
     if any(report.told for report in reports):
         _print_written([folder], "written to:")
@@ -264,7 +263,7 @@ def show_generated(surface: Surface, written: Sequence[Path]) -> None:
     from roughcontact.report import generation
 
     _print_headline(generation.headline(surface))
-    _print_told(("note", reason) for reason in generation.unmet(surface))
+    _print_messages(generation.unmet(surface), GENERATE)
     _print_written(written)
 
 
@@ -272,6 +271,7 @@ def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
 ) -> None:
     """Print both solutions of the example side by side, and the files."""
+    from roughcontact.cautions import of_several
     from roughcontact.report import blocks, contact, contact_fields
     from roughcontact.report.fields import ANSWER, TRUST, side_by_side
 
@@ -285,13 +285,8 @@ def show_demo(
         for part in (ANSWER, TRUST)
     )
     _print_table(answers, trust, heads=("", *labels))
-    said: dict[tuple[str, str], list[str]] = {}
-    for label, result in zip(labels, results, strict=True):
-        for caution in result.cautions:
-            said.setdefault((caution.severity, caution.text), []).append(label)
-    _print_told(
-        (severity, f"{' and '.join(who)}: {text}") for (severity, text), who in said.items()
-    )
+    told = [(name, result.cautions) for name, result in zip(labels, results, strict=True)]
+    _print_cautions(of_several(told, "results"))
     _print_written([folder], "written to:")
     _print_table(files)
     print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
@@ -322,30 +317,17 @@ def _print_table(
     print()
 
 
-def _print_cautions(cautions: Iterable[Caution], command: Command) -> None:
-    """Print what has to be known; the status above says already where nothing converged."""
+def _print_cautions(cautions: Iterable[Caution], command: Command = SOLVE, more: str = "") -> None:
+    """Print messages; the status above says already where nothing converged."""
     from roughcontact.cautions import Kind
 
-    text = ((c.severity, c.text) for c in cautions if c.kind != Kind.NOT_CONVERGED)
-    _print_told(text, command)
-
-
-def _print_shared(cautions: Iterable[tuple[str, Mapping[str, Any]]]) -> None:
-    """Print cautions of several results, in the form of their summary: each once, with whose."""
-    said: dict[tuple[str, str], list[str]] = {}
-    for name, caution in cautions:
-        said.setdefault((caution["severity"], caution["text"]), []).append(name)
-    _print_told((severity, f"{', '.join(who)}: {text}") for (severity, text), who in said.items())
-
-
-def _print_told(lines_told: Iterable[tuple[str, str]], command: Command = SOLVE) -> None:
-    lines = [
-        f"{severity}: {terminal.printable(terminal.spelled(text, command))}"
-        for severity, text in lines_told
-    ]
-    for line in lines:
-        _print(Text(line))
-    if lines:
+    shown = [caution for caution in cautions if caution.kind != Kind.NOT_CONVERGED]
+    for caution in shown:
+        text = terminal.spelled(caution.text, command)
+        _print_lines(f"{caution.severity.upper()} {caution.kind}: {text}", hang=_INDENT)
+    if more:
+        print(f"{more}: --verbose")
+    if shown or more:
         print()
 
 

@@ -1,6 +1,6 @@
 """A rough contact beside Hertz's of its nominal bodies: how far it spreads, and what limits both.
 
-What `ContactResult.smooth` tells holds for smooth, elastic bodies whose contact is small and alone.
+What `ContactResult.hertz` tells holds for smooth, elastic bodies whose contact is small and alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from roughcontact.contact.load_case import HertzPressure, LineLoad
 from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering
 
 Array = NDArray[np.float64]
 
@@ -103,25 +103,21 @@ def _within_map(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
         if not reach or axis == smooth.shape.axis:
             continue
         side, middle = result.surface.size[axis], result.center_of_pressure[axis]
-        name = _AXES[axis]
         if axis in result.boundary.free_axes:
             edge = side / 2 - abs(middle)
             if reach > edge:
                 yield as_warning(
                     Kind.HERTZ,
-                    f"Hertz's contact of the smooth bodies reaches {engineering(reach, 'm')} from "
-                    f"its middle along {name}, the map only {engineering(edge, 'm')}: the load is "
-                    "more than belongs to this part of the contact; take a larger map or a "
-                    "smaller load",
+                    f"Hertz contact (±{engineering(reach, 'm', 3)}) is larger than the map "
+                    f"(±{engineering(edge, 'm', 3)}). Measure a larger map or reduce the load.",
                     reach=reach,
                     edge=edge,
                 )
         elif side < FAR * 2 * reach:
             yield as_caution(
                 Kind.HERTZ,
-                f"the map repeats along {name} every {engineering(side, 'm')}, "
-                f"{side / (2 * reach):.2g} times the width of Hertz's contact, which has no "
-                "neighbors: copies press the body down between them",
+                f"Periodic copies interact: period is {side / (2 * reach):.2g} Hertz widths, "
+                f"{FAR:.0f} needed. Use a larger map.",
                 period=side,
                 width=2 * reach,
             )
@@ -131,13 +127,11 @@ def _ends(result: ContactResult) -> Iterator[Caution]:
     """Yield that a line contact ends where the map does."""
     axis = _smooth(result).shape.axis
     if axis is not None and axis in result.boundary.free_axes:
-        kind = f"periodic-{_AXES[axis]}"
         yield as_caution(
             Kind.HERTZ,
-            "the cylinder ends at the edges of the map, and pressure rises there as it does not "
-            "along a roller: ",
-            ArgumentRef("boundary", kind),
-            " has no ends",
+            "The cylinder ends at the map edge, so edge pressure is too high. Use ",
+            ArgumentRef("boundary", f"periodic-{_AXES[axis]}"),
+            ".",
         )
 
 
@@ -148,31 +142,23 @@ def _small(smooth: Smooth) -> Iterator[Caution]:
     if ratio > SMALL:
         yield as_caution(
             Kind.HERTZ,
-            f"Hertz's contact is {ratio:.2g} times as wide as the radius of curvature: half-spaces "
-            "and paraboloids no longer stand for the bodies",
+            f"Hertz contact is {ratio:.2g} of the radius: half-space theory is inaccurate above "
+            f"{SMALL:g}.",
             ratio=ratio,
         )
 
 
 def _elastic(result: ContactResult, smooth: Smooth) -> Iterator[Caution]:
-    """Yield where the smooth bodies, or the rough ones, are not elastic."""
+    """Yield that the smooth bodies yield as well."""
     body = result.pair.first_to_yield
     first = None if body is None else _first_yield(result, smooth)
     if first is not None and smooth.max_pressure >= first:
         yield as_note(
             Kind.HERTZ,
-            "the smooth bodies, too, yield below the surface: they begin to at a peak pressure of "
-            f"{engineering(first, 'Pa')}, and Hertz's is {engineering(smooth.max_pressure, 'Pa')}",
+            f"Smooth bodies also yield: Hertz peak {engineering(smooth.max_pressure, 'Pa', 3)} "
+            f"exceeds first yield at {engineering(first, 'Pa', 3)}.",
             first_yield=first,
             peak=smooth.max_pressure,
-        )
-    if result.saturated_fraction:
-        share = result.saturated_fraction / result.contact_fraction
-        yield as_note(
-            Kind.HERTZ,
-            f"{percent(share)} of the contact is at the ceiling, which Hertz's elastic pressure "
-            "does not know",
-            saturated=share,
         )
 
 

@@ -11,8 +11,8 @@ rough maps, whose spots differ, both are nearer to one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from roughcontact.cautions import (
     as_caution,
     as_note,
     as_warning,
-    edge,
     no_checksums,
+    of_several,
     ordered,
 )
 from roughcontact.contact import hertz_comparison
@@ -31,23 +31,21 @@ from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibratedCeilin
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
-from roughcontact.errors import ArgumentRef, Part, message_parts
+from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer
+from roughcontact.solvers.bounded import Status
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import adhesion as adhesive, indenters
-from roughcontact.units import changed_by, counted, engineering, percent
+from roughcontact.units import counted, engineering, percent
 
 TRANSITION = 2.0
 """Load over that of first yield from which on there is anything to compare."""
-
-NEAR = 0.05
-"""Distance of a ceiling from the recommended one within which the two leave the same behind."""
 
 # What the recommended ceiling leaves over what the volume does: 1.0 to 1.3 and 1.2 to 1.5, on
 # spheres and rough maps from 4 times the load of first yield on (benchmarks/ceiling_rule.py).
 _DEPTH, _ENERGY = 1.1, 1.3
 
-# Below this part the two have little in common.
+# Below this part, and above one over it, the two have little in common.
 _FAR = 0.5
 
 
@@ -65,41 +63,16 @@ def _left(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     return depth * share**2, energy * share**5
 
 
-def indentation_caution(
-    advice: CalibratedCeiling, ceiling: float, hardens: bool = False
-) -> Caution | None:
+def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | None:
     """Return how far what a ceiling leaves behind is from plasticity of the volume."""
     if advice.load_ratio < TRANSITION:
         return None
     depth, energy = ratio_to_elastoplastic(advice, ceiling)
-    excess = ceiling / advice.ceiling - 1
-    near = abs(excess) <= NEAR
-    where = "the recommended one"
-    if not near:
-        where = f"{100 * abs(excess):.0f} % {'above' if excess > 0 else 'below'} {where}"
-    times = float(f"{advice.load_ratio:.2g}")
-    parts: list[Part] = [
-        f"permanent indentation and dissipated energy are those of a ceiling, {where}: on a "
-        f"smooth sphere at {times:.7g} times the load of first yield about {depth:.1f} and "
-        f"{energy:.1f} times those of plasticity in the volume",
-        " (of metals that do not harden)" if hardens else "",
-        "; on rough maps both are nearer to 1",
-    ]
-    helps = abs(depth - 1) > abs(_DEPTH - 1) or abs(energy - 1) > abs(_ENERGY - 1)
-    if not near and helps:
-        parts += [
-            "; ",
-            ArgumentRef("ceiling", CALIBRATED),
-            f" brings them to about {_DEPTH:.1f} and {_ENERGY:.1f}",
-        ]
-    parts.append(
-        "; loading and unloading with plasticity in the volume has neither error "
-        "(solve_elastoplastic, roughcontact solve --model elastoplastic --unload)"
-    )
-    said = as_warning if min(depth, energy) < _FAR else as_caution
-    return said(
-        Kind.IMPRINT,
-        *parts,
+    severe = min(depth, energy) < _FAR or max(depth, energy) > 1 / _FAR
+    return (as_warning if severe else as_caution)(
+        Kind.INDENTATION,
+        f"Indentation is about {depth:.1f}, energy {energy:.1f} times that of the elastoplastic "
+        "model. Exact: solve --model elastoplastic --unload.",
         indentation_over_volume=depth,
         energy_over_volume=energy,
         load_ratio=advice.load_ratio,
@@ -145,41 +118,42 @@ ENLARGED, DECIDED = 1.1, 1.5
 
 
 def filled(result: ContactResult) -> Caution | None:
-    """Return what is said of points that were not measured but filled."""
+    """Return the message on many points that were not measured but filled."""
     bodies = [body for body in (result.surface, result.counter_surface) if body is not None]
     share = max(body.provenance.filled_share(body.heights.size) for body in bodies)
-    if share == 0:
-        return None
-    text = f"{percent(share)} of the {result.pair.whole} was not measured but filled smoothly"
     if share <= MANY_MISSING:
-        return as_note(Kind.FILLED, text, filled=share)
+        return None
     return as_warning(
-        Kind.FILLED,
-        f"{text}: contact there is invented; crop the {result.pair.whole}, or let its missing "
-        "points never touch, ",
+        Kind.MOSTLY_FILLED,
+        f"{percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
+        "invented. Crop it, or use ",
         ArgumentRef("missing", "mask"),
+        ".",
         filled=share,
     )
 
 
 def strains(result: ContactResult) -> Caution | None:
-    """Return what is said of pressures that strain the bodies beyond linear elasticity."""
+    """Return the message on pressures that strain the bodies beyond linear elasticity."""
     ratio = result.max_pressure / result.contact_modulus
     if not ratio > LARGE_STRAIN:
         return None
-    said = as_warning if ratio > SENSELESS_STRAIN else as_caution
-    effect = "pressures mean nothing, areas are" if ratio > SENSELESS_STRAIN else "numbers are"
-    return said(
-        Kind.STRAINS,
-        f"the largest pressure is {percent(ratio) if ratio <= 1 else f'{ratio:.3g} times'} "
-        f"{'of ' if ratio <= 1 else ''}the contact modulus, beyond linear elasticity: {effect} "
-        "estimates",
+    severe = ratio > SENSELESS_STRAIN
+    effect = "Pressures are unreliable, areas are" if severe else "Numbers are"
+    return (as_warning if severe else as_caution)(
+        Kind.STRAIN,
+        f"Peak pressure is {_of(ratio)} E*: beyond linear elasticity. {effect} estimates.",
         strain=ratio,
     )
 
 
+def _of(ratio: float) -> str:
+    """Return a ratio as the beginning of a product."""
+    return f"{percent(ratio)} of" if ratio <= 1 else f"{ratio:.3g} times"
+
+
 def atoms(result: ContactResult) -> Caution | None:
-    """Return what is said of spots that have too few atoms to be a continuum."""
+    """Return the message on spots that have too few atoms to be a continuum."""
     spots = result.spots()
     if spots.count == 0:
         return None
@@ -188,10 +162,9 @@ def atoms(result: ContactResult) -> Caution | None:
     if not count < FEW_ATOMS:
         return None
     return as_warning(
-        Kind.ATOMS,
-        f"half of the load is on spots of about {max(count, 1):.2g} atoms "
-        f"({1e18 * size:.3g} nm²) or fewer: "
-        "below some nanometers no body is a continuum, and these numbers are estimates",
+        Kind.FEW_ATOMS,
+        f"Half the load is on spots of about {max(count, 1):.2g} atoms ({1e18 * size:.3g} nm²) or "
+        "fewer: no continuum. Numbers are estimates.",
         atoms=count,
     )
 
@@ -214,22 +187,28 @@ def adhesion(result: ContactResult) -> Caution | None:
         return None
     return (as_warning if times > DECIDED else as_caution)(
         Kind.ADHESION,
-        f"adhesion is left out: at {engineering(work, 'J/m²')} it would enlarge the contact area "
-        f"{times:.3g} times, and pull-off would take "
-        f"{percent(share) if share <= 1 else f'{share:.3g} times'} "
-        f"{'of ' if share <= 1 else ''}the load",
+        f"Adhesion is not modeled: at {engineering(work, 'J/m²')} the contact area grows "
+        f"{times:.3g} times, pull-off takes {_of(share)} the load.",
         enlargement=times,
         pull_off_over_load=share,
     )
 
 
 def materials(result: ContactResult) -> Caution | None:
-    """Return what the materials do that no contact here includes."""
-    both = (result.material, result.counter_material)
-    text = dict.fromkeys((body.name or "the body", body.caveat) for body in both if body.caveat)
-    if not text:
+    """Return the message on materials that are what no contact here includes."""
+    names: dict[str, dict[str, None]] = {}
+    for body in (result.material, result.counter_material):
+        if body.caveat:
+            names.setdefault(body.caveat, {})[body.name or "the body"] = None
+    if not names:
         return None
-    return as_warning(Kind.MATERIAL, "; ".join(f"{name}: {caveat}" for name, caveat in text))
+    text = " and ".join(
+        f"{' and '.join(bodies)} {'is' if len(bodies) == 1 else 'are'} {caveat}"
+        for caveat, bodies in names.items()
+    )
+    return as_caution(
+        Kind.MATERIAL, f"{text[0].upper()}{text[1:]}. Numbers hold for the constants given."
+    )
 
 
 # --- What a contact is judged by before its numbers are believed: one check a question ---
@@ -280,10 +259,8 @@ SPIKE_LEAD, SPIKE_LOAD = 0.5, 0.1
 A summit that leads by half of the approach is pressed the most and bears much of the load.
 """
 
-_LIMITS = {
-    Regime.BEYOND_CEILING: "three times the yield strength",
-    Regime.BEYOND_HARDNESS: "the hardness",
-}
+EDGE_LOAD, MUCH_EDGE_LOAD = 0.001, 0.01
+"""Shares of the load at the map edge that are worth a word, and that move the approach."""
 
 
 @dataclass(frozen=True)
@@ -314,25 +291,10 @@ def checked(result: ContactResult) -> tuple[str, ...]:
 
 
 def over_loads(
-    result: Sequence[tuple[float, tuple[Caution, ...]]], unit: str
+    result: Sequence[tuple[float, Iterable[Caution]]], unit: str, noun: str = "loads"
 ) -> tuple[Caution, ...]:
-    """Return the cautions of a row of contacts, one of each kind."""
-    once: dict[str, list[tuple[float, Caution]]] = {}
-    for value, cautions_there in result:
-        for caution in cautions_there:
-            once.setdefault(caution.kind, []).append((value, caution))
-    return ordered(_spread(text, len(result), unit) for text in once.values())
-
-
-def _spread(text: list[tuple[float, Caution]], count: int, unit: str) -> Caution:
-    (first, _), (last, caution) = text[0], text[-1]
-    if len(text) == count:
-        return caution
-    where = f"at {engineering(first, unit)}"
-    if len(text) > 1:
-        where = f"at {len(text)} of {count} steps, {engineering(first, unit)} to "
-        where += f"{engineering(last, unit)}; the last of them"
-    return replace(caution, parts=(f"{where}: ", *caution.parts))
+    """Return the cautions of contacts under several loads, or at other values: one of each tag."""
+    return of_several([(engineering(value, unit, 3), text) for value, text in result], noun)
 
 
 def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
@@ -360,42 +322,78 @@ def advice(result: ContactResult) -> CalibratedCeiling | None:
 def _convergence(result: ContactResult) -> Caution | None:
     if result.converged:
         return None
+    more: tuple[Part, ...] = ()
+    if result.status == Status.CONVOLUTION_LIMIT.value:
+        more = (" Increase ", ArgumentRef("max_iterations"), ".")
     return as_warning(
         Kind.NOT_CONVERGED,
-        f"not converged: certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e} (",
-        *message_parts(result.status),
-        ")",
+        f"Not converged: certificate {result.certificate:.1e}, limit {result.tolerance:.0e}. Do "
+        "not use these numbers.",
+        *more,
         certificate=result.certificate,
         tolerance=result.tolerance,
     )
 
 
-def at_edge(result: ContactResult, *more: str) -> Caution | None:
-    """Return what is said of a contact that reaches an edge at which the map ends."""
+def at_edge(result: ContactResult) -> Caution | None:
+    """Return the message on a contact that reaches an edge at which the map ends."""
     share = result.totals.edge_load
-    return None if share is None else edge(result.pair.whole, share, *more)
+    if share is None or share < EDGE_LOAD:
+        return None
+    smooth, whole, advice = result.hertz, result.pair.whole, beyond_edge(result)
+    action: tuple[Part, ...] = (f"Measure a larger {whole}.",)
+    if advice is not None:
+        kind = f"Sample of a larger {'face' if smooth is None else 'roller'}?"
+        action = (f"{kind} Use ", advice, ".")
+    return (as_warning if share > MUCH_EDGE_LOAD else as_caution)(
+        Kind.EDGE,
+        f"{percent(share)} of the load is at the {whole} edge. ",
+        *action,
+        edge_load=share,
+    )
+
+
+def beyond_edge(result: ContactResult) -> ArgumentRef | None:
+    """Return the boundary for a sample of a larger face or roller; none for other curved bodies."""
+    if result.hertz is None:
+        return ArgumentRef("boundary", "periodic")
+    axis = result.hertz.shape.axis
+    return None if axis is None else ArgumentRef("boundary", f"periodic-{'yx'[axis]}")
 
 
 def _below_ceiling(result: ContactResult) -> Caution | None:
-    if result.regime not in _LIMITS:
+    body = result.pair.softer
+    if result.regime not in _BEYOND or body is None or body.ceiling is None:
         return None
-    advice = "solve with a ceiling" if result.ceiling is None else "the ceiling lies above it"
+    # Where both are known the hardness is the lower one, see `_hardness`.
+    mixed = body.tabor_ratio is not None
+    limit = (body.hardness if mixed else None) or body.ceiling
+    what = "the hardness" if mixed or body.yield_strength is None else "3σ_Y"
+    known = "auto" if body.yield_strength is None else CALIBRATED
+    advice = engineering(limit, "Pa", 4) if mixed else known
     return as_warning(
-        Kind.BEYOND_CEILING,
-        f"the pressure exceeds {_LIMITS[result.regime]} of the softer body: {advice}",
+        Kind.ABOVE_CEILING,
+        f"Peak pressure {engineering(result.max_pressure, 'Pa', 3)} is "
+        f"{result.max_pressure / limit:.3g} times {what}: contact area is too small. Use ",
+        ArgumentRef("ceiling", advice),
+        ".",
+        ratio=result.max_pressure / limit,
         max_pressure=result.max_pressure,
     )
+
+
+_BEYOND = (Regime.BEYOND_CEILING, Regime.BEYOND_HARDNESS)
 
 
 def _resolution(result: ContactResult) -> Caution | None:
     pixels = load_bearing_spot_pixels(result, result.spots())
     if not 0 < pixels < FEW_PIXELS:
         return None
+    whole = result.pair.whole
     return as_warning(
-        Kind.RESOLUTION,
-        f"half of the load is carried by spots of {counted(pixels, 'pixel')} or fewer: the "
-        f"{result.pair.whole} does not resolve the contact, and "
-        f"{'lengths' if result.pair.is_profile else 'areas'} and pressures depend on its pixel",
+        Kind.PIXEL,
+        f"Half the load is on spots of {counted(pixels, 'pixel')} or fewer: "
+        f"{'length' if result.pair.is_profile else 'area'} and pressure need a finer {whole}.",
         carrying_pixels=pixels,
     )
 
@@ -408,51 +406,56 @@ def _slopes(result: ContactResult) -> Caution | None:
         return None
     return as_caution(
         Kind.SLOPES,
-        f"the slopes are not small (root mean square {slope:.2g}, limit about "
-        f"{LARGE_SLOPE:g}): read areas and pressures as estimates",
+        f"RMS slope {slope:.2g} exceeds {LARGE_SLOPE:g}: small-slope theory is 10 % off or more. "
+        "Numbers are estimates.",
         rms_slope=slope,
     )
 
 
 def implausible_slope(slope: float) -> Caution | None:
-    """Return what is said of heights whose root-mean-square slope is that of no measured map."""
+    """Return the message on heights whose root-mean-square slope is that of no measured map."""
     if not slope >= IMPLAUSIBLE_SLOPE:
         return None
-    what = (
-        f"the heights have a root-mean-square slope of {slope:.3g}, as no measured map has; their "
-        "unit may be another, or some of them stand for missing points"
+    return as_warning(
+        Kind.UNITS,
+        f"RMS slope {slope:.3g} ({math.degrees(math.atan(slope)):.0f}°): no real surface is this "
+        "steep. Check unit and missing points.",
+        rms_slope=slope,
     )
-    return _mistaken(what, _METRES, rms_slope=slope)
-
-
-_METRES = "metres, so 1 µm is 1e-6 or '1 um'"
 
 
 def _units(result: ContactResult) -> Caution | None:
     """Return which number looks as if it were in another unit than the one it is taken in."""
-    for body, whose in (
-        (result.material, "the body"),
-        (result.counter_material, "the counter-body"),
-    ):
+    for body in (result.material, result.counter_material):
         E, strength = body.young, body.yield_strength
         if math.isinf(E):
             continue
         if not MODULI[0] <= E <= MODULI[1]:
-            what = f"Young's modulus of {whose} is {engineering(E, 'Pa')}, that of no solid"
-            return _mistaken(what, "pascals, so 210 GPa are 210e9 or '210 GPa'", young=E)
+            kind = "soft" if E < MODULI[0] else "stiff"
+            return as_warning(
+                Kind.UNITS,
+                f"Young's modulus is {engineering(E, 'Pa', 3)}: no solid is this {kind}. Give the "
+                'unit, for example "210 GPa".',
+                young=E,
+            )
         share = STRENGTHS[0] if strength is None else strength / E
         if not STRENGTHS[0] <= share <= STRENGTHS[1]:
-            what = f"the yield strength of {whose} is {share:.2g} of its modulus, as in no solid"
-            return _mistaken(what, "pascals, so 1 GPa is 1e9 or '1 GPa'", yield_over_young=share)
+            kind = "weak" if share < STRENGTHS[0] else "strong"
+            return as_warning(
+                Kind.UNITS,
+                f"Yield strength is {share:.2g} of Young's modulus: no solid is this {kind}. "
+                "Check both units.",
+                yield_over_young=share,
+            )
     side = max(result.pair.size[result.pair.is_profile :])
     if side > LONGEST_SIDE:
-        what = f"the {result.pair.whole} is {engineering(side, 'm')} long"
-        return _mistaken(what, _METRES, side=side)
+        return as_warning(
+            Kind.UNITS,
+            f"The {result.pair.whole} is {engineering(side, 'm', 3)} long: its unit is probably "
+            "smaller. Give the unit of the lengths.",
+            side=side,
+        )
     return None
-
-
-def _mistaken(what: str, unit: str, **numbers: float) -> Caution:
-    return as_warning(Kind.UNITS, f"{what}: numbers without a unit are taken in {unit}", **numbers)
 
 
 def _ceiling(result: ContactResult) -> Caution | None:
@@ -460,7 +463,9 @@ def _ceiling(result: ContactResult) -> Caution | None:
     ceiling, body = result.ceiling, softer(result.material, result.counter_material)
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
-    # One caution about the ceiling at most: `_hardness` tells of numbers of two conditions.
+    # One message about the ceiling at most.
+    if result.regime in _BEYOND:
+        return None
     if (
         result.calibrated is not None
         or result.calibration is not None
@@ -475,14 +480,29 @@ def _ceiling(result: ContactResult) -> Caution | None:
     if not (too_high or too_low):
         return None
     change = area_change(answer, ceiling, result.contact_modulus)
+    excess = ceiling / answer.ceiling - 1
     return as_caution(
         Kind.CEILING,
-        f"under the calibrated ceiling, {answer.factor:.2f} yield strengths, the contact area "
-        f"changes by about {changed_by(change)}: ",
+        f"Ceiling {engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
+        f"{'above' if excess > 0 else 'below'} the calibrated one, which gives "
+        f"{100 * abs(change):.2g} % {'more' if change > 0 else 'less'} contact area. Use ",
         ArgumentRef("ceiling", CALIBRATED),
+        ".",
+        area_change=change,
         recommended_ceiling=answer.ceiling,
         load_ratio=answer.load_ratio,
-        area_change=change,
+    )
+
+
+def _extrapolated(result: ContactResult) -> Caution | None:
+    fraction = result.contact_fraction
+    if not (fraction > SHOWN_CONTACT and math.isnan(shown_error(result))):
+        return None
+    return as_note(
+        Kind.CEILING_EXTRAPOLATED,
+        f"Calibrated ceiling is extrapolated: it was tested up to {100 * SHOWN_CONTACT:.0f} % "
+        f"contact, here {100 * fraction:.0f} %.",
+        contact_fraction=fraction,
     )
 
 
@@ -505,34 +525,33 @@ def _hardness(result: ContactResult) -> Caution | None:
     if ceiling is None or isinstance(ceiling, np.ndarray) or body is None:
         return None
     ratio, hardness = body.tabor_ratio, body.hardness
-    if ratio is None or hardness is None or not result.max_pressure > (1 + 1e-9) * hardness:
+    if ratio is None or hardness is None or result.regime in _BEYOND:
+        return None
+    if not result.max_pressure > (1 + 1e-9) * hardness:
         return None
     return as_caution(
         Kind.HARDNESS,
-        f"three yield strengths of {body.name or 'the softer body'} are {ratio:.2g} times its "
-        "hardness, which no contact exceeds: ",
+        f"3σ_Y is {ratio:.2g} times the hardness of {body.name or 'the softer body'}, which no "
+        "contact exceeds. Use ",
         ArgumentRef("ceiling", engineering(hardness, "Pa", 4)),
+        ".",
+        ratio=ratio,
         three_yield_strengths=ratio * hardness,
         hardness=hardness,
     )
 
 
 def _spikes(result: ContactResult) -> Caution | None:
-    for surface, whose in (
-        (result.surface, f"the {result.pair.whole}"),
-        (result.counter_surface, f"the {result.pair.whole} of the counter-body"),
-    ):
+    for surface in (result.surface, result.counter_surface):
         answer = None if surface is None else spikes(surface)
         if answer is not None:
             kurtosis, peak = answer
-            return as_caution(
+            return as_warning(
                 Kind.SPIKES,
-                f"the heights of {whose} have a kurtosis of {kurtosis:.3g} (3 if Gaussian, some 2 "
-                f"to 10 of machined surfaces), and the highest stands {peak:.3g} robust standard "
-                "deviations above the median: unless the body has such peaks, spikes of the "
-                "measurement touch in its place; take them out (without_outliers of the map, ",
+                f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ "
+                "above median. Remove with ",
                 ArgumentRef("outliers", 6.0),
-                ") and solve again",
+                " and solve again.",
                 kurtosis=kurtosis,
                 peak=peak,
             )
@@ -554,15 +573,13 @@ def _first_touch(result: ContactResult) -> Caution | None:
         return None
     deepest = float(result.residual_indentation.max())
     own = deepest > 0 and deepest == result.residual_indentation.flat[first]
-    return as_caution(
+    part = f"{percent(min(lead / result.approach, 1.0))} of the approach"
+    effect = f" with {part} and the deepest indentation" if own else f": {part} is its flattening"
+    return as_warning(
         Kind.SPIKES,
-        f"the bodies touch first on a spike of {counted(pixels, 'pixel')}, which stands "
-        f"{engineering(lead, 'm', 3)} above what touches next and bears {percent(share)} of the "
-        f"load: {percent(min(lead / result.approach, 1.0))} of the approach is its flattening"
-        f"{', and the deepest indentation is its own' if own else ''}; unless the body has such a "
-        "peak take it out (without_outliers of the map, ",
+        f"First contact is a {pixels}-pixel spike{effect}. Remove with ",
         ArgumentRef("outliers", 6.0),
-        ") and solve again",
+        ".",
         lead=lead,
         spike_load=share,
     )
@@ -587,21 +604,18 @@ def _missing(result: ContactResult) -> Caution | None:
     if not missing:
         return None
     share = missing / math.prod(result.pair.shape)
-    part = f"{percent(share)} of the {result.pair.whole}"
-    was = "was" if missing == 1 else "were"
-    said = as_note if share < MANY_MISSING else as_caution
-    return said(
+    return (as_note if share < MANY_MISSING else as_caution)(
         Kind.MISSING,
-        f"{counted(missing, 'missing point')} ({part}) {was} treated as never touching",
+        f"{percent(share)} of the {result.pair.whole} is missing and cannot touch: contact area "
+        "may be low.",
+        share=share,
         missing=missing,
     )
 
 
 def _ranks(result: ContactResult) -> Caution:
     return as_note(
-        Kind.RANKS,
-        "the map lies on several ranks: what needs it in one process was not checked, such as "
-        "spots, slopes, spikes and its spectrum",
+        Kind.PARALLEL, "Parallel run: spots, slopes, spikes and spectrum were not checked."
     )
 
 
@@ -626,6 +640,11 @@ CHECKS = (
         "the ceiling against plasticity of the volume",
         _ceiling,
         lambda r: r.ceiling is not None and not isinstance(r.ceiling, np.ndarray),
+    ),
+    Check(
+        "the range of the calibrated ceiling",
+        _extrapolated,
+        lambda r: r.calibrated is not None or r.calibration is not None,
     ),
     Check(
         "the yield strength against the hardness",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import memory, netcdf
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_caution, as_warning
+from roughcontact.cautions import Caution, Kind, as_caution, as_warning, ordered
 from roughcontact.contact import archive
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.memory import overhead
@@ -21,7 +22,7 @@ from roughcontact.contact.pair import BODIES, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import row
-from roughcontact.errors import ConvergenceError, InputError, require_positive
+from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, require_positive
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
@@ -29,25 +30,10 @@ from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, quantity
+from roughcontact.units import Quantities, Quantity, engineering, quantity
 
 if TYPE_CHECKING:
     import xarray
-
-
-_NO_LONGER_ELASTIC = (
-    "the stress exceeds the yield strength: it is that of an elastic body, which this "
-    "one no longer is"
-)
-_OF_THE_RESOLUTION = (
-    "the largest stress lies within two pixels of the surface: it is one of the "
-    "resolution of the map"
-)
-_AT_THE_SURFACE = (
-    "the largest stress lies at the surface: at the rim of a spot that slides it is right to 1 % "
-    "from 20 pixels a radius on, to 6 % at 6 pixels, and one of the resolution below"
-)
-_NOT_SHALLOW_ENOUGH = "the largest stress lies at the least depth: look nearer to the surface"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,28 +120,59 @@ class StressResult(Result):
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
-        """What a reader of the numbers has to know, those of the contact first."""
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.solution.cautions, *self.own_cautions])
+
+    @property
+    def own_cautions(self) -> tuple[Caution, ...]:
+        """Those of the stress itself."""
         result = []
         if self.yielded_volume:
             result.append(
-                as_caution(Kind.BEYOND_YIELD, _NO_LONGER_ELASTIC, volume=self.yielded_volume)
+                as_caution(
+                    Kind.YIELDED,
+                    "Material yields: this elastic stress is an upper bound. For plastic depth "
+                    "use the elastoplastic model.",
+                    volume=self.yielded_volume,
+                )
             )
-        if self.max_von_mises > 0 and self.profile.depth_of_max == self.profile.depths[-1]:
-            text = "the largest stress lies at the greatest depth: look deeper"
-            result.append(as_warning(Kind.DEEPEST, text, depth=self.profile.depth_of_max))
         if self.max_von_mises > 0:
-            result += self._shallow()
-        return (*self.solution.cautions, *result)
+            result += self._placed()
+        return tuple(result)
 
-    def _shallow(self) -> list[Caution]:
-        depth = self.profile.depth_of_max
+    def _placed(self) -> Iterator[Caution]:
+        """Yield that the largest stress is where the depths, or the pixels, end."""
+        depth, depths = self.profile.depth_of_max, self.profile.depths
+        text = engineering(depth, "m", 3)
+        if depth == depths[-1]:
+            yield as_warning(
+                Kind.STRESS_DEPTH,
+                f"Maximum stress is at the deepest layer ({text}). Extend ",
+                ArgumentRef("depths"),
+                ".",
+                depth=depth,
+            )
         if depth == 0:
-            return [as_caution(Kind.SHALLOW, _AT_THE_SURFACE, depth=depth)]
-        if depth < 2 * max(self.solution.pair.pixel[self.solution.pair.is_profile :]):
-            return [as_caution(Kind.SHALLOW, _OF_THE_RESOLUTION, depth=depth)]
-        if depth == self.profile.depths[0]:
-            return [as_warning(Kind.SHALLOW, _NOT_SHALLOW_ENOUGH, depth=depth)]
-        return []
+            yield as_caution(
+                Kind.STRESS_PIXEL,
+                "Maximum stress is at a sliding spot edge: error 1 % above 20 pixels per radius, "
+                "6 % at 6.",
+                depth=depth,
+            )
+        elif depth < 2 * max(self.solution.pair.pixel[self.solution.pair.is_profile :]):
+            yield as_caution(
+                Kind.STRESS_PIXEL,
+                f"Maximum stress is {text} deep, below 2 pixels: it depends on the grid.",
+                depth=depth,
+            )
+        elif depth == depths[0] != depths[-1]:
+            yield as_warning(
+                Kind.STRESS_DEPTH,
+                f"Maximum stress is at the shallowest layer ({text}). Add smaller ",
+                ArgumentRef("depths"),
+                ".",
+                depth=depth,
+            )
 
     def von_mises_section(self, along: str) -> NDArray[Any]:
         """Return the von Mises stress on a plane through its maximum.

@@ -8,12 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.cautions import Caution, Kind, as_caution, as_warning, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact import plausibility
 from roughcontact.contact.plausibility import LARGE_STRAIN
-from roughcontact.elastoplastic.increments import STEP_ERROR
 from roughcontact.elastoplastic.result import ElastoplasticResult
-from roughcontact.errors import ArgumentRef, message_parts
+from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.surface.surface import Surface
@@ -33,10 +32,10 @@ _EXCESS = 0.05
 _OF_THE_CEILING = (
     Kind.NOT_CONVERGED,
     Kind.EDGE,
-    Kind.BEYOND_CEILING,
+    Kind.ABOVE_CEILING,
     Kind.CEILING,
     Kind.HARDNESS,
-    Kind.STRAINS,
+    Kind.STRAIN,
 )
 
 
@@ -54,8 +53,6 @@ def checked(result: ElastoplasticResult) -> tuple[str, ...]:
         "plastic strain at the ends of the volume", "size of plastic strains",
         "the law of hardening",
     ]  # fmt: skip
-    if result.step_error is not None:
-        subjects.append("error of the load steps")
     if result.solution.boundary.free_axes:
         subjects.append("contact at the edges")
     return (
@@ -105,75 +102,67 @@ def perfectly_plastic(result: ElastoplasticResult) -> bool:
 def _convergence(result: ElastoplasticResult) -> Caution | None:
     if result.converged:
         return None
-    return as_warning(Kind.NOT_CONVERGED, *message_parts(result.status))
-
-
-def _steps(result: ElastoplasticResult) -> Caution | None:
-    error = result.step_error
-    if error is None or not error > STEP_ERROR:
-        return None
-    return as_caution(
-        Kind.LOAD_STEPS,
-        f"the steps to the load make an error of about {100 * error:.2g} % of approach and contact "
-        "area: take more of them, ",
-        ArgumentRef("increments"),
-        step_error=error,
+    return as_warning(
+        Kind.NOT_CONVERGED,
+        f"Not converged: the load path stopped at {engineering(result.solution.load, 'N', 3)}. "
+        "Increase ",
+        ArgumentRef("max_iterations"),
+        " or ",
+        ArgumentRef("tolerance"),
+        ".",
     )
 
 
 def _edge(result: ElastoplasticResult) -> Caution | None:
-    return plausibility.at_edge(result.solution, "; the volume goes on beyond the edge")
+    return plausibility.at_edge(result.solution)
 
 
 def _excess(result: ElastoplasticResult) -> Caution | None:
     if not result.yield_excess > _EXCESS:
         return None
     return as_warning(
-        Kind.BEYOND_YIELD,
-        "the von Mises stress exceeds the yield strength by up to "
-        f"{100 * result.yield_excess:.3g} %: plastic strain is so large compared with the "
-        "yield strain that it needs a smaller ",
+        Kind.YIELD_EXCESS,
+        f"Stress exceeds yield strength by {100 * result.yield_excess:.3g} %: plastic strain is "
+        "not converged. Use a smaller ",
         ArgumentRef("tolerance"),
+        ".",
         yield_excess=result.yield_excess,
     )
 
 
-def _sides(result: ElastoplasticResult) -> Caution | None:
-    free = result.solution.boundary.free_axes
-    if not (free and any(body.at_rim for body in result.bodies)):
+def _ends(result: ElastoplasticResult) -> Caution | None:
+    free = bool(result.solution.boundary.free_axes)
+    side = free and any(body.at_rim for body in result.bodies)
+    bottom = any(body.at_bottom for body in result.bodies)
+    text: tuple[Part, ...]
+    if side and bottom:
+        text = ("the side and the deepest layer. Enlarge the map and ", ArgumentRef("depth"), ".")
+    elif side:
+        boundary = plausibility.beyond_edge(result.solution)
+        more = () if boundary is None else (" or use ", boundary)
+        text = ("the side of the volume. Enlarge the map", *more, ".")
+    elif bottom:
+        text = ("the deepest layer. Increase ", ArgumentRef("depth"), ".")
+    else:
         return None
-    return as_warning(
-        Kind.PLASTIC_EDGE,
-        "plastic strain reaches the edge of the volume: enlarge the map, or solve with ",
-        ArgumentRef("boundary", "periodic"),
-    )
-
-
-def _bottom(result: ElastoplasticResult) -> Caution | None:
-    if not any(body.at_bottom for body in result.bodies):
-        return None
-    return as_warning(
-        Kind.PLASTIC_BOTTOM,
-        "plastic strain reaches the lowest layer: enlarge the map, or give a larger ",
-        ArgumentRef("depth"),
-    )
+    return as_warning(Kind.PLASTIC_EDGE, f"Plastic zone reaches {text[0]}", *text[1:])
 
 
 def _deformations(result: ElastoplasticResult) -> Caution | None:
     strain = largest_strain(result)
     if strain > LARGE_STRAIN:
         return as_caution(
-            Kind.PLASTIC_STRAINS,
-            f"the largest plastic strain is {strain:.2g}, beyond the small strains of the model "
-            f"(about {LARGE_STRAIN:g}): read strains and pressures there as estimates",
+            Kind.PLASTIC_STRAIN,
+            f"Plastic strain {100 * strain:.3g} % exceeds the small-strain limit "
+            f"({100 * LARGE_STRAIN:.0f} %): local values are estimates.",
             max_plastic_strain=strain,
         )
     slope = slope_under(result)
     if slope > LARGE_DEFORMATION:
         return as_caution(
-            Kind.PLASTIC_STRAINS,
-            f"the slope under the contact is {slope:.2g}, beyond the small deformations of the "
-            f"model (about {LARGE_DEFORMATION:g}): read areas and pressures as estimates",
+            Kind.PLASTIC_STRAIN,
+            f"Slope under the contact is {slope:.2g}, limit {LARGE_DEFORMATION:g}: areas and "
+            "pressures are estimates.",
             slope=slope,
         )
     return None
@@ -185,18 +174,21 @@ def _hardening(result: ElastoplasticResult) -> Caution | None:
         law = law.isotropic if isinstance(law, Kinematic) else law
         if isinstance(law, Tabulated) and body.max_plastic_strain > law.strain[-1]:
             return as_caution(
-                Kind.HARDENING,
-                f"the plastic strain exceeds {law.strain[-1]:.3g}, where the table of the yield "
-                "strength ends: beyond it the strength is taken as constant",
+                Kind.HARDENING_RANGE,
+                f"Plastic strain exceeds your hardening table ({law.strain[-1]:.3g}). Strength is "
+                "held constant beyond it.",
                 max_plastic_strain=body.max_plastic_strain,
             )
-    if perfectly_plastic(result) and result.plastic_volume and result.solution.load:
-        return as_caution(
-            Kind.SCATTER,
-            "without hardening the pressure of single pixels scatters by 5 to 10 %: use means "
-            "over 3 × 3 pixels or more, not the largest value",
-        )
     return None
+
+
+def _scatter(result: ElastoplasticResult) -> Caution | None:
+    if not (perfectly_plastic(result) and result.plastic_volume and result.solution.load):
+        return None
+    return as_note(
+        Kind.PIXEL_SCATTER,
+        "Single-pixel pressures scatter by 5 to 10 % without hardening. Use 3 × 3 means.",
+    )
 
 
 def _residual(result: ElastoplasticResult) -> Caution | None:
@@ -204,15 +196,13 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
     if not (loaded and any(body.flows_back for body in result.bodies)):
         return None
     return as_caution(
-        Kind.RESIDUAL,
-        "the residual stress exceeds the yield strength, so that the bodies would flow again "
-        "on unloading: end the path at zero load (--unload on the command line) to see "
-        "what stays",
+        Kind.RESIDUAL_YIELD,
+        "Bodies would yield again on unloading. End the load path at zero (--unload).",
     )
 
 
 _CHECKS = (
-    _convergence, _excess, _steps, _edge, _sides, _bottom, _deformations, _hardening, _residual,
+    _convergence, _excess, _edge, _ends, _deformations, _hardening, _scatter, _residual,
 )  # fmt: skip
 
 
@@ -288,41 +278,35 @@ def rolling_cautions(
     pixels = half / _pixel(result, direction)
     if pixels < FEW_PIXELS:
         yield as_warning(
-            Kind.RESOLUTION,
-            f"the half-width of the contact along the way, {engineering(half, 'm', 3)}, has only "
-            f"{pixels:.2g} pixels: what a pass adds depends on the pixel; take at least "
-            f"{FEW_PIXELS}, for numbers sixteen",
+            Kind.ROLLING_PIXEL,
+            f"Contact half-width has {pixels:.2g} pixels: strain per pass is too small. Use at "
+            "least 8, better 16.",
             pixels=pixels,
         )
 
 
 def _coarse(stride: float, half: float, steps: int) -> Caution:
-    """Return what is said of steps of so many half-widths."""
-    judged = as_warning if stride > LONGEST_STEP else as_caution
-    outcome = (
-        "dents may lie apart, each of which bears the counter-body by itself"
-        if stride > LONGEST_STEP
-        else "strain by a pass comes out too small"
-    )
-    return judged(
-        Kind.WAY,
-        f"the steps of a pass are {stride:.2g} times the half-width of the contact along the way, "
-        f"{engineering(half, 'm', 3)}: {outcome}; take steps of a quarter of it, ",
+    """Return the message on steps of so many half-widths."""
+    apart = stride > LONGEST_STEP
+    return (as_warning if apart else as_caution)(
+        Kind.STEP_LENGTH,
+        f"Step is {stride:.2g} contact half-widths: "
+        f"{'dents separate, strain means nothing' if apart else 'strain per pass is too small'}. "
+        "Use ",
         ArgumentRef("steps", steps),
+        ".",
         step_over_half_width=stride,
         half_width=half,
     )
 
 
 def _slides(axis: float, direction: float) -> Caution:
-    """Return what is said of a cylinder that goes where its axis points."""
-    across = f"{(direction + 90) % 180:g}"
+    """Return the message on a cylinder that moves along its axis."""
     return as_warning(
-        Kind.AXIS,
-        f"the cylinder moves along its axis, which lies at {axis:g} degrees: it slides on one line "
-        f"and rolls over nothing; let its axis lie across, as in 'cylinder 2 mm {across} deg', or "
-        "give ",
+        Kind.CYLINDER_SLIDES,
+        "The cylinder moves along its own axis: it slides, not rolls. Use ",
         ArgumentRef("direction", (axis + 90) % 180),
+        ".",
         axis=axis,
         direction=direction,
     )

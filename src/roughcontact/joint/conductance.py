@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.cautions import Caution, Kind, as_note, ordered
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
@@ -44,7 +44,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.contacts import of_one_pair
+from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.material import catalog
 from roughcontact.material.material import Conductor
 from roughcontact.result import Result
@@ -52,7 +52,7 @@ from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
 from roughcontact.theory.rarefied import jump_distance, mean_free_path
-from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
+from roughcontact.units import Quantity, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -115,10 +115,11 @@ Of nine measured maps a mirror has 0.91 and the cylinder of a fired bullet 0.76;
 than 0.6, parts of self-affine maps without a roll-off up to 0.73.
 """
 
-_DISCS = (0.8, 1.25)
-# Of Greenwood's formula over what is computed: 0.82 to 1 on rough maps up to a tenth in contact.
+DISCS = (0.8, 1.25)
+"""Greenwood's formula over what is computed, outside which spots are no discs.
 
-_MOVED = 0.05
+It is 0.82 to 1 on rough maps up to a tenth in contact.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,47 +153,18 @@ class Texture:
 
 
 def form(texture: Texture) -> tuple[Caution, ...]:
-    """Return what is said where the correlations of flat joints are left out of bodies."""
+    """Return the note on bodies for which the correlations of flat joints are left out."""
     if texture.is_flat:
         return ()
     return (
         as_note(
-            Kind.FORM,
-            f"the bodies are curved as a whole ({percent(texture.curved)} of the variance of the "
-            "gap is a quadric, which is no roughness), so that the correlations of flat joints are "
-            "left out; for the joint of a flat face remove the form with ",
+            Kind.CURVED,
+            f"Bodies are curved ({percent(texture.curved)} of gap variance): flat-joint "
+            "correlations omitted. Flat face? Add ",
             ArgumentRef("level", "quadric"),
+            ".",
             curved=texture.curved,
         ),
-    )
-
-
-def discs(load: float, contact_fraction: float, estimate: float, length: float) -> Caution | None:
-    """Return what is said where Greenwood's formula is far off, of one load [N]."""
-    if not (0 < length < np.inf) or _DISCS[0] <= estimate / length <= _DISCS[1]:
-        return None
-    ratio = estimate / length
-    text = "has no meaning" if np.isnan(ratio) else f"gives {ratio:.2g} of what is computed"
-    return as_note(
-        Kind.SPOTS,
-        f"Greenwood's formula takes each spot for a disc: with {percent(contact_fraction)} of the "
-        f"map in contact the spots are large, of many branches, and close, and it {text}; take the "
-        "computed length",
-        load=load,
-        ratio=ratio,
-    )
-
-
-def grid(change: float, area_change: float, pixel: float) -> Caution | None:
-    """Return what is said of a length that changes on a grid of twice the pixel [m]."""
-    if abs(change) <= _MOVED:
-        return None
-    return as_caution(
-        Kind.STUDY,
-        f"on a grid with pixels of {engineering(pixel, 'm')} the constriction length changes by "
-        f"{changed_by(change)} (contact area {changed_by(area_change)}): the map does not resolve "
-        "what conducts",
-        change=change,
     )
 
 
@@ -349,15 +321,12 @@ class Conductance(Result):
                 (coarse.length, fine.length), (coarse.contact_area, fine.contact_area)
             )
         )  # fmt: skip
-        pixel = max(coarser.pair.pixel)
-        caution = grid(length, area, pixel)
-        result = self.messages if caution is None else (*self.messages, caution)
-        return replace(self, coarser=Change(pixel, length, area), messages=result)
+        return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered(dict.fromkeys([*self.messages, *self.extra_cautions]))
+        return ordered([*self.messages, *self.extra_cautions])
 
     @property
     def nominal_area(self) -> float:
@@ -521,7 +490,7 @@ def _looked_at(
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         step = _step(result, texture, resistivity)
-        answer.append((step, (*result.cautions, *_cautions(result, step, texture))))
+        answer.append((step, (*result.cautions, *_own(result, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
     assert largest is not None
@@ -551,13 +520,12 @@ def _step(result: ContactResult, texture: Texture, resistivity: float) -> Conduc
     )
 
 
-def _cautions(result: ContactResult, step: ConductanceStep, texture: Texture) -> Iterator[Caution]:
-    """Yield what is known of the estimates of one contact."""
+def _own(result: ContactResult, texture: Texture) -> Iterator[Caution]:
+    """Yield what is known of the joint."""
+    if result.counter_surface is None:
+        yield ONE_ROUGH_FACE
     if result.hertz is None:
         yield from form(texture)
-    spots = discs(step.load, result.contact_fraction, step.greenwood_length, step.length)
-    if spots is not None:
-        yield spots
 
 
 def _correlation(result: ContactResult, texture: Texture) -> float:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from roughcontact.cautions import Kind, as_note
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, Part
@@ -16,6 +17,15 @@ from roughcontact.units import engineering, lengths
 
 # Edges of pixels that differ by less than this part are one.
 _SAME = 1e-6
+
+
+ONE_ROUGH_FACE = as_note(
+    Kind.ONE_ROUGH_FACE,
+    "One rough face against a smooth flat. Two rough faces? Add ",
+    ArgumentRef("counter_surface"),
+    ": roughness rises by about √2.",
+)
+"""Of a joint whose counter-body is smooth."""
 
 
 def of_one_pair(

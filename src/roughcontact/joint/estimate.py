@@ -622,10 +622,13 @@ def _volume(
         return None, []
     if hardening is None:
         return None, [
-            as_note(Kind.DOMAIN, "the depth with plastic strain is told for perfect plasticity "
-                  "and linear hardening only; for this law use ",
-                  ArgumentRef("model", "elastoplastic"))
-        ]  # fmt: skip
+            as_note(
+                Kind.ESTIMATE_DOMAIN,
+                "No formula for plastic depth with this hardening law. Use ",
+                ArgumentRef("model", "elastoplastic"),
+                ".",
+            )
+        ]
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
     domain = stored().domain[_VOLUME]
@@ -633,9 +636,8 @@ def _volume(
     if outside:
         return None, [
             as_note(
-                Kind.DOMAIN,
-                "the depth with plastic strain is not told: its formula holds for ",
-                outside[0],
+                Kind.ESTIMATE_DOMAIN,
+                f"No plastic depth: its formula holds for {outside[0]}.",
             )
         ]
     result = _ranged(VOLUME, groups, roughness)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact import statistics
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, ordered
+from roughcontact.cautions import Caution, Kind, of_several, ordered
 from roughcontact.contact import spots
 from roughcontact.contact.nominal_hertz import shape_of
 from roughcontact.contact.pair import Pair
@@ -24,6 +24,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.joint import law_curve
 from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.contacts import (
+    ONE_ROUGH_FACE,
     Window,
     require_alike,
     require_one_model,
@@ -371,21 +372,18 @@ class InterfaceLaw(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        errors = [self.curve(branch).error for branch in self.branches]
-        own = [
-            *law_curve.cautions(
-                len(self.maps), self.pressures(), self.resolved, self.rim, max(errors)
-            )
-        ]
-        if self.parts is not None:
-            parts = self.parts
-            half = np.array([item.high - item.value for item in parts.mean(LOADING, "separation")])
-            own.append(
-                law_curve.judge_part_size(
-                    self.curve(), parts.curve(), half, len(parts.maps), self.resolved
-                )
-            )
-        return ordered(dict.fromkeys([*self.messages, *own, *self.extra_cautions]))
+        own = [*law_curve.cautions(len(self.maps), self.resolved, self.rim)]
+        if self.part_size is not None and self.part_size.caution is not None:
+            own.append(self.part_size.caution)
+        return ordered([*self.messages, *own, *self.extra_cautions])
+
+    @property
+    def part_size(self) -> law_curve.PartSize | None:
+        """How far the law of the parts is from that of the whole maps, if it was asked for."""
+        if self.parts is None:
+            return None
+        half = np.array([item.high - item.value for item in self.parts.mean(LOADING, "separation")])
+        return law_curve.judge_part_size(self.curve(), self.parts.curve(), half, self.resolved)
 
 
 def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
@@ -694,12 +692,16 @@ def _check(result: ContactResult, first: ContactResult) -> None:
 
 
 def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
-    """Return the cautions of all contacts, one of each kind."""
-    judged = sorted(
-        (item for samples in collected for item in samples.judged), key=lambda entry: entry[0]
-    )
-    # That a flat body is loaded up to its edges is why a rim is left out.
-    result = tuple(caution for caution in over_loads(judged, "N") if caution.kind != Kind.EDGE)
+    """Return the cautions of all contacts, one of each tag."""
+    maps = [
+        (
+            samples.pair.surface.provenance.source or f"map {number}",
+            over_loads(sorted(samples.judged, key=lambda entry: entry[0]), "N"),
+        )
+        for number, samples in enumerate(collected, start=1)
+    ]
+    # That a flat body is loaded up to its edges is why a margin is excluded.
+    result = tuple(c for c in of_several(maps, "maps") if c.kind != Kind.EDGE)
     if collected[0].pair.counter_surface is not None:
         return result
-    return (*result, law_curve.SMOOTH)
+    return (*result, ONE_ROUGH_FACE)

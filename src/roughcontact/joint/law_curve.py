@@ -16,9 +16,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning
-from roughcontact.errors import ArgumentRef
-from roughcontact.units import counted, engineering, percent
+from roughcontact.cautions import (
+    FEW_MAPS,
+    Caution,
+    Kind,
+    as_caution,
+    as_note,
+    as_warning,
+    few_maps,
+)
+from roughcontact.units import engineering, percent
 
 Array = NDArray[np.float64]
 
@@ -205,8 +212,6 @@ MOST_CONTACT = 0.9
 
 # Whole and parts that agree to this part of the pressure are alike.
 _ALIKE = 0.05
-# Maps below which an interval is some ten times the standard error.
-_FEW = 3
 
 SPOTS, POINTS, CONTACT, SLOPE = "spots", "points", "contact", "slope"
 
@@ -247,70 +252,69 @@ def resolved(pressures: Array, means: Mapping[str, Array], scatter: float) -> Re
     )
 
 
-WHY = {
-    SPOTS: f"below it there are fewer than {LEAST_SPOTS} contact spots, and the law is that of a "
-    "few summits",
-    POINTS: f"beyond it fewer than {LEAST_POINTS} points touch, or are open",
-    CONTACT: f"above it more than {100 * MOST_CONTACT:.0f} % touch, and what stays open are the "
-    "narrowest dales, which the pixel cuts",
-    SLOPE: "above it the pressure exceeds E* h'/2, and the steepest waves carry, which the pixel "
-    "cuts",
+_BELOW = {
+    SPOTS: f"fewer than {LEAST_SPOTS} spots",
+    POINTS: f"fewer than {LEAST_POINTS} contact pixels",
 }
+_ABOVE = {
+    CONTACT: f"more than {100 * MOST_CONTACT:.0f} % contact",
+    POINTS: f"fewer than {LEAST_POINTS} open pixels",
+    SLOPE: "pressure over E*h'/2",
+}
+"""Reasons why a law is not resolved below and above a pressure."""
 
 
-SMOOTH = as_note(
-    Kind.SMOOTH,
-    "the counter-face is smooth: of two rough faces give the other one, too, as ",
-    ArgumentRef("counter_surface"),
-)
-
-
-def cautions(
-    maps: int, pressures: Array, result: Resolved, rim: float, error: float
-) -> Iterator[Caution]:
-    """Yield what number of maps, range, rim and distance of the pressures give cause for."""
-    if error > ERROR:
-        yield as_caution(
-            Kind.STEPS,
-            f"between the pressures that were solved the law is known to about {percent(error)} "
-            "alone, and so are the tables for other programs: give more of them, ",
-            ArgumentRef("steps"),
-            error=error,
-        )
+def cautions(maps: int, result: Resolved, rim: float) -> Iterator[Caution]:
+    """Yield what the number of maps, their range and their margin give cause for."""
     if math.isnan(result.low):
         yield as_warning(
-            Kind.RANGE,
-            "the maps resolve the law at none of the pressures: they are too small, or the "
-            "pressures too low or too high",
+            Kind.LAW_RANGE,
+            "No pressure is resolved by these maps. Use larger or finer maps, or other pressures.",
         )
     elif result.low_by or result.high_by:
-        ends = f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
-        why = "; ".join(WHY[by] for by in dict.fromkeys((result.low_by, result.high_by)) if by)
+        why = [f"{_BELOW[result.low_by]} below"] if result.low_by else []
+        why += [f"{_ABOVE[result.high_by]} above"] if result.high_by else []
         yield as_caution(
-            Kind.RANGE,
-            f"the maps resolve the law from {ends}, of {engineering(float(pressures[0]), 'Pa', 3)} "
-            f"to {engineering(float(pressures[-1]), 'Pa', 3)}: {why}",
+            Kind.LAW_RANGE,
+            f"Reliable from {engineering(result.low, 'Pa', 3)} to "
+            f"{engineering(result.high, 'Pa', 3)}: {', '.join(why)}.",
             low=result.low,
             high=result.high,
         )
-    if maps < _FEW:
-        text = "one map alone tells no scatter" if maps == 1 else (
-            "the interval of two maps is 13 standard errors to each side"
-        )  # fmt: skip
-        yield as_caution(Kind.FEW, f"{text}: give several maps of the surface", maps=maps)
+    if maps < FEW_MAPS:
+        yield few_maps(maps)
     if rim:
         yield as_note(
-            Kind.RIM,
-            f"a rim of {engineering(rim, 'm', 3)} along each free edge is left out; pressures are "
-            "those inside it",
+            Kind.LAW_MARGIN,
+            f"A {engineering(rim, 'm', 3)} margin at each free edge is excluded.",
             rim=rim,
         )
 
 
-def judge_part_size(
-    whole: Curve, parts: Curve, error: Array, count: int, within: Resolved
-) -> Caution:
-    """Return whether maps are large enough, from the law of their parts."""
+@dataclass(frozen=True)
+class PartSize:
+    """How far the law of the parts of the maps is from that of the whole maps."""
+
+    off: float  # Largest part of the pressure by which they differ at one separation
+    chance: float  # What chance explains of it
+    sufficient: bool  # Whether no difference exceeds what chance explains
+
+    @property
+    def caution(self) -> Caution | None:
+        """The message on maps that are too small."""
+        if self.sufficient:
+            return None
+        return as_caution(
+            Kind.LAW_SIZE,
+            f"Quarter maps differ by {percent(self.off)} (chance {percent(self.chance)}): the law "
+            "depends on map size. Use larger maps.",
+            off=self.off,
+            chance=self.chance,
+        )
+
+
+def judge_part_size(whole: Curve, parts: Curve, error: Array, within: Resolved) -> PartSize | None:
+    """Return how far the law of parts is from that of the whole maps; None where none is known."""
     low = max(within.low, parts.pressure[0])
     high = min(within.high, parts.pressure[-1])
     inside = (whole.pressure >= low) & (whole.pressure <= high)
@@ -319,21 +323,8 @@ def judge_part_size(
     slope = 1 / np.maximum(whole.slope[inside], 1e-300)
     off = np.abs(parts.separation_at(pressures) - whole.separation[inside]) * slope
     chance = np.interp(np.log(pressures), np.log(parts.pressure), error) * slope
-    worst = int(np.argmax(off)) if off.size else 0
-    numbers = {"off": float(off[worst]), "chance": float(chance[worst])} if off.size else {}
-    if off.size and (off > np.maximum(_ALIKE, chance)).any():
-        return as_caution(
-            Kind.SCALING,
-            f"{counted(count, 'part')} of the maps have another law: at the same separation their "
-            f"pressure is up to {percent(float(off[worst]))} off, more than chance "
-            f"({percent(float(chance[worst]))}) explains; the law depends on the size of the map, "
-            "and a larger one would move it",
-            **numbers,
-        )
-    text = percent(float(off[worst])) if off.size else "nothing"
-    return as_note(
-        Kind.SCALING,
-        f"{counted(count, 'part')} of the maps have the same law within {text} of the pressure and "
-        "what chance explains: the maps are large enough for it",
-        **numbers,
-    )
+    if not off.size:
+        return None
+    worst = int(np.argmax(off))
+    alike = not (off > np.maximum(_ALIKE, chance)).any()
+    return PartSize(float(off[worst]), float(chance[worst]), alike)

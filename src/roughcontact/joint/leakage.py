@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
-from roughcontact.joint.contacts import of_one_pair
+from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.result import Result
 from roughcontact.theory.rarefied import mean_free_path
-from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
+from roughcontact.units import Quantity, changed_by, quantity
 
 THRESHOLD = 0.42
 """Contact fraction at which isotropic self-affine contact closes all ways.
@@ -35,34 +35,23 @@ _MOVED = 0.1
 GAS = 5e-5
 """Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
 
-# Factor by which helium leaks more from which on slip is told.
-_SLIPS = 1.05
+# Factor by which helium leaks more from which on slip is told; Knudsen number of a warning.
+_SLIPS, _RAREFIED = 1.05, 0.05
 
 
-def of_step(
-    result: ContactResult,
-    places: tuple[Constriction | None, Constriction | None],
-    axes: tuple[int, ...],
-) -> Iterator[Caution]:
-    """Yield what is known of the leakage of one contact."""
+def of_step(result: ContactResult, closed: bool) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact, whose gap is closed or not."""
+    if result.counter_surface is None:
+        yield ONE_ROUGH_FACE
     if not result.contact.any():
-        yield as_note(Kind.WAYS, "the bodies do not touch: what flows is that of an open gap")
-    closed = [axis for axis in axes if places[axis] is None]
-    if closed:
-        names = " and ".join("yx"[axis] for axis in closed)
-        yield as_note(
-            Kind.WAYS,
-            f"no way leads through the gap along {names}: with {percent(result.contact_fraction)} "
-            "of the map in contact nothing leaks on these pixels; a larger map may have a way",
-            contact_fraction=result.contact_fraction,
-        )
-    elif abs(result.contact_fraction - THRESHOLD) < _NEAR:
+        yield as_note(Kind.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap.")
+    fraction = result.contact_fraction
+    if not closed and abs(fraction - THRESHOLD) < _NEAR:
         yield as_caution(
-            Kind.WAYS,
-            f"{percent(result.contact_fraction)} of the map are in contact; where about "
-            f"{percent(THRESHOLD)} are, an isotropic rough joint closes, and what leaks is that "
-            "of a single constriction: another part of the same face may leak many times as much",
-            contact_fraction=result.contact_fraction,
+            Kind.NEAR_THRESHOLD,
+            f"{100 * fraction:.0f} % contact is near the {100 * THRESHOLD:.0f} % sealing "
+            "threshold: one constriction decides. Expect large scatter between maps.",
+            contact_fraction=fraction,
         )
 
 
@@ -86,29 +75,28 @@ def slip(
         return
     # Of the plane gap that lets as much through.
     knudsen = (air - 1) / 6
-    yield as_caution(
-        Kind.SLIP,
-        f"gases slip: air with its outlet at 1 atm (Kn {knudsen:.2g}) leaks at least {air:.2g} "
-        f"times what is told, helium into vacuum {helium:.2g} times",
+    yield (as_warning if knudsen > _RAREFIED else as_caution)(
+        Kind.RAREFIED,
+        f"Gas slips (Kn {knudsen:.2g}): air leaks at least {air:.2g} times this rate, helium into "
+        f"vacuum {helium:.2g} times.",
         knudsen=knudsen,
         air=air,
         helium=helium,
     )
 
 
-def grid(changes: tuple[float, float], pixel: float) -> Iterator[Caution]:
-    """Yield what is said of permeabilities that change on a grid of twice the pixel [m]."""
+def grid(changes: tuple[float, float]) -> Iterator[Caution]:
+    """Yield the message on permeabilities that change on a grid of twice the pixel."""
     worst: float = max(
         (change for change in changes if not math.isnan(change)), key=abs, default=0.0
     )
-    if abs(worst) <= _MOVED:
-        return
-    yield as_caution(
-        Kind.STUDY,
-        f"on a grid with pixels of {engineering(pixel, 'm')} the permeability changes by "
-        f"{changed_by(worst)}: it hangs on the narrowest gaps, which the map does not resolve",
-        change=worst,
-    )
+    if abs(worst) > _MOVED:
+        yield as_caution(
+            Kind.LEAK_PIXEL,
+            f"Leak rate changes by {changed_by(worst)} on a grid of twice the pixel: narrowest "
+            "gaps are not resolved.",
+            change=worst,
+        )
 
 
 # --- What leaks through the gap of a contact, and the flow factors of its roughness ---
@@ -195,7 +183,7 @@ class Leakage(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered(dict.fromkeys([*self.messages, *self.extra_cautions]))
+        return ordered([*self.messages, *self.extra_cautions])
 
     @property
     def nominal_area(self) -> float:
@@ -219,7 +207,7 @@ class Leakage(Result):
             if old > 0:
                 changes[axis] = new / old - 1
         change = Change(max(coarser.pair.pixel), (changes[0], changes[1]))
-        change_of = grid(change.permeability, change.pixel)
+        change_of = grid(change.permeability)
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
 
     def column(self, name: str) -> Array:
@@ -350,7 +338,8 @@ def leakage(
     flows: tuple[Flow, ...] = ()
     for result in of_one_pair(contacts, OF):
         step, driven = _step(result, axes)
-        own = [*of_step(result, step.constriction, axes)]
+        closed = None in [step.constriction[axis] for axis in axes]
+        own = [*of_step(result, closed)]
         if seal is not None:
             fluid = seal.viscosity, seal.pressure_difference
             own += slip(flow_gap(result), driven, *fluid)

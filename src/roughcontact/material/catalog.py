@@ -52,7 +52,7 @@ class Entry:
     resistivity: Value | None = None  # Electrical resistivity at room temperature [Ω m]
     conductivity: Value | None = None  # Thermal conductivity at room temperature [W/(m K)]
     exponent: Value | None = None
-    caveat: str = ""  # What the material does that no contact here includes, for `Material`
+    caveat: str = ""  # What the material is that no contact here includes, for `Material`
 
     @property
     def material(self) -> Material:

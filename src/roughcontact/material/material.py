@@ -53,7 +53,8 @@ class Material(Renamed):
         How the yield strength grows with the plastic strain; its first value is taken for
         ``yield_strength``. Without it see ``law``.
     caveat : str
-        What the material does that no contact here includes; every result warns of it.
+        What the material is that no contact here includes, such as ``viscoelastic``; every result
+        has a caution about it.
 
     Raises
     ------

@@ -43,7 +43,7 @@ class Statement:
 
     def doubts(self, cautions: Iterable[Caution]) -> str:
         """Return why this assumption is in doubt, in sentences; empty if it is not."""
-        return joined(*(sentence(c.text) for c in cautions if c.kind in self.kinds))
+        return joined(*(c.text for c in cautions if c.kind in self.kinds))
 
 
 FILLED = (
@@ -201,7 +201,7 @@ def strains(ratio: float) -> Statement:
             if ratio < 0.2 * LARGE_STRAIN
             else "this is not very small."
         ),
-        (Kind.STRAINS,),
+        (Kind.STRAIN,),
     )
 
 
@@ -227,7 +227,7 @@ def elastic(material: Material, counter_material: Material) -> Statement:
     if body is None:
         return Statement("No yielding", f"{text} No yield strength was given.")
     text = f"{text} {_first_yield(body)}".strip()
-    return Statement("No yielding", text, (Kind.BEYOND_CEILING,))
+    return Statement("No yielding", text, (Kind.ABOVE_CEILING,))
 
 
 def limited(
@@ -276,9 +276,8 @@ def _left_behind(result: ContactResult) -> str:
     advice = judgment.advice(result)
     if advice is None or not isinstance(result.ceiling, float):
         return ""
-    bodies = (result.material, result.counter_material)
-    answer = indentation_caution(advice, result.ceiling, any(body.hardens for body in bodies))
-    return "" if answer is None else sentence(answer.text)
+    answer = indentation_caution(advice, result.ceiling)
+    return "" if answer is None else answer.text
 
 
 def _first_yield(body: Material) -> str:
@@ -319,7 +318,7 @@ def resolution(
         f"Pixels {rim} count in full; without this excess (Yastrebov, Anciaux and Molinari 2017) "
         f"the contact area is {change}."
     )
-    doubts = (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT)
+    doubts = (Kind.PIXEL, Kind.STUDY, Kind.RESOLUTION)
     return Statement("Resolution", text, doubts)
 
 
@@ -340,7 +339,7 @@ def holes(result: ContactResult) -> Statement:
         )
     if filled:
         parts.append(FILLED)
-    return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
+    return Statement("Missing points", " ".join(parts), (Kind.MOSTLY_FILLED, Kind.MISSING))
 
 
 def loading(result: ContactResult) -> Statement:
@@ -416,7 +415,7 @@ def _resolution(samples: Sequence[Sample]) -> Statement:
         + " along a side, and roughness finer than that is not in the maps. On a rough surface a "
         "finer map has less contact area and higher elastic pressures: maps are compared at the "
         "waves that they show.",
-        (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT),
+        (Kind.PIXEL, Kind.STUDY, Kind.RESOLUTION),
     )
 
 
@@ -433,7 +432,7 @@ def _holes(samples: Sequence[Sample]) -> Statement:
             "Points that were not measured are taken as never touching; the load that they might "
             "carry lies on the others."
         )
-    return Statement("Missing points", " ".join(parts), (Kind.FILLED, Kind.MISSING))
+    return Statement("Missing points", " ".join(parts), (Kind.MOSTLY_FILLED, Kind.MISSING))
 
 
 # --- What a result on profiles takes for granted, in words ---
@@ -486,7 +485,7 @@ def _plane_strain(result: ContactResult) -> Statement:
 
 
 def _assumptions_profile_yielding(result: ContactResult) -> Statement:
-    kinds = (Kind.CEILING, Kind.HARDNESS, Kind.BEYOND_CEILING)
+    kinds = (Kind.CEILING, Kind.HARDNESS, Kind.ABOVE_CEILING)
     first = result.pair.first_to_yield
     begins = ""
     if first is not None:
@@ -531,7 +530,7 @@ def _assumptions_profile_resolution(result: ContactResult, spots: Spots) -> Stat
     if pixels >= FEW_PIXELS:
         text += f"Half of the load is carried by segments of {counted(pixels, 'point')} or more. "
     text += "A segment counts up to one point too long."
-    return Statement("Resolution", text, (Kind.RESOLUTION, Kind.STUDY, Kind.MEASUREMENT))
+    return Statement("Resolution", text, (Kind.PIXEL, Kind.STUDY, Kind.RESOLUTION))
 
 
 def half_plane(result: ContactResult) -> str:
@@ -608,7 +607,7 @@ def _small_deformations(result: ElastoplasticResult) -> Statement:
         "Small strains",
         f"{text}Strain and slope should stay below about {LARGE_STRAIN:g}; from a/R = 0.16 on "
         "large deformations change what a sphere carries (Mesarovic and Fleck 1999).",
-        (Kind.PLASTIC_STRAINS,),
+        (Kind.PLASTIC_STRAIN,),
     )
 
 
@@ -642,7 +641,7 @@ def _hardening(result: ElastoplasticResult) -> Statement:
     return Statement(
         "Kinematic hardening" if kinematic else "Isotropic hardening",
         text,
-        (Kind.HARDENING, Kind.SCATTER),
+        (Kind.HARDENING_RANGE, Kind.PIXEL_SCATTER),
     )
 
 
@@ -693,7 +692,7 @@ def _rolling(result: ElastoplasticResult) -> Statement:
         f"{pull} A contact that sticks in one part and slips in another, as under a driving or "
         "braking torque, and the spin of a ball about the normal are left out. Nor are there "
         "inertia, a lubricant or heat. The bodies do not attract each other.",
-        (Kind.AXIS,),
+        (Kind.CYLINDER_SLIDES,),
     )
 
 
@@ -710,4 +709,4 @@ def _assumptions_volume_path(result: ElastoplasticResult) -> Statement:
         f"{_of_steps(result)}. {_way(result)} They were free of stress before: residual stress of "
         "machining is not in it."
     )
-    return Statement("Path of loads", text, (Kind.RESIDUAL, Kind.WAY))
+    return Statement("Path of loads", text, (Kind.RESIDUAL_YIELD, Kind.STEP_LENGTH))

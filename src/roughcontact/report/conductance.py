@@ -10,7 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.joint.conductance import CASES, CORRELATED, EVEN_FLOW, SPOTTED, Conductance
+from roughcontact.joint.conductance import (
+    CASES,
+    CORRELATED,
+    DISCS,
+    EVEN_FLOW,
+    SPOTTED,
+    Conductance,
+)
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, figures, problem
@@ -100,12 +107,15 @@ def _filled_columns() -> Columns:
     )  # fmt: skip
 
 
-def _ratio(name: str) -> Callable[[Conductance], list[str]]:
-    """Return how far an estimate of the constriction length is off, a resistance being over it."""
+def _ratio(
+    name: str, within: tuple[float, float] = (0.0, math.inf)
+) -> Callable[[Conductance], list[str]]:
+    """Return an estimate of the constriction length over the length, where it is in its range."""
 
     def shown(result: Conductance) -> list[str]:
         ratios = result.column(name) / result.column("length")
-        return ["–" if math.isnan(ratio) else f"{ratio:.3g}" for ratio in ratios.tolist()]
+        low, high = within
+        return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
 
     return shown
 
@@ -177,7 +187,7 @@ CONDUCTANCE_COLUMNS: Columns = (
     ),
     *_filled_columns(),
     Column(
-        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length"),
+        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", DISCS),
     ),
     Column(
         "correlation_length", "correlation", unit="m", shown=_ratio("correlation_length"),
@@ -225,7 +235,8 @@ def sentences(result: Conductance) -> tuple[str, ...]:
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
-        f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}.",
+        f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}. A dash is outside the "
+        "range of the formula.",
     )  # fmt: skip
 
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from roughcontact.cautions import Caution, Kind, as_note, ordered
+from roughcontact.errors import ArgumentRef, Part
 from roughcontact.report import inputs
 from roughcontact.report.fields import Headline
 from roughcontact.surface.generation import WITHIN, Parameter, compared
@@ -42,11 +44,12 @@ def headline(surface: Surface) -> Headline:
     )  # fmt: skip
 
 
-def unmet(surface: Surface) -> list[str]:
-    """Return why parameters of a generated map are not those asked for, one sentence each."""
+def unmet(surface: Surface) -> tuple[Caution, ...]:
+    """Return the note on the parameter of a generated map that is missed by most, if one is."""
     created = surface.provenance.origin
     assert created is not None
-    return [_why(item, surface, created.found) for item in compared(surface) if not item.met]
+    missed = (item for item in compared(surface) if not item.met)
+    return ordered(_why(item, surface, created.found) for item in missed)
 
 
 def record(surface: Surface) -> dict[str, Any]:
@@ -63,7 +66,7 @@ def record(surface: Surface) -> dict[str, Any]:
             {"name": item.name, "asked": item.asked, "found": item.found, "met": item.met}
             for item in compared(surface)
         ],
-        "reasons": unmet(surface),
+        "reasons": [caution.text for caution in unmet(surface)],
         "roughness": {name: created.found.get(name) for name in inputs.ROUGHNESS},
     }
 
@@ -93,26 +96,28 @@ def _missed(item: Parameter) -> str:
     return changed_by(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
 
 
-def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> str:
-    """Return why a parameter is missed."""
+def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
+    """Return the note on a parameter that is missed."""
+    size, seed, cutoff = ArgumentRef("size"), ArgumentRef("seed"), ArgumentRef("cutoff_wavelength")
+    text: tuple[Part, ...]
     said = (
-        f"{_name(item)} is {_told(item.name, item.found)} instead of {_told(item.name, item.asked)}"
+        f"{_name(item)} is {_told(item.name, item.found)}, requested "
+        f"{_told(item.name, item.asked)}: "
     )
     if item.name == "Str" and math.isnan(item.found):
         maximum = result.get("Str_max", math.nan)
-        return (
-            f"Str is not determined, only at most {maximum:.2g}: along the lay the heights stay "
-            "alike over more than half the map, and longer sides would show where it ends"
-        )
-    if item.name in ("Sal", "Str"):
+        text = (
+            f"Str is at most {maximum:.2g}: correlation along the lay exceeds half the map. Use a "
+            "larger ", size, ".",
+        )  # fmt: skip
+    elif item.name in ("Sal", "Str"):
         hills = math.prod(side / result["rolloff_wavelength"] for side in surface.size)
-        return (
-            f"{said}: with room for only about {max(hills, 1):.0f} hills the map has, by chance, a "
-            "correlation of its own; longer sides or another seed come closer"
-        )
-    if item.name in ("Ssk", "Sku"):
-        return (
-            f"{said}: no translation of this map, with waves no shorter than the cut-off, came "
-            "closer; a shorter cut-off, longer sides or a moderate pair does"
-        )
-    return f"{said}: the spectrum of a map of this grid comes no closer"
+        text = (
+            f"{said}only {max(hills, 1):.0f} correlation areas fit. Use a larger ", size,
+            " or another ", seed, ".",
+        )  # fmt: skip
+    elif item.name in ("Ssk", "Sku"):
+        text = (f"{said}not reachable. Use a shorter ", cutoff, " or larger ", size, ".")
+    else:
+        text = (f"{said}the spectrum of this grid comes no closer.",)
+    return as_note(Kind.GENERATE_MISSED, *text, missed=item.missed)

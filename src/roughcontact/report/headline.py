@@ -77,9 +77,9 @@ def _kind(shown: Any) -> str:
 
 
 def _cautions(shown: Any) -> list[str]:
-    """Return what makes the numbers estimates or wrong, in sentences."""
+    """Return the warnings and cautions, one line each."""
     return [
-        f"{caution.severity}: {caution.text}"
+        f"{caution.severity.upper()} {caution.kind}: {caution.text}"
         for caution in getattr(shown, "cautions", ())
         if caution.severity != Severity.NOTE
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
@@ -28,6 +29,15 @@ def _range(law: InterfaceLaw) -> str:
     if math.isnan(result.low):
         return "none of the pressures"
     return f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
+
+
+def _part_size(law: InterfaceLaw) -> str:
+    size = law.part_size
+    assert size is not None
+    verdict = (
+        "sufficient, quarters agree to" if size.sufficient else "too small, quarters differ by"
+    )
+    return f"{verdict} {percent(size.off)}"
 
 
 def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
@@ -61,6 +71,10 @@ LAW: Table = (
     Quantity(
         "resolved", "p̄(ū) resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
         text=_range,
+    ),
+    Quantity(
+        "part_size", "map size", of=lambda law: law.part_size and asdict(law.part_size),
+        text=_part_size, when=lambda law: law.part_size is not None,
     ),
     Quantity(
         "persson_length", "Persson's u₀ from the spectrum", unit="m",

@@ -84,7 +84,7 @@ def of_joint(kind: Kind, result: Any) -> ExtraChapter:
     text = (
         *(sentence(f"{row.title}: {row.text}") for row in quantities),
         *kind.sentences(result),
-        *(sentence(caution.text) for caution in own),
+        *(caution.text for caution in own),
         f"The report is on the largest of the loads, {engineering(result.largest.load, 'N')}.",
     )
     drawn = figures.drawn(kind.figures, result)

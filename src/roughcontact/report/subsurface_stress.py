@@ -11,7 +11,7 @@ from roughcontact.report import blocks, citations, contact, contact_fields, figu
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import Row, rows_of
 from roughcontact.report.kind import CellTable, Kind
-from roughcontact.report.page import PLAIN, Edition, ExtraChapter, sentence
+from roughcontact.report.page import PLAIN, Edition, ExtraChapter
 
 
 def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
@@ -31,10 +31,10 @@ def addition(stress: StressResult, onset: StressResult | None = None) -> ExtraCh
     if onset is not None:
         quantities += first_yield(onset)
     rows = (("quantity", "value"), *((row.title, row.text) for row in quantities))
-    own = tuple(c for c in stress.cautions if c not in stress.solution.cautions)
+    own = stress.own_cautions
     text = (
         "Elastic stress under the pressure found. Tension is positive.",
-        *(sentence(c.text) for c in own),
+        *(c.text for c in own),
     )
     drawn = figures.drawn(kind.figures, stress)
     works = citations.added(kind, stress)
@@ -100,9 +100,12 @@ def shown(stress: StressResult, onset: StressResult | None = None) -> Blocks:
     rows = _kind(stress).rows(stress, brief=True)
     if onset is not None:
         rows += first_yield(onset, brief=True)
-    # Those of the contact stand above, with its numbers.
-    own = tuple(c for c in stress.cautions if c not in stress.solution.cautions)
-    return [*contact.shown(stress.solution), *blocks.table(blocks.cells(rows)), Cautions(own)]
+    # Those of the contact are printed with its numbers.
+    return [
+        *contact.shown(stress.solution),
+        *blocks.table(blocks.cells(rows)),
+        Cautions(stress.own_cautions),
+    ]
 
 
 KIND = Kind(

@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.errors import ArgumentRef, InputError, Sentence, message_parts
+from roughcontact.cautions import Caution, of_several
+from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import read
 from roughcontact.formats.scale import pixel_of
 from roughcontact.memory import require_grid
@@ -18,7 +19,6 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Values
 from roughcontact.surface import nominal_bodies, placement
 from roughcontact.surface.cleaning import MOST_FILLED
-from roughcontact.surface.resolution import Limit
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
 
@@ -84,22 +84,17 @@ def prepared_by(request: Request) -> str:
     return repr(([str(path) for path in request.inputs], values))
 
 
-def resolution_notes(request: Request, maps: Sequence[Surface]) -> tuple[str, ...]:
-    """Return what limits the lateral resolution of the prepared maps, each in one sentence."""
-    measured = [surface for surface in maps if surface.provenance.instrument]
-    once: dict[str, list[tuple[Limit, str]]] = {}
-    for surface in measured:
-        for limit in surface.resolution_limits(request.get(options.TIP_RADIUS)):
-            once.setdefault(limit.cause, []).append((limit, surface.provenance.source))
-    return tuple(_of_the_coarsest(result, len(measured)) for result in once.values())
-
-
-def _of_the_coarsest(result: Sequence[tuple[Limit, str]], count: int) -> str:
-    coarsest, name = max(result, key=lambda item: item[0].wave)
-    if len(result) == count and len({limit.text for limit, _ in result}) == 1:
-        return coarsest.text
-    whose = f"{len(result)} of {count} maps, {name}: " if len(result) > 1 else f"{name}: "
-    return Sentence(whose, *message_parts(coarsest.text))
+def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
+    """Return the message on what limits the lateral resolution of the prepared maps."""
+    radius = request.get(options.TIP_RADIUS)
+    return of_several(
+        [
+            (surface.provenance.source, [x.caution for x in surface.resolution_limits(radius)])
+            for surface in maps
+            if surface.provenance.instrument
+        ],
+        "maps",
+    )
 
 
 def _on_form(surface: Surface, form: nominal_bodies.Body) -> Surface:

@@ -35,10 +35,9 @@ def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
 
 def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]:
     """Return what is known from the measurement of maps."""
-    from roughcontact.cautions import of_measurement
-    from roughcontact.request.maps import resolution_notes
+    from roughcontact.request.maps import resolution_cautions
 
-    return of_measurement(resolution_notes(request, maps))
+    return resolution_cautions(request, maps)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,16 @@ from numpy.typing import ArrayLike
 
 from roughcontact import memory, statistics
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.cautions import (
+    FEW_MAPS,
+    Caution,
+    Kind,
+    as_caution,
+    as_note,
+    few_maps,
+    of_several,
+    ordered,
+)
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -22,14 +31,14 @@ from roughcontact.studies.load_curve import spaced
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.studies.sampling_study import CURVES, NUMBERS, Sample, SamplingStudy, solve_sample
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, counted, engineering, quantity
+from roughcontact.units import Quantity, engineering, quantity
 
 Pair = tuple[int, int]
 
 # Pixels and waves that differ by less than this part are alike.
 _ALIKE = 0.05
-# Below so many maps, the interval is some ten times the standard error.
-_FEW = 3
+# Groups that a message names.
+_NAMED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +137,7 @@ class Comparison(Result):
         """What a reader of the numbers has to know, the severest first."""
         own = [*self._alike(), *self._sampled(), *self._many()]
         shared = of_samples(self.samples)
-        studied = of_samples(self.sampling) if self.sampling else []
+        studied = of_samples(self.sampling)
         known = {caution.kind for caution in (*shared, *own)}
         return ordered([*shared, *own, *(c for c in studied if c.kind not in known)])
 
@@ -138,10 +147,11 @@ class Comparison(Result):
         if _differ(pixels):
             low, high = (engineering(end, "m") for end in (min(pixels), max(pixels)))
             yield as_caution(
-                Kind.UNLIKE,
-                f"the pixels of the maps differ, {low} to {high}: finer ones show steeper slopes "
-                "and less contact, whatever the surfaces; bring the maps to one ",
+                Kind.UNLIKE_PIXEL,
+                f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common ",
                 ArgumentRef("pixel"),
+                ".",
+                ratio=max(pixels) / min(pixels),
                 smallest=min(pixels),
                 largest=max(pixels),
             )
@@ -150,12 +160,12 @@ class Comparison(Result):
         if _differ(waves, 4 * _ALIKE) and not _differ(pixels):
             low, high = (engineering(end, "m", 3) for end in (min(waves), max(waves)))
             yield as_caution(
-                Kind.UNLIKE,
-                f"the shortest waves that the maps show differ, {low} to {high}, by their optics, "
-                "noise or filters: slopes and contact area differ for that, whatever the surfaces; "
-                f"a common ",
+                Kind.UNLIKE_PIXEL,
+                f"Shortest waves differ ({low} to {high}): contact area differs for that alone. "
+                "Use a common ",
                 ArgumentRef("s"),
-                " at the longer one takes it out",
+                ".",
+                ratio=max(waves) / min(waves),
                 smallest=min(waves),
                 largest=max(waves),
             )
@@ -163,56 +173,36 @@ class Comparison(Result):
         if _differ(areas):
             low, high = (engineering(end, "m²", 3) for end in (min(areas), max(areas)))
             yield as_note(
-                Kind.UNLIKE,
-                f"the maps differ in size, {low} to {high}, and have the same nominal pressure, "
-                "not the same force; approach, largest pressure, mean gap and heights grow with "
-                "the size of a map",
+                Kind.UNLIKE_SIZE,
+                f"Map sizes differ ({low} to {high}): compare contact area, not approach or peak "
+                "pressure.",
+                ratio=max(areas) / min(areas),
                 smallest=min(areas),
                 largest=max(areas),
             )
 
     def _sampled(self) -> Iterable[Caution]:
         """Yield how far the maps stand for their surfaces."""
-        few = [group for group in self.groups if len(group.samples) < _FEW]
-        if few and not self.paired:
-            sizes = sorted({len(group.samples) for group in few})
-            text = " or ".join(counted(size, "map") for size in sizes)
-            yield as_caution(
-                Kind.FEW,
-                f"no more than {text}{_of(few)}: one map has no interval, and that of two is 13 "
-                "standard errors to each side",
-                maps=min(sizes),
-            )
-        if self.paired and len(self.groups[0].samples) < _FEW:
-            count = len(self.groups[0].samples)
-            yield as_caution(
-                Kind.FEW,
-                f"{counted(count, 'pair')} alone: one pair has no interval, and that of two is 13 "
-                "standard errors to each side",
-                maps=count,
-            )
-        parts = [group for group in self.groups if _of_one_file(group.samples)]
-        if parts:
+        fewest = min(len(group.samples) for group in self.groups)
+        if fewest < FEW_MAPS:
+            few = [group for group in self.groups if len(group.samples) == fewest]
+            yield few_maps(fewest, "pair") if self.paired else few_maps(fewest, of=_of(few))
+        if any(_of_one_file(group.samples) for group in self.groups):
             yield as_note(
                 Kind.PARTS,
-                f"the maps{_of(parts)} are parts of one map; their scatter is that within it, and "
-                "says nothing of another place, another piece or another measurement",
+                "Groups are parts of one map: scatter excludes other places, pieces and "
+                "measurements.",
             )
 
     def _many(self) -> Iterable[Caution]:
-        """Yield how many intervals there are, any of which may miss."""
+        """Yield the number of intervals, any of which may miss."""
         number, pairs = len(self.names), len(self.groups) * (len(self.groups) - 1) // 2
         if not pairs:
             return
-        shared = (
-            f"; for each number the intervals of the {pairs} pairs are so wide that all of them "
-            "hold together (Games and Howell)" if pairs > 1 else ""
-        )  # fmt: skip
         yield as_note(
             Kind.MULTIPLE,
-            f"each of {number} numbers has its own interval of {100 * statistics.LEVEL:.0f} %: "
-            f"where nothing differs, about {number * (1 - statistics.LEVEL):.1f} of them exclude "
-            f"zero by chance{shared}; choose before you look which number decides",
+            f"{number} comparisons: expect {number * (1 - statistics.LEVEL):.1f} false positives. "
+            "Decide beforehand which number counts.",
             numbers=number,
             pairs=pairs,
         )
@@ -223,8 +213,9 @@ def _differ(values: Sequence[float], part: float = _ALIKE) -> bool:
 
 
 def _of(groups: Sequence[Group]) -> str:
-    names = ", ".join(group.name for group in groups if group.name)
-    return f" of {names}" if names else ""
+    names = [group.name for group in groups if group.name]
+    named = ", ".join(names) if len(names) <= _NAMED else f"each of {len(names)} groups"
+    return f" of {named}" if names else ""
 
 
 def _of_one_file(samples: Sequence[Sample]) -> bool:
@@ -232,24 +223,9 @@ def _of_one_file(samples: Sequence[Sample]) -> bool:
     return len(set(sources)) < len(sources)
 
 
-def of_samples(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> list[Caution]:
-    """Return the cautions of the single maps, one of each kind, with whose it is."""
-    once: dict[str, list[tuple[str, Caution]]] = {}
-    for sample in samples:
-        for caution in sample.cautions:
-            once.setdefault(caution.kind, []).append((sample.name, caution))
-    result = []
-    for text in once.values():
-        name, caution = text[0]
-        texts = {item.text for _, item in text}
-        owners = list(dict.fromkeys(owner for owner, _ in text))
-        whose = f"{name}: "
-        if len(texts) == 1 and len(owners) == len(samples):
-            whose = ""
-        elif len(owners) > 1:
-            whose = f"{len(owners)} of {len(samples)} maps, {name}: "
-        result.append(replace(caution, parts=(whose, *caution.parts)) if whose else caution)
-    return result
+def of_samples(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tuple[Caution, ...]:
+    """Return the cautions of the single maps, one of each tag."""
+    return of_several([(sample.name, sample.cautions) for sample in samples], "maps")
 
 
 # --- Which surface is better: several maps of each under the same nominal pressure ---

@@ -367,7 +367,10 @@ class _Sweep:
             origins=pair.origins,
             softer=pair.softer,
             is_profile=pair.is_profile,
-            messages=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
+            messages=over_loads(
+                judged,
+                *((pair.load_unit, "loads") if self.control == "load" else ("m", "approaches")),
+            ),
             specified_load=self.specified_load,
         )
 

@@ -240,10 +240,7 @@ class LoadHistory(Result):
         advice, ceiling = plausibility.advice(largest), largest.ceiling
         if advice is None or not isinstance(ceiling, float):
             return largest.cautions
-        bodies = (largest.material, largest.counter_material)
-        caution = plausibility.indentation_caution(
-            advice, ceiling, any(body.hardens for body in bodies)
-        )
+        caution = plausibility.indentation_caution(advice, ceiling)
         return largest.cautions if caution is None else ordered([*largest.cautions, caution])
 
     def column(self, name: str) -> Array:

@@ -120,7 +120,7 @@ class LoadSearch(Result):
         """What a reader of the numbers has to know, the severest first."""
         ascending = sorted(self.answers, key=lambda answer: answer.load)
         judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
-        return ordered(dict.fromkeys([*judged, *self.extra_cautions]))
+        return ordered([*judged, *self.extra_cautions])
 
 
 # --- Where a quantity that grows with the load passes a value ---

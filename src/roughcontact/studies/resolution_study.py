@@ -156,20 +156,21 @@ class ResolutionStudy(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers of the map has to know, from this study."""
-        unsteady = [name for name in self.judged if not self.independent(name)]
-        if not unsteady:
+        changes = {
+            name: max(self.changes(name)[-2:], key=abs)
+            for name in self.judged
+            if not self.independent(name)
+        }
+        if not changes:
             return ()
-        changes = [
-            f"{QUANTITIES[name]} {' and '.join(map(changed_by, self.changes(name)[-2:]))}"
-            for name in unsteady
-        ]
+        name = max(changes, key=lambda name: abs(changes[name]))
         return (
             as_warning(
                 Kind.STUDY,
-                "the study of the resolution says not converged: from twice the pixel of the map "
-                f"to its own and to half of it results change by {100 * STEADY:.0f} % or more ("
-                f"{'; '.join(changes)})",
-                **{name: self.changes(name)[-1] for name in unsteady},
+                f"Depends on the pixel: {QUANTITIES[name]} changes by {changed_by(changes[name])} "
+                "when the pixel is halved.",
+                **{name: changes.pop(name)},
+                **changes,
             ),
         )
 

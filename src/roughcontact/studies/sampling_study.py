@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from roughcontact import statistics
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
 from roughcontact.errors import ConvergenceError, InputError, Sentence, require_positive
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -232,54 +232,47 @@ class SamplingStudy(Result):
     def _judged(self) -> Iterator[Caution]:
         """Yield where the parts do not stand for the whole."""
         errors = self.errors
-        blind = [item for item in errors if math.isnan(item.scaling)]
-        if blind:
-            yield as_caution(
-                Kind.SCALING,
-                "a map below 128 points a side has too few parts to tell whether the scatter falls "
-                "with the root of the area; error and area are at least what is told",
-                parts=max(item.parts for item in blind),
-            )
-        slow = [item for item in errors if not item.falls and item.scaling > 1]
-        if slow:
-            yield as_warning(
-                Kind.SCALING,
-                f"{_names(slow)}: neighboring parts are alike, the scatter falls more slowly than "
-                "with the root of the area; error and area are at least what is told, and waves "
-                "longer than the parts make a larger map differ in more than its error",
-                **{item.name: item.scaling for item in slow},
-            )
-        fast = [item for item in errors if not item.falls and item.scaling < 1]
-        if fast:
-            yield as_caution(
-                Kind.SCALING,
-                f"{_names(fast)}: the scatter falls faster than with the root of the area, by what "
-                "edges and single pixels do to small parts; error and area are at most what is "
-                "told",
-                **{item.name: item.scaling for item in fast},
-            )
-        drifting = [item for item in errors if abs(item.drift) > max(_DRIFT, item.relative)]
-        if drifting:
-            text = ", ".join(f"{_names([item])} {changed_by(item.drift)}" for item in drifting)
-            yield as_caution(
-                Kind.SCALING,
-                f"the parts have other means than the whole ({text}): these numbers depend on the "
-                "size of a map, and a larger one moves them by more than its error",
-                **{item.name: item.drift for item in drifting},
-            )
+        yield from self._scaling(errors)
         few = min(item.parts for item in errors) if errors else 0
         if few and few < statistics.USUAL**2:
-            yield as_caution(
-                Kind.FEW,
-                f"some errors come from {counted(few, 'part')} alone: they are told to a factor of "
-                f"{statistics.spread_of(few)[1]:.1f}",
+            yield as_note(
+                Kind.FEW_PARTS,
+                f"Only {counted(few, 'part')}: stated errors are uncertain by a factor of "
+                f"{statistics.spread_of(few)[1]:.1f}.",
                 parts=few,
             )
         yield as_note(
             Kind.PARTS,
-            "parts of one map tell of other places like this one; they say nothing of a place that "
-            "looks different, of another piece or of the instrument",
+            "Parts are of one map: scatter excludes other places, pieces and measurements.",
         )
+
+    def _scaling(self, errors: Sequence[SamplingError]) -> Iterator[Caution]:
+        """Yield why errors do not hold for larger maps: the weightiest reason."""
+        drifting = {
+            item.name: item.drift for item in errors if abs(item.drift) > max(_DRIFT, item.relative)
+        }
+        falls = {item.name: item.scaling for item in errors if not item.falls}
+        if drifting:
+            name = max(drifting, key=lambda name: abs(drifting[name]))
+            text = (
+                f"{_title(name)} depends on map size ({changed_by(drifting[name])} in the parts): "
+                "no area is large enough."
+            )
+            numbers = {name: drifting[name], **drifting}
+        elif any(math.isnan(scaling) for scaling in falls.values()):
+            text = (
+                "Too few parts: stated errors and areas are lower bounds. Use 128 points per side."
+            )
+            numbers = {}
+        elif any(scaling > 1 for scaling in falls.values()):
+            text = "Scatter falls slower than 1/√area: stated errors and areas are lower bounds."
+            numbers = falls
+        elif falls:
+            text = "Scatter falls faster than 1/√area: stated errors and areas are upper bounds."
+            numbers = falls
+        else:
+            return
+        yield as_caution(Kind.SAMPLING, text, **numbers)
 
 
 @shows_progress_bar
@@ -363,5 +356,6 @@ def sampling_study(
     return SamplingStudy(solve_sample(surface, name, pressures, problem, progress), levels)
 
 
-def _names(errors: list[SamplingError]) -> str:
-    return ", ".join(NAMES.get(item.name, item.name) for item in errors)
+def _title(name: str) -> str:
+    text = NAMES.get(name, name)
+    return text[0].upper() + text[1:]

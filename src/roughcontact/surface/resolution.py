@@ -41,7 +41,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import ArgumentRef, InputError, Sentence, require_pixel, require_positive
+from roughcontact.cautions import Caution, Kind, as_caution, as_note
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    Part,
+    Sentence,
+    message_parts,
+    require_pixel,
+    require_positive,
+)
 from roughcontact.surface import grid
 from roughcontact.surface.cleaning import largest_rectangle
 from roughcontact.surface.form import level
@@ -65,7 +74,15 @@ class Limit:
 
     cause: Cause  # What limits it
     wave: float  # The scale [m]
-    text: str  # It in one sentence
+    text: str  # It in one sentence or two
+
+    @property
+    def caution(self) -> Caution:
+        """The message on a contact of the map."""
+        false = self.cause in (Cause.TIP, Cause.NOISE)
+        return (as_caution if false else as_note)(
+            Kind.RESOLUTION, *message_parts(self.text), wave=self.wave
+        )
 
 
 # Peaks sharper than this share of the tip's curvature are the tip's (Sanner et al. 2022).
@@ -253,20 +270,17 @@ def tip_limits(
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
         requested = Sentence(
-            f"measured with a scanning probe ({instrument}): peaks narrower "
-            "than its tip, usually 5 to 20 nm in radius, appear wider, and narrower valleys "
-            "are not reached; give ", ArgumentRef("tip_radius"),
-            " for the scale below which the map shows the tip",
-        )  # fmt: skip
+            "Probe measurement without tip radius: finest peaks may show the tip. Give ",
+            ArgumentRef("tip_radius"),
+            ".",
+        )
         return [Limit(Cause.UNKNOWN_TIP, 0.0, requested)]
     scale = tip_cutoff(heights, pixel, tip_radius)
     if scale is None:
         return []
-    text = (
-        f"heights below a lateral scale of {_in_pixels(scale, pixel)} reflect the tip of "
-        f"radius {units.engineering(tip_radius, 'm', 3)} and not the surface"
-    )
-    return [Limit(Cause.TIP, scale, text)]
+    radius = units.engineering(tip_radius, "m", 3)
+    text = f"{_below(scale, pixel)} the map shows the tip (radius {radius}), not the surface. "
+    return [Limit(Cause.TIP, scale, Sentence(text, *_filtered(scale)))]
 
 
 def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
@@ -279,20 +293,20 @@ def wave_limits(heights: Array, pixel: tuple[float, float]) -> list[Limit]:
     limits = []
     wave = noise_cutoff(part, pixel)
     if wave is not None:
-        text = (
-            f"waves shorter than {_in_pixels(wave, pixel)} cannot be told from noise: slopes, "
-            "curvatures and pressures at that scale are those of the noise"
-        )
-        limits.append(Limit(Cause.NOISE, wave, text))
+        text = f"{_below(wave, pixel)} the map is noise: elastic area and pressure too. "
+        limits.append(Limit(Cause.NOISE, wave, Sentence(text, *_filtered(wave))))
     wave = smoothing_cutoff(part, pixel)
     if wave is not None:
         text = (
-            f"the map holds hardly any waves shorter than {_in_pixels(wave, pixel)}: it was "
-            "smoothed, or sampled finer than the instrument resolves, or the surface is smooth"
+            f"No detail {_below(wave, pixel).lower()}: smoothed, oversampled, or a smooth surface."
         )
         limits.append(Limit(Cause.SMOOTHING, wave, text))
     return limits
 
 
-def _in_pixels(length: float, pixel: tuple[float, float]) -> str:
-    return f"{units.engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels along x)"
+def _below(length: float, pixel: tuple[float, float]) -> str:
+    return f"Below {units.engineering(length, 'm', 3)} ({length / pixel[1]:.1f} pixels)"
+
+
+def _filtered(wave: float) -> tuple[Part, ...]:
+    return "Use ", ArgumentRef("s", units.engineering(wave, "m", 3)), "."

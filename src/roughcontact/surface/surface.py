@@ -171,7 +171,7 @@ class Surface(Displayable):
         return summary(self.heights, self.pixel)
 
     def resolution_notes(self, tip_radius: Quantity | None = None) -> tuple[str, ...]:
-        """Return the `resolution_limits` of the map, each in one sentence."""
+        """Return the `resolution_limits` of the map, each in one sentence or two."""
         return tuple(limit.text for limit in self.resolution_limits(tip_radius))
 
     def resolution_limits(self, tip_radius: Quantity | None = None) -> tuple[resolution.Limit, ...]:

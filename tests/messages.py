@@ -1,0 +1,20 @@
+"""What a message may be: one or two short sentences."""
+
+from __future__ import annotations
+
+from roughcontact.cautions import Caution
+from roughcontact.errors import render_message
+
+MOST_WORDS = 20
+
+
+def fault(caution: Caution) -> str:
+    """Return what is wrong with the text of a message, nothing if it is right."""
+    text = render_message(caution.parts)
+    if len(text.split()) > MOST_WORDS:
+        return f"{len(text.split())} words: {text}"
+    if text[:1].islower() or not text.endswith("."):
+        return f"no sentence: {text}"
+    if ";" in text or text.count(":") > 1:
+        return f"several clauses: {text}"
+    return ""
