@@ -10,7 +10,7 @@ from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
 from roughcontact.report import blocks
 from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import ANSWER, PROBLEM, Quantity, Table
+from roughcontact.report.fields import ANSWER, PROBLEM, Quantity, Table, rows_of
 from roughcontact.report.kind import Kind
 from roughcontact.units import engineering, percent
 
@@ -143,8 +143,19 @@ def shown(result: Estimate) -> Blocks:
     return [*(block for part in parts for block in blocks.table(part)), Cautions(result.cautions)]
 
 
+def _headlines(result: Estimate) -> tuple[str, ...]:
+    return tuple(row.key for row in rows_of(ESTIMATE, result))
+
+
+def question(result: Estimate) -> str:
+    """Return the question that an estimate answers."""
+    pressure = engineering(result.pressure, "Pa")
+    return f"How much of a nominally flat surface is in contact at {pressure}?"
+
+
 KIND = Kind(
-    Estimate, ESTIMATE,
+    Estimate, ESTIMATE, question=question,
+    headlines=_headlines,
     works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
     blocks=shown,
 )  # fmt: skip

@@ -1,9 +1,9 @@
-"""A kind of result: all that console, report, page and files tell of it, in one object."""
+"""A kind of result: all that console, report, page and files show of it, in one object."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from roughcontact._version import __version__
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
+from roughcontact.report.assumptions import Assumption, Case
 from roughcontact.report.fields import (
     ANSWER,
     Columns,
@@ -25,6 +26,7 @@ from roughcontact.report.fields import (
     stored_columns,
 )
 from roughcontact.report.figure_data import Illustrations
+from roughcontact.report.page import Block, PageTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +40,10 @@ def _none(_: Any) -> tuple[Any, ...]:
 
 def _empty(_: Any) -> str:
     return ""
+
+
+def _nothing(*_: Any, **more: Any) -> list[Any]:
+    return []
 
 
 def _itself(result: Any) -> Any:
@@ -54,18 +60,27 @@ class Kind:
     when: Callable[[Any], bool] = lambda _: True
     listed: bool = False  # Whether the summary has the columns, too
     brief: bool = True  # Whether a session shows the main rows alone
-    title: str = ""  # Of its chapter in the report on the contact that it is of
     problem: Callable[[Any], str] = _empty  # Bodies and load in one line
     question: Callable[[Any], str] = _empty  # What was asked, the title of its report
     answer: Callable[[Any], str] = _empty  # The answer in one sentence, with its interval
     sentences: Callable[[Any], tuple[str, ...]] = _none
+    headlines: Callable[[Any], tuple[str, ...]] = _none  # Keys of its key numbers
+    numbers: Callable[[Any], PageTable] | None = None  # A table of them instead
+    meaning: Callable[[Any], str] = _empty  # What they mean, in a sentence or two
+    inputs: Callable[[Any], list[Block]] | None = None  # What went in, besides a contact
+    details: Callable[..., list[Block]] = _nothing  # What its report shows besides
+    case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
+    assumptions: Sequence[Assumption] = ()  # Besides those of a contact
+    method: Callable[[Any], list[Block]] = _nothing  # How it is solved, besides a contact
+    checked: Callable[[Any], tuple[str, ...]] = _none  # What it was checked for
+    script: Callable[[Any], str] = _empty  # Python that repeats it
     figures: Illustrations = ()  # Of reports, and for `--figures`
     scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
     plots: tuple[Callable[..., Figure], ...] = ()
     contact: Callable[[Any], Any] | None = None  # `contact(result)` is the contact that it is of
+    largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    report: Callable[..., str] | None = None
     blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
