@@ -22,7 +22,7 @@ from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
-from roughcontact.material.material import Material, contact_modulus
+from roughcontact.material.material import Material, contact_modulus, softer
 from roughcontact.report import phrases
 from roughcontact.report.phrases import is_rigid
 from roughcontact.studies.load_history import LoadHistory
@@ -160,7 +160,9 @@ def _beyond(case: Case) -> str:
 
 
 def _periodic(case: Case) -> bool:
-    return bool(case.boundary.periodic_axes) and case.boundary is not Boundary.PERIODIC_Y
+    # A profile that ends is one period along y.
+    ends = case.is_profile and case.boundary is Boundary.PERIODIC_Y
+    return bool(case.boundary.periodic_axes) and not ends
 
 
 def _ceiling(case: Case) -> str:
@@ -170,10 +172,10 @@ def _ceiling(case: Case) -> str:
     )  # fmt: skip
     if not case.reached:
         return f"{text}; no point reaches it"
-    strength = case.bodies[0].yield_strength or case.bodies[1].yield_strength
-    if strength is None or math.isnan(case.slope):
+    body = softer(*case.bodies)
+    if body is None or body.yield_strength is None or math.isnan(case.slope):
         return text
-    return f"{text}; E*h′/σ_Y = {case.modulus * case.slope / strength:.3g}"
+    return f"{text}; E*h′/σ_Y = {case.modulus * case.slope / body.yield_strength:.3g}"
 
 
 def _yields(case: Case) -> bool:
@@ -289,9 +291,9 @@ ASSUMPTIONS = (
     Assumption("Periodic sample", _beyond, "waves are longer than the map", _periodic),
     Assumption("Body ends at the map edge", _beyond, "the map is a sample of a larger face",
                lambda c: not _periodic(c)),
-    Assumption("Approach of a free profile", lambda c: "zero displacement at a distance of "
-               f"{engineering(c.size[1], 'm', 3)}", "approach or stiffness is used",
-               lambda c: c.is_profile and not _periodic(c)),
+    Assumption("Datum of the approach", lambda c: "a line load displaces nothing at a distance of "
+               f"{engineering(c.size[1] if c.is_profile else max(c.size), 'm', 3)}",
+               "approach or stiffness is used", lambda c: len(c.boundary.periodic_axes) == 1),
     Assumption("Small slopes", _slope, f"the slope is above {LARGE_SLOPE:g}"),
     Assumption("Small strains", _strain, f"above {LARGE_STRAIN:g}", lambda c: not _yields(c)),
     Assumption("Small strains", _plastic_strain, f"either is above {LARGE_STRAIN:g}", _yields),
