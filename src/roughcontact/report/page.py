@@ -82,10 +82,11 @@ class Picture:
         # As many dots as before: a map needs one for each of its cells.
         figure.set_dpi(DPI * max(wide / inches, 1.0))
         if self.width == HALF:
-            # The caption tells what a title has no room for.
+            # The caption says what titles and notes have no room for.
             for axes in figure.axes:
                 axes.set_title("")
             figure.suptitle("")
+            figure.supxlabel("")
         return figure
 
 
