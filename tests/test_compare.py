@@ -259,7 +259,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     assert row[0] == "contact_fraction"
     assert float(row[4]) == contact["value"]
     report = places["html"].read_text("utf-8")
-    assert "For honed less ground, the 95 % interval excludes zero in real contact" in report
+    assert "Honed less ground: significant (95 %) in real contact" in report
     assert report.count("<figure") == 2
     told = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
     for words in (
