@@ -12,7 +12,6 @@ from roughcontact._version import __version__
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
-from roughcontact.report.assumptions import Assumption, Case
 from roughcontact.report.fields import (
     ANSWER,
     Columns,
@@ -25,11 +24,13 @@ from roughcontact.report.fields import (
     stored,
     stored_columns,
 )
-from roughcontact.report.figure_data import Illustrations
-from roughcontact.report.page import Block, PageTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from roughcontact.report.assumptions import Assumption, Case
+    from roughcontact.report.figure_data import Illustrations
+    from roughcontact.report.page import Block, PageTable
 
 Use = tuple[str, tuple[Reference, ...]]
 
