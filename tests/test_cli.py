@@ -1227,7 +1227,7 @@ def test_stress_of_a_ball_is_hertz(tmp_path: Path, capsys: Capture) -> None:
     assert files(tmp_path) == {
         "s.nc", "s.html", "stress-depth.png", "stress-section.png", "stress-map.png",
     }  # fmt: skip
-    assert "Stress below the surface" in report.read_text(encoding="utf-8")
+    assert "How large is the stress below" in report.read_text(encoding="utf-8")
     assert app.main(["stress", *ball, *YIELDING, "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
     # 0.620 of the largest pressure; radius and depth are known to some of 20 pixels.

@@ -270,8 +270,8 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
         "3 GPa, three times the yield strength",
         "free: the map is all that touches",
         "leveled: least-squares plane subtracted",
-        "What is assumed",
-        "Two errors follow: about half its square",
+        "The model assumes In this case Matters if",
+        "rms slope",
     ):
         assert words.lower() in told.lower(), words
 
