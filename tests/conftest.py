@@ -136,3 +136,15 @@ def undrawn(monkeypatch):
     # Width and height, as a PNG file has them.
     empty = bytes(16) + (640).to_bytes(4, "big") + (480).to_bytes(4, "big")
     monkeypatch.setattr(export, "pngs", lambda drawings, processes=1: [empty] * len(drawings))
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Leave the figures of reports undrawn: they take most of the time."""
+    from roughcontact.plots import export
+
+    def undrawn(drawings, processes):
+        assert all(draw().axes for draw in drawings)
+        return [bytes(24)] * len(drawings)
+
+    monkeypatch.setattr(export, "pngs", undrawn)

@@ -198,7 +198,9 @@ def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
 
 def test_remarks_stay_with_a_result(tmp_path: Path) -> None:
     remark = Caution(Kind.RESOLUTION, ("The tip was blunt.",), Severity.NOTE, {"radius": 1e-8})
-    result = dataclasses.replace(rc.solve(ball(), material=STEEL, load=1e-2), extra_cautions=(remark,))
+    result = dataclasses.replace(
+        rc.solve(ball(), material=STEEL, load=1e-2), extra_cautions=(remark,)
+    )
     result.save(tmp_path / "result.nc")
     again = rc.read_result(tmp_path / "result.nc")
     assert again.cautions == result.cautions == (remark,)

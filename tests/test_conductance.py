@@ -252,7 +252,8 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert "42CrMo4, ρ 220 nΩ m, k 42.6 W/(m K)" in shown
     assert "what the joint adds to the bodies of one period" in " ".join(shown.split())
     assert (tmp_path / "joint.png").stat().st_size > 1000
-    assert "What the contact conducts" in (tmp_path / "joint.html").read_text("utf-8")
+    text = (tmp_path / "joint.html").read_text("utf-8")
+    assert "How well do heat and current cross the joint" in text
     assert len((tmp_path / "joint.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)

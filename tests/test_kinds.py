@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -64,9 +64,7 @@ KIND = Kind(
     ),
     (Column("pitch", "pitch", unit="Hz"),),
     listed=True,
-    title="How it squeaks",
-    answer=lambda found: f"It squeaks at {found.steps[-1].pitch:g} Hz.",
-    numbers=lambda found: ((), [("loudest pitch", f"{found.steps[-1].pitch:g} Hz")]),
+    question=lambda _: "How does it squeak?",
     sentences=lambda _: ("A sentence about squeaks.",),
     figures=(Illustration("pitches", pitches, "Pitches.", "Pitch over the step."),),
     plots=(pitches,),
@@ -128,16 +126,22 @@ def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) ->
     assert "solver" in cites
     squeaking.report(tmp_path / "out.html")
     text = (tmp_path / "out.html").read_text(encoding="utf-8")
-    for told in ("How it squeaks", "Pitch over the step.", "880 Hz", "A sentence about squeaks."):
+    for told in (
+        "How does it squeak?",
+        "Pitch over the step.",
+        "880 Hz",
+        "A sentence about squeaks.",
+    ):
         assert told in text
 
 
-def test_a_kind_without_a_report_says_so(tmp_path: Path) -> None:
-    curve = rc.sweep(
-        rc.Surface(*rc.reference_map(32)), material=rc.Material(210e9, 0.3), loads=[0.1, 0.2]
-    )
-    with pytest.raises(rc.InputError, match="no report on a LoadCurve alone"):
-        curve.report(tmp_path / "out.html")
+def test_a_kind_without_a_question_has_no_report(
+    squeaking: Squeaking, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mute = replace(KIND, question=lambda _: "")
+    monkeypatch.setattr(kinds, "KINDS", (mute,))
+    with pytest.raises(rc.InputError, match="no report on a Squeaking alone"):
+        squeaking.report(tmp_path / "out.html")
 
 
 def test_every_kind_is_listed_once_and_the_narrower_first() -> None:

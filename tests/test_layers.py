@@ -107,7 +107,6 @@ GROWING = {
     "studies.resolution_study": {"_Study"},
     "joint.interface_law": {"_Samples"},
     "ranks": {"Exchange"},
-    "report.page": {"Chapter", "Picture"},
     "elastoplastic.solve": {"_Run"},
 }
 

@@ -219,7 +219,7 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert "narrowest place along y" in shown
     assert "flow out of balance" in shown
     assert (tmp_path / "leak.png").stat().st_size > 1000
-    assert "What leaks through the gap" in (tmp_path / "leak.html").read_text("utf-8")
+    assert "How much leaks past" in (tmp_path / "leak.html").read_text("utf-8")
     assert len((tmp_path / "leak.csv").read_text("utf-8").splitlines()) == 3
     assert app.main([*words[:-2], "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)

@@ -67,15 +67,15 @@ def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_
     assert "--load (line load) needs a nominal cylinder" in capsys.readouterr().err
 
 
-def test_a_report_on_a_profile_says_what_it_cannot_know(trace, tmp_path):
+def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
     page, result = tmp_path / "r.html", tmp_path / "r.nc"
     figures = ["--figures", str(tmp_path / "f.png")]
     assert solved(trace, "--report", str(page), "--output", str(result), *figures) == app.SOLVED
     text = page.read_text(encoding="utf-8")
     for words in (
-        "What a profile cannot know", "not the real contact area of a surface",
-        "at a distance of the length of the profile, 500 µm", "Rsm", "ISO 21920-2",
-        "Contact of trace.txt under 20 kN/m", "profile of 500 µm, 1000 points",
+        "Straight ridges", "the surface is rough in both directions",
+        "at a distance of 500 µm", ">R</th>", "ISO 21920-2",
+        "How much of trace.txt is in contact under 20 kN/m?", "1000 of a profile",
     ):  # fmt: skip
         assert words in text
     for words in (" of the map", "1 m × ", "m²", "contact area of the map"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
-from roughcontact.report import citations, comparison, kinds, surface as surface_kind
+from roughcontact.report import citations, kinds, surface as surface_kind
 from roughcontact.result import Displayable, Result
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.studies.sampling_study import SamplingStudy
@@ -329,6 +330,6 @@ def test_a_comparison_cites_its_intervals(compared: rc.Comparison) -> None:
     assert not {"Welch1947", "Games1976", "Searle1992"} & keys(alone)
     study = SamplingStudy(compared.groups[0].samples[0], {})
     assert keys(study.references()) == keys(alone)
-    text = comparison.render(compared)
-    assert "References" in text
-    assert all(f"@article{{{key}," in text for key in ("Student1908", "Games1976"))
+    text = kinds.render(compared)
+    assert "@article" not in text
+    assert all(work.text in unescape(text) for work in found if work.authors)

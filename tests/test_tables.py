@@ -6,13 +6,13 @@ import html
 import json
 import math
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import roughcontact as rc
 from roughcontact.cli import console
@@ -27,7 +27,6 @@ from roughcontact.report import (
     kinds,
     load_curve as curves,
     load_history,
-    page,
     subsurface_stress,
     uncertainty,
 )
@@ -51,21 +50,12 @@ from roughcontact.request import solve, subsurface_stress as stress_task
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
 
+pytestmark = pytest.mark.usefixtures("quick")
+
 
 def ball(points: int = 24, radius: float = 1e-2, side: float = 4e-4) -> rc.Surface:
     x = (np.arange(points) - (points - 1) / 2) * side / points
     return rc.Surface(-(x[:, None] ** 2 + x**2) / (2 * radius), (side / points, side / points))
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the figures undrawn: they take most of the time of a report."""
-
-    def undrawn(draw: Any, alt: str, caption: str) -> page.Picture:
-        draw()
-        return page.Picture(caption, alt, "AAAA", 1, 1)
-
-    monkeypatch.setattr(page, "picture", undrawn)
 
 
 @pytest.fixture(scope="module")
@@ -97,28 +87,13 @@ def text_of(markup: str) -> str:
     return " ".join(html.unescape(re.sub(r"<[^>]*>", " ", markup)).split())
 
 
-def text_with(solved: rc.ContactResult, addition: page.ExtraChapter) -> str:
-    return text_of(contact.render(solved, additions=[addition]))
-
-
 def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
     """Return what console and report tell of a kind of result, and what JSON keeps."""
-    solved = request.getfixturevalue("solved")
     result = request.getfixturevalue(kind)
-    report: Callable[[], str]
     console.show_result(result, solve.TASK)
-    if kind == "solved":
-        report = lambda: text_of(contact.render(result))  # noqa: E731
-    elif kind == "pressed":
-        report = lambda: text_of(elastoplastic.render(result))  # noqa: E731
-    elif kind == "below":
-        report = lambda: text_with(solved, subsurface_stress.addition(result))  # noqa: E731
-    elif kind == "history":
-        report = lambda: text_of(load_history.render_history(result))  # noqa: E731
-    else:
-        report = lambda: text_of(contact.render(solved, curve=result))  # noqa: E731
     shown = " ".join(capsys.readouterr().out.split())
-    return shown, report(), json.loads(json.dumps(result.summary(), default=str))
+    kept = json.loads(json.dumps(result.summary(), default=str))
+    return shown, text_of(kinds.render(result)), kept
 
 
 TABLES: dict[str, Any] = {
@@ -268,11 +243,16 @@ def test_figures_are_named_after_those_of_the_report(
     kinds_told = (contact.KIND, elastoplastic.KIND, subsurface_stress.KIND)
     assert offered == tuple(figures.names(kind.figures) for kind in kinds_told)
     drawn = []
-    added = figures.Illustration(
-        "sketch", lambda scene: drawn.append(scene.result), "A sketch.", "What it looks like."
-    )
+
+    def sketch(scene: Any) -> Figure:
+        drawn.append(scene.result)
+        figure = Figure()
+        figure.subplots()
+        return figure
+
+    added = figures.Illustration("sketch", sketch, "A sketch.", "What it looks like.")
     tell_more(monkeypatch, contact, figures=added)
-    assert "What it looks like." in text_of(contact.render(solved))
+    assert "What it looks like." in text_of(kinds.render(solved))
     assert figures.names(contact.KIND.figures)[-1] == "sketch"
     kinds.drawings(solved)["sketch"]()
     assert drawn == [solved, solved]

@@ -7,7 +7,7 @@ comparison.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from roughcontact.deprecated import Renamed
@@ -133,8 +133,6 @@ class Result(Displayable):
         """Return the papers behind what was used for it, as text and as BibTeX."""
         return face().references(self)
 
-    def report(
-        self, path: Path, command: str = "", additions: Sequence[Any] = (), study: Any = None
-    ) -> None:
+    def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
         """Write a report that needs no other file and prints to A4."""
-        face().report(self, path, command, additions=additions, study=study)
+        face().report(self, path, command, study=study, onset=onset)

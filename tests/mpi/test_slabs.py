@@ -133,7 +133,7 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     assert "least-squares plane" in " ".join(found.surface.provenance.steps)
     page = report.read_text(encoding="utf-8")
     assert page.count("data:image/png") == 3
-    assert "2 ranks" in page
+    assert '<th scope="row">Ranks</th><td>2</td>' in page
 
 
 def test_a_nominal_pressure_is_told_as_it_was_given(tmp_path, folder):

@@ -60,16 +60,6 @@ class Boundary(StrEnum):
         return _BEYOND[self].meaning
 
     @property
-    def heading(self) -> str:
-        """Heading of the assumption."""
-        return _BEYOND[self].heading
-
-    @property
-    def assumption(self) -> str:
-        """In sentences, for a reader of the results."""
-        return _BEYOND[self].assumption
-
-    @property
     def works(self) -> tuple[str, ...]:
         """Keys of the works that its response of the half-space is from."""
         return _BEYOND[self].works
@@ -272,8 +262,8 @@ class _Beyond(NamedTuple):
     ----------
     periodic_axes : tuple of int
         Axes along which the map goes on beyond an edge on the opposite side: 0 y, 1 x.
-    meaning, heading, assumption : str
-        In a few words; heading of the assumption; in sentences, for a reader of the results.
+    meaning : str
+        In a few words.
     works : tuple of str
         Keys, in `roughcontact.references`, of the works that the response is from.
     operator : callable
@@ -291,8 +281,6 @@ class _Beyond(NamedTuple):
 
     periodic_axes: tuple[int, ...]
     meaning: str
-    heading: str
-    assumption: str
     works: tuple[str, ...]
     operator: Callable[..., Convolution]
     known_below: bool = False
@@ -345,14 +333,6 @@ def _strip(axis: int) -> _Beyond:
     return _Beyond(
         (axis,),
         f"the map is one period of a strip that is endless along {along} and ends along {across}",
-        f"Half-spaces, map periodic along {along}",
-        f"The map is one period of an endless strip: it repeats along {along}, and there is no "
-        f"contact beyond its edges along {across}. The load is that on one period, and every spot "
-        f"feels its copies along {along}. A measured map does not fit its own opposite edge; the "
-        "seam is then a step that the surface does not have. A line load displaces a half-space "
-        "without bound, so the approach needs a datum: a uniform line load along "
-        f"{along} is taken to displace nothing at a distance of the longer side of the map. "
-        "Pressures and gaps under a given load do not depend on it.",
         ("Johnson1985", "DLMF"),
         partial(_endless, axis=axis),
         of_profile="periodic-y" if axis == 0 else "periodic",
@@ -364,8 +344,6 @@ _BEYOND = {
     Boundary.FREE: _Beyond(
         (),
         "the map is all that touches",
-        "Half-spaces, free boundary",
-        "The map is all that touches: there is no contact outside of it.",
         ("Johnson1985", "Love1929"),
         _free,
         known_below=True,
@@ -375,11 +353,6 @@ _BEYOND = {
     Boundary.PERIODIC: _Beyond(
         (0, 1),
         "the map is one period of an endless surface",
-        "Half-spaces, periodic map",
-        "The map is one period of an endless surface: it repeats in x and y, the load "
-        "is that on one period, and every spot feels the copies of all others. A measured "
-        "map does not fit its own opposite edge; the seam is then a step that the surface "
-        "does not have.",
         ("Johnson1985", "Stanley1997"),
         _periodic,
         known_below=True,

@@ -96,7 +96,7 @@ def png(figure: Figure) -> bytes:
     shown_on, dpi = figure.canvas, figure.dpi
     canvas: Any = FigureCanvasAgg(figure)
     try:
-        figure.set_dpi(DPI)
+        figure.set_dpi(max(dpi, DPI))
         canvas.draw()
     finally:
         figure.set_dpi(dpi)

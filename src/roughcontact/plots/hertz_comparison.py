@@ -86,7 +86,7 @@ def versus_hertz(result: ContactResult) -> Figure:
     axes.set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
     axes.set_title(f"Beside Hertz at {load_text(result)}{doubt(result)}", fontsize=TITLE)
     plain_axes(axes)
-    legend_below(axes, columns=3)
+    legend_below(axes, columns=1)
     return figure
 
 

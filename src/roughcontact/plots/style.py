@@ -41,7 +41,7 @@ The axes have more dots than that, so that drawing to the nearest cell leaves no
 UPRIGHT = 0.45
 """Height over width of a map up to which the colour bar lies on top of it."""
 
-TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 9.5
+TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 10.5
 """Sizes of text [points]."""
 
 MISSING, OPEN, CLOSED, OVER, NEUTRAL = "#c4c4c4", "#f1f1ee", "#d55e00", "#000000", "#444444"

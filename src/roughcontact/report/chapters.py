@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import platform
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from roughcontact._version import __version__
-from roughcontact.cautions import Caution
 from roughcontact.contact.hertz_comparison import limits
-from roughcontact.contact.nominal_hertz import LINE
-from roughcontact.contact.pair import BODIES
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.share import Slab
 from roughcontact.contact.spots import Spots
 from roughcontact.elastoplastic import result as depth
 from roughcontact.elastoplastic.plastic_body import LayerProfile
@@ -26,7 +20,6 @@ from roughcontact.errors import InputError
 from roughcontact.material.material import Material
 from roughcontact.plots.hertz_comparison import versus_hertz
 from roughcontact.report import (
-    assumptions,
     contact_fields as of_profile,
     figures,
     hertz_comparison as smooth,
@@ -38,20 +31,14 @@ from roughcontact.report.fields import (
     Quantity,
     Row,
     Table,
-    Table as Quantities,
     capital,
     rows_of,
     side_by_side,
 )
 from roughcontact.report.kind import Kind
-from roughcontact.report.page import Cells, Chapter, ExtraChapter, PageTable
-from roughcontact.surface.roughness import cutoff
+from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 # Spots whose share of the load is told.
 _LARGEST = 10
@@ -69,32 +56,16 @@ def _share_of_load(result: Spotted, count: int) -> str:
     return percent(min(float(load[:count].sum()) / float(load.sum()), 1.0))
 
 
-def _largest_area(result: Spotted) -> str:
-    largest = float(result.spots.area[0])
-    share = percent(largest / result.result.contact_area)
-    return f"{engineering(largest, 'm²')} ({share} of the contact area)"
-
-
 SPOTS: Table = (
-    Quantity("count", "number of spots", of="spots.count"),
-    Quantity("mean_area", "mean area", unit="m²", of=lambda s: float(s.spots.area.mean())),
+    Quantity("count", "contact spots", of="spots.count", meaning="connected pixels in contact"),
     Quantity(
-        "largest_area", "largest area", unit="m²", of=lambda s: float(s.spots.area[0]),
-        text=_largest_area,
+        "largest_area", "largest spot", unit="m²", of=lambda s: float(s.spots.area[0]),
+        text=lambda s: f"{engineering(float(s.spots.area[0]), 'm²')}, "
+        f"{_share_of_load(s, 1)} of the load",
+        meaning="area, and the load that it carries",
     ),
     Quantity(
-        "largest_load", "load on the largest", unit="N", of=lambda s: float(s.spots.load[0]),
-        text=lambda s: f"{engineering(float(s.spots.load[0]), 'N')} "
-        f"({_share_of_load(s, 1)} of the load)",
-    ),
-    Quantity(
-        "largest_loads", f"load on the {_LARGEST} largest",
-        of=lambda s: float(s.spots.load[:_LARGEST].sum()),
-        text=lambda s: f"{_share_of_load(s, _LARGEST)} of the load",
-        when=lambda s: s.spots.count > _LARGEST,
-    ),
-    Quantity(
-        "carrying_pixels", "pixels of a load-carrying spot",
+        "carrying_pixels", "pixels of a load-bearing spot",
         meaning="spots of at least this size carry half of the load",
         of=lambda s: load_bearing_spot_pixels(s.result, s.spots),
     ),
@@ -171,150 +142,14 @@ YIELDING: Table = (
     ),
     Quantity("layers", "layers", of=lambda b: b.body.thickness.size, text=_layers),
 )  # fmt: skip
-"""Of one body of the volume model, `Yielding`."""
+"""Of one body that yields, `Yielding`."""
 
 
-# --- Chapters that all reports share ---
+# --- Blocks that reports are made of ---
 
 
-RIGHT_PROBLEM = "Whether it is the right problem is for the assumptions to say."
-"""What no certificate knows."""
-
-_LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
-
-
-def subtitle(result: ContactResult) -> str:
-    """Return bodies, size and grid in one line."""
-    ny, nx = result.pair.shape
-    height, width = (engineering(side, "m", 3) for side in result.pair.size)
-    other = result.counter_surface
-    grid = f"{height} × {width}, {ny} × {nx} points (y × x)"
-    if isinstance(result.share, Slab):
-        grid += f", on {result.share.ranks.count} ranks"
-    if result.pair.is_profile:
-        grid = f"profile of {width}, {nx} points"
-    against = "a flat counter-body"
-    if other is not None:
-        against = other.provenance.source or "a second measured surface"
-    return f"{_body(result.material)} against {against} ({_body(result.counter_material)}); {grid}"
-
-
-def _body(material: Material) -> str:
-    if math.isinf(material.young):
-        return "rigid"
-    stiffness = f"E {engineering(material.young, 'Pa')}"
-    return f"{material.name}, {stiffness}" if material.name else stiffness
-
-
-def show(
-    chapter: Chapter, table: figures.Illustrations, scene: Any, part: str = figures.RESULTS
-) -> None:
-    """Add the figures of a table that belong to a chapter."""
-    for entry in table:
-        if entry.chapter == part and entry.when(scene):
-            alt, caption = entry.words(scene)
-            chapter.add("figure", page.picture(partial(entry.draw, scene), alt, caption))
-
-
-def prepared(result: ContactResult) -> list[Chapter]:
-    """Return the chapters on the maps, their preparation and their roughness."""
-    surfaces = [result.surface]
-    names = ["map"]
-    if result.counter_surface is not None:
-        surfaces.append(result.counter_surface)
-        names = list(BODIES.values())
-    chapter = Chapter("Input and preparation")
-    table = inputs.table_of(result.surface)
-    facts = [(row.title, *texts) for row, texts in side_by_side(table, surfaces)]
-    chapter.add("table", PageTable(facts, ("", *names) if len(names) > 1 else ()))
-    for surface, name in zip(surfaces, names, strict=True):
-        of = f" of the {name}" if len(names) > 1 else ""
-        if surface.provenance.steps:
-            chapter.add("text", f"Preparation{of}, in this order:")
-            chapter.add("steps", [page.sentence(step) for step in surface.provenance.steps])
-        else:
-            chapter.add("text", f"Preparation{of}: none recorded; the heights are as given.")
-        table_of_figures = figures.PROFILE_MAP if surface.is_profile else figures.MAP
-        show(chapter, table_of_figures, figures.MapScene(surface, of), figures.PREPARATION)
-    if result.surface.is_profile:
-        return [chapter, _profile_roughness(surfaces, names)]
-    roughness = Chapter("Roughness of the prepared surface")
-    roughness.add(
-        "text",
-        "Parameters of ISO 25178-2, of the heights as they were pressed; no filter is applied "
-        "beyond the preparation above.",
-    )
-    for surface, name in zip(surfaces, names, strict=True):
-        if any(step.method == "with_form" for step in surface.provenance.operations):
-            of = f" of the {name}" if len(names) > 1 else ""
-            roughness.add(
-                "text",
-                f"A nominal form was added to the heights{of}: the form is in them, and so in "
-                "these parameters. Those of the roughness alone are found without it.",
-            )
-    roughness.add("table", _roughness_table(surfaces, names))
-    for surface, name in zip(surfaces, names, strict=True):
-        of = f" of the {name}" if len(names) > 1 else ""
-        show(roughness, figures.MAP, figures.MapScene(surface, of), figures.ROUGHNESS)
-    return [chapter, roughness]
-
-
-def _profile_roughness(surfaces: Sequence[Surface], names: Sequence[str]) -> Chapter:
-    chapter = Chapter("Roughness of the prepared profile")
-    for surface, name in zip(surfaces, names, strict=True):
-        of = f" of the {name}" if len(names) > 1 else ""
-        wave = cutoff(surface.size[1])
-        rest = (
-            f"R without the waves beyond λc = {engineering(wave, 'm')}, the largest of the "
-            "standard of which five fit into the profile, by the Gaussian filter of ISO 16610-21."
-            if wave
-            else "R not determined: five of the smallest λc, 80 µm, do not fit into the profile."
-        )
-        chapter.add(
-            "text",
-            f"Parameters of ISO 21920-2{of}: P with all waves of the heights as they were pressed, "
-            f"{rest}",
-        )
-        heads = ("parameter", "P: all waves", "R: without λc", "meaning")
-        chapter.add("table", PageTable(inputs.profile_parameters(surface), heads))
-    return chapter
-
-
-def _roughness_table(surfaces: Sequence[Surface], names: Sequence[str]) -> PageTable:
-    columns = []
-    for surface in surfaces:
-        try:
-            columns.append(surface.roughness())
-        except InputError:
-            # Holes that leave no point both of its neighbours.
-            columns.append({})
-    rows = [
-        (
-            name,
-            *(inputs.parameter(name, values) for values in columns),
-            meaning,
-        )
-        for name, (_, meaning) in inputs.ROUGHNESS.items()
-    ]
-    values = tuple(names) if len(names) > 1 else ("value",)
-    return PageTable(rows, ("parameter", *values, "meaning"))
-
-
-def problem(result: ContactResult, specified: Iterable[Row], model: str) -> Chapter:
-    """Return the chapter on materials and load."""
-    bodies = (result.material, result.counter_material)
-    return pressed(bodies, cells(specified), inputs.bodies(model, result.pair.is_profile))
-
-
-def pressed(
-    bodies: tuple[Material, Material], specified: Sequence[Cells], table: Quantities
-) -> Chapter:
-    """Return the chapter on two materials and what was asked for, as rows of a page."""
-    chapter = Chapter("Materials and load")
-    rows = [(row.title, *texts) for row, texts in side_by_side(table, bodies)]
-    chapter.add("table", PageTable(rows, ("", "body", "counter-body")))
-    chapter.add("table", PageTable(specified))
-    return chapter
+# Rows of steps that a report shows of many.
+_MANY = 24
 
 
 def cells(rows: Iterable[Row]) -> list[Cells]:
@@ -322,151 +157,214 @@ def cells(rows: Iterable[Row]) -> list[Cells]:
     return [(row.title, row.text, row.meaning) for row in rows]
 
 
-def quantities(rows: Iterable[Row]) -> PageTable:
-    """Return rows as a table of a page."""
-    return PageTable(cells(rows), ("quantity", "value", "meaning"))
-
-
-def facts(kind: Kind, result: Any) -> tuple[Cells, ...]:
-    """Return what is told of a result of many steps as a whole."""
-    rows = [*kind.rows(result), *kind.rows(result, TRUST)]
-    return tuple((row.title, row.text) for row in rows)
-
-
 def headlines(kind: Kind, result: Any, keys: Iterable[str]) -> list[Cells]:
     """Return what a report says first: names, values and remarks."""
     return cells(replace(kind.row(result, key), symbol="") for key in keys)
 
 
-def stated(result: ContactResult, spots: Spots) -> tuple[assumptions.Statement, ...]:
-    """Return what a contact takes for granted."""
-    if result.pair.is_profile:
-        return assumptions.profile_statements(result, spots)
-    return assumptions.statements(result, spots)
+def table(rows: Sequence[Cells], head: Cells = (), style: str = "") -> list[Block]:
+    """Return the block of a table, if it has rows."""
+    return [Block("table", PageTable(rows, head, style))] if rows else []
 
 
-def assumed(stated: Iterable[assumptions.Statement], cautions: Sequence[Caution]) -> Chapter:
-    """Return the chapter on what is taken for granted, and what puts it in doubt."""
-    chapter = Chapter("What is assumed")
-    chapter.add(
-        "text",
-        "The numbers of this report are those of a model. It takes the following for granted; "
-        "where one of them does not hold for the part at hand, neither do the numbers.",
-    )
-    chapter.add("terms", [(item.topic, item.text, item.doubts(cautions)) for item in stated])
-    return chapter
+def quantities(rows: Iterable[Row]) -> list[Block]:
+    """Return the block of rows with their meaning."""
+    told = cells(rows)
+    if not any(meaning for _, _, meaning in told):
+        return table([(name, text) for name, text, _ in told], style="key")
+    return table(told, ("quantity", "value", "meaning"), "wide")
 
 
-def smooth_beside_rough(result: ContactResult) -> list[Chapter]:
-    """Return the chapter on Hertz's contact of the nominal bodies; none where none is given."""
-    contact = result.hertz
-    if contact is None or not smooth.applies(result):
-        return []
-    chapter = Chapter("Smooth beside rough")
-    chapter.add(
-        "text",
-        "The nominal bodies without their roughness, under the same load, in closed form (Hertz; "
-        f"Johnson 1985, chapter 4): {smooth.bodies(contact)}. {smooth.SIZE}",
-    )
-    rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
-    chapter.add("table", PageTable(rows, ("", *smooth.HEADS[1:])))
-    if contact.approach is None:
-        chapter.add("text", _NO_APPROACH[contact.shape.kind == LINE])
-    chapter.add("text", _VALIDITY)
-    for limit in limits(result):
-        kind = "warning" if limit.severity == "warning" else "text"
-        chapter.add(kind, page.sentence(limit.text))
-    chapter.add(
-        "figure",
-        page.picture(
-            partial(versus_hertz, result),
-            "Pressure against the distance from the middle of the contact, here and after Hertz.",
-            "Pressure here, its mean and its largest value "
-            + ("on lines along the cylinder" if contact.shape.kind == LINE
-               else "on rings of the shape of Hertz's contact")
-            + ", and Hertz's of the smooth bodies.",
-        ),
-    )  # fmt: skip
-    return [chapter]
+def steps(kind: Kind, result: Any, count: int = _MANY) -> list[Block]:
+    """Return the block of the steps of a result: of many so many, evenly spaced."""
+    head, rows = kind.listing(result)
+    chosen = spaced(rows, count)
+    blocks = table(chosen, head)
+    if len(chosen) < len(rows):
+        blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; --output writes all."))
+    return blocks
 
 
-_NO_APPROACH = {
-    True: "Hertz's line contact has no approach of its own here: a line load displaces a "
-    "half-space without bound.",
-    False: "Hertz's approach is that of a contact alone on its half-space, and not given beside "
-    "that of a map which repeats.",
-}
+def spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
+    """Return rows, of many so many, evenly spaced, the first and the last among them."""
+    if len(rows) <= count:
+        return list(rows)
+    return [rows[round(index * (len(rows) - 1) / (count - 1))] for index in range(count)]
 
-_VALIDITY = (
-    "Hertz's numbers hold for smooth, elastic bodies whose contact is small beside their radii, "
-    "lies within the map and has no neighbors. Roughness spreads the same load over a wider "
-    "region of single spots; the approach here counts from the first touch of the highest peak."
+
+def pictures(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
+    """Return the figures of a table that belong to a chapter."""
+    return [
+        Picture(partial(entry.draw, scene), *entry.words(scene), entry.width)
+        for entry in table
+        if entry.chapter == chapter and entry.when(scene)
+    ]
+
+
+def shown(table: figures.Illustrations, scene: Any, chapter: str = figures.RESULTS) -> list[Block]:
+    """Return the blocks of the figures of a table that belong to a chapter."""
+    return [Block("figure", item) for item in pictures(table, scene, chapter)]
+
+
+# --- Input ---
+
+
+def maps(result: ContactResult) -> list[Block]:
+    """Return the blocks on the maps of a contact, their preparation and their roughness."""
+    names = ["map", "counter-body"]
+    surfaces: list[Any] = [result.share]
+    if result.counter_surface is not None:
+        surfaces.append(result.counter_surface)
+    facts = side_by_side(inputs.table_of(result.share), surfaces)
+    rows: list[Cells] = [(row.title, *texts) for row, texts in facts]
+    prepared = ("; ".join(map(str, s.provenance.steps)) or "none recorded" for s in surfaces)
+    rows.append(("Preparation", *prepared))
+    head = ("", *names) if len(surfaces) > 1 else ()
+    style = "" if len(surfaces) > 1 else "key"
+    blocks = []
+    # Of a map that several ranks hold there is no picture.
+    measured = [s for s in surfaces if not (result.pair.is_shared or _is_nominal(s))]
+    if not measured or result.pair.is_profile:
+        blocks += table(rows, head, style)
+    for surface in measured:
+        of = " of the counter-body" if surface is result.counter_surface else ""
+        entry = figures.PROFILE_MAP if surface.is_profile else figures.MAP
+        (picture,) = pictures((entry,), figures.MapScene(surface, of), figures.FILES)
+        beside = surface is measured[0] and not surface.is_profile
+        blocks.append(
+            Block("aside", (picture, [PageTable(rows, head, style)])) if beside
+            else Block("figure", picture)
+        )  # fmt: skip
+    for surface in measured:
+        blocks += _roughness(surface, surface is result.counter_surface)
+    return blocks
+
+
+def _is_nominal(surface: Surface) -> bool:
+    # A body that was moved has its name alone from where it was made.
+    return surface.provenance.source.startswith("nominal ")
+
+
+def _roughness(surface: Surface, is_second: bool) -> list[Block]:
+    """Return the parameters of a map or profile, names above values."""
+    norm = "ISO 21920-2" if surface.is_profile else "ISO 25178-2"
+    blocks = [Block("head", f"Roughness{' of the counter-body' if is_second else ''} ({norm})")]
+    if surface.is_profile:
+        parameters = inputs.profile_parameters(surface)
+        heads, primary, filtered, _ = zip(*parameters, strict=True)
+        rows = [("P", *primary), ("R", *filtered)]
+        return blocks + table(rows, ("", *(head.split(",")[0][1:] for head in heads)))
+    try:
+        values = surface.roughness()
+    except InputError:
+        # Holes that leave no point both of its neighbors.
+        values = {}
+    for head in _PARAMETERS:
+        blocks += table([tuple(inputs.parameter(name, values) for name in head)], head)
+    if any(step.method == "with_form" for step in surface.provenance.operations):
+        blocks.append(Block("small", "The nominal form that was added is in these parameters."))
+    return blocks
+
+
+_PARAMETERS: tuple[Cells, ...] = (
+    ("Sq", "Sa", "Sz", "Ssk", "Sku", "Sdq"),
+    ("Sal", "Str", "Sk", "Spk", "Svk", "Smr1"),
 )
 
 
-def contact_spots(result: ContactResult, spots: Spots) -> Chapter:
-    """Return the chapter on number, size and load of the spots."""
-    what = "segments" if result.pair.is_profile else "spots"
-    chapter = Chapter(f"Contact {what}")
-    if spots.count == 0:
-        chapter.add("text", "The bodies do not touch.")
-        return chapter
-    if result.pair.is_profile:
-        chapter.add("table", PageTable(of_profile.segments(result, spots), ("", "value", "")))
-        return chapter
-    chapter.add(
-        "text",
-        "A spot is a set of touching pixels joined by their edges. Its area decides how it "
-        "carries heat and current, how far below it yielding begins, and whether the map resolves "
-        "it.",
-    )
-    chapter.add("table", quantities(rows_of(SPOTS, Spotted(result, spots))))
-    show(chapter, figures.CONTACT, figures.ContactScene(result), figures.SPOTS)
-    return chapter
-
-
-def added(addition: ExtraChapter) -> Chapter:
-    """Return a chapter that another result adds."""
-    chapter = Chapter(addition.title)
-    for paragraph in addition.text:
-        chapter.add("text", paragraph)
-    if addition.facts:
-        chapter.add("table", PageTable(addition.facts))
-    if addition.table:
-        head, *rows = addition.table
-        chapter.add("table", PageTable(rows, head))
-    for caption, figure in addition.figures:
-        chapter.add("figure", page.picture(partial(_itself, figure), caption, caption))
-    return chapter
-
-
-def _itself(figure: Figure) -> Figure:
-    return figure
-
-
-def repetition(version: str, command: str, lines: str) -> Chapter:
-    """Return the chapter on how to get the same result again."""
-    chapter = Chapter("How to repeat it")
-    if command:
-        chapter.add("text", "The command that gave this result:")
-    elif lines:
-        chapter.add("text", "This script solves the same problem:")
-    if command or lines:
-        chapter.add("code", command or lines)
-    else:
-        chapter.add(
-            "text",
-            "No load was reached, hence there is nothing to repeat; all input is in this report.",
-        )
-    rows: list[Cells] = [
-        ("roughcontact", f"{version or 'unknown'} (solved), {__version__} (this report)"),
-        *((name, _installed(name)) for name in _LIBRARIES),
-        ("Python", platform.python_version()),
-        ("System", platform.platform()),
+def bodies(pair: tuple[Material, Material], specified: Iterable[Row], model: Table) -> list[Block]:
+    """Return the blocks on two materials, where their values are from, and on the problem."""
+    rows = [(row.title, *texts) for row, texts in side_by_side(model, pair, brief=True)]
+    sources = "; ".join(inputs.sources(pair))
+    return [
+        Block("head", "Bodies and load"),
+        *table(rows, ("property", "body", "counter-body")),
+        *([Block("small", f"Sources: {sources}.")] if sources else []),
+        *table([(name, text) for name, text, _ in cells(specified)], style="key"),
     ]
-    chapter.add("text", "Versions where this report was written:")
-    chapter.add("table", PageTable(rows))
-    return chapter
+
+
+# --- Results ---
+
+
+def spots(result: ContactResult) -> list[Cells]:
+    """Return number, size and load of the spots, in rows."""
+    found = result.spots()
+    if found.count == 0:
+        return [("Contact spots", "none", "the bodies do not touch")]
+    if result.pair.is_profile:
+        return list(of_profile.segments(result, found))
+    return cells(rows_of(SPOTS, Spotted(result, found)))
+
+
+def with_hertz(result: ContactResult) -> list[Block]:
+    """Return the blocks on Hertz's contact of the nominal bodies; none where none is given."""
+    contact = result.hertz
+    if contact is None or not smooth.applies(result):
+        return []
+    rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
+    picture = Picture(
+        partial(versus_hertz, result),
+        "Pressure against the distance from the middle of the contact, here and after Hertz.",
+        "Mean and maximum pressure over the distance from the middle, and that of the smooth "
+        "bodies. Look how far roughness spreads the load.",
+        page.HALF,
+    )
+    return [
+        Block("head", "Compared with the smooth bodies (Hertz)"),
+        Block("small", f"{capital(smooth.bodies(contact))}. {smooth.SIZE}"),
+        Block("aside", (picture, [PageTable(rows, ("", *smooth.HEADS[1:]))])),
+        *(Block("small", page.sentence(limit.text)) for limit in limits(result)),
+    ]
+
+
+# --- Method, repetition ---
+
+
+RIGHT_PROBLEM = "It verifies the solution of this model; sections 3 and 4 cover the model itself."
+"""What a certificate does not say."""
+
+_LIBRARIES = ("numpy", "scipy", "ducc0", "matplotlib")
+
+
+def trust(kind: Kind, result: Any, checked: Sequence[str]) -> list[Block]:
+    """Return the blocks on how exactly a result is solved, and what it was checked for."""
+    rows = [(row.title, row.text) for row in kind.rows(result, TRUST, brief=True)]
+    return [
+        *table(rows, style="key"),
+        *([Block("small", f"Checked: {', '.join(checked)}.")] if checked else []),
+    ]
+
+
+def certificate(result: ContactResult) -> list[Block]:
+    """Return the blocks on the method of a contact and its certificate."""
+    kernel = "plane strain" if result.pair.is_profile else f"the {result.boundary} half-space"
+    below = "" if result.ceiling is None else " and at most the ceiling"
+    return [
+        Block(
+            "text",
+            "The pressure minimizes the elastic energy of two half-spaces without overlap; it is "
+            f"nowhere negative{below}. The displacement is an FFT convolution with the kernel of "
+            f"{kernel}.",
+        ),
+        Block(
+            "text",
+            "Certificate: ε = ‖p − clip(p − g/K₀₀, 0, p_lim)‖ / ‖p‖, with pressure p, ceiling "
+            "p_lim, and a gap g computed again from p; K₀₀ is the displacement of a pixel under "
+            "unit pressure. Zero means: no overlap without pressure, no pressure across a gap, "
+            f"yielding only at the ceiling. {RIGHT_PROBLEM}",
+        ),
+    ]
+
+
+def repetition(version: str, command: str, script: str, what: str) -> list[Block]:
+    """Return the blocks on how to get the same result again."""
+    blocks = [Block("code", command)] if command else []
+    if not command and script:
+        blocks = [Block("text", f"This script solves {what}:"), Block("code", script)]
+    versions = ", ".join(f"{name} {_installed(name)}" for name in _LIBRARIES)
+    solved = f"roughcontact {version or __version__}"
+    return [*blocks, Block("small", f"{solved}, {versions}. The same input gives the same digits.")]
 
 
 def _installed(name: str) -> str:

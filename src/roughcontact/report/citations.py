@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from roughcontact.contact.calibrated_ceiling import CALIBRATED
@@ -15,7 +15,6 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited
 from roughcontact.report.kind import Kind, Use
-from roughcontact.report.page import Chapter, ExtraChapter
 from roughcontact.studies.comparison import Comparison
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.surface.provenance import Operation, Provenance
@@ -40,23 +39,9 @@ def of(kind: Kind, result: Any) -> References:
     return _gathered([*contact, *kind.works(result)])
 
 
-def added(kind: Kind, result: Any) -> References:
-    """Return what a further chapter of a report cites besides the contact that it is of."""
-    return _gathered(kind.works(result))
-
-
-def chapter(works: References, additions: Sequence[ExtraChapter] = ()) -> Chapter:
-    """Return the chapter of a report that lists its works, as text and as BibTeX."""
-    for addition in additions:
-        works += addition.references
-    result = Chapter("References")
-    result.add("text", "The works behind what was used here, by what they were used for.")
-    for purpose, listed in works.uses:
-        result.add("text", f"{purpose[:1].upper()}{purpose[1:]}:")
-        result.add("steps", [work.text for work in listed])
-    result.add("text", "The same for BibTeX:")
-    result.add("code", works.bibtex.rstrip())
-    return result
+def known(works: References) -> list[str]:
+    """Return the works whose authors or publishers are known, one line each."""
+    return [work.text for work in works if work.authors or work.year]
 
 
 def _gathered(uses: Iterable[Use]) -> References:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import statistics
@@ -25,7 +24,6 @@ from roughcontact.report import (
     citations,
     contact_fields,
     inputs,
-    page,
     phrases,
     problem,
 )
@@ -44,9 +42,9 @@ from roughcontact.report.fields import (
     stored,
     within,
 )
-from roughcontact.report.figure_data import Illustration
+from roughcontact.report.figure_data import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind, Use
-from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, joined
+from roughcontact.report.page import WIDE, Block
 from roughcontact.statistics import Difference, Mean
 from roughcontact.studies.comparison import Comparison
 from roughcontact.studies.sampling_study import WANTED, Sample, SamplingError, SamplingStudy
@@ -462,236 +460,115 @@ _TERMS = (
 _FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
 
 
-def render(
-    result: Comparison | SamplingStudy,
-    edition: Edition = PLAIN,
-) -> str:
-    """Return a report as the text of an HTML file."""
-    if isinstance(result, SamplingStudy):
-        text, first = [_sampling(result), *_problem(result, [result.whole])], _of_study(result)
-        verdict = f"{answer(result)}."
-    else:
-        text, first, verdict = _chapters(result), _first(result), _verdict(result)
-    return page.render(
-        [
-            *text,
-            chapters.repetition(__version__, edition.command, ""),
-            citations.chapter(citations.of(kind_of(result), result)),
-        ],
-        title=_title(result),
-        subtitle=f"Nominal pressure {engineering(result.pressure, 'Pa')} on every map",
-        edition=edition,
-        status="converged",
-        key_numbers=first,
-        regime="",
-        regime_text=verdict,
-        certificate=_certificates(result),
-        cautions=result.cautions,
-        checked=(),
-    )
-
-
-def _title(result: Comparison | SamplingStudy) -> str:
-    if isinstance(result, SamplingStudy):
-        return f"How sure the numbers of {result.name} are"
+def question(result: Comparison) -> str:
+    """Return the question that a comparison answers."""
+    pressure = engineering(result.pressure, "Pa")
     names = [group.name for group in result.groups if group.name]
     if result.preload_pressure is not None:
-        return f"{counted(len(result.groups[0].samples), 'map')} before and after a first loading"
-    if not 1 < len(names) <= _NAMED:
-        return _counts(result)
-    *maximum, last = names
-    return f"{', '.join(maximum)} and {last}"
-
-
-def _counts(result: Comparison) -> str:
-    groups = f" in {counted(len(result.groups), 'group')}" if len(result.groups) > 1 else ""
-    return f"Comparison of {counted(len(result.samples), 'map')}{groups}"
-
-
-def _first(result: Comparison) -> list[Cells]:
-    keys = [name for name in _FIRST if name in result.names]
-    heads = [group.name for group in result.groups]
-    return [
-        (
-            capital(name_of(name)),
-            " / ".join(
-                told(name, result.mean(index, name).value, digits=3)
-                for index in range(len(result.groups))
-            ),
-            " / ".join(heads) if len(heads) > 1 else "mean of all maps",
-        )
-        for name in keys
-    ]
-
-
-def _of_study(study: SamplingStudy) -> list[Cells]:
-    return [
-        (
-            capital(name_of(item.name)),
-            f"±{part(item.relative)}",
-            f"{FIVE} needs {side(item.area)}",
-        )
-        for item in study.errors
-    ]
-
-
-def _verdict(result: Comparison) -> str:
-    """Return in words which differences exclude zero."""
+        count = counted(len(result.groups[0].samples), "map")
+        return f"What does a first loading change on {count} at {pressure}?"
     if len(result.groups) < 2:
-        return f"Means of {counted(len(result.samples), 'map')}, each with its {LEVEL} interval."
-    sentences = []
+        return f"How much do {counted(len(result.samples), 'map')} scatter at {pressure}?"
+    if not 1 < len(names) <= _NAMED:
+        return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
+    *others, last = names
+    return f"Do {', '.join(others)} and {last} differ at {pressure}?"
+
+
+def _meaning(result: Comparison) -> str:
+    """Return which differences are significant."""
+    if len(result.groups) < 2:
+        return f"Means with their {LEVEL} intervals (s: standard deviation)."
+    text = []
     for first, second in result.differences(result.names[0]):
         differ = [
             name_of(name)
             for name in result.names
             if result.differences(name)[first, second].excludes_zero
         ]
-        pair = pair_of(result, first, second)
-        sentences.append(
-            f"For {pair}, the {LEVEL} interval excludes zero in {', '.join(differ)}."
-            if differ
-            else f"For {pair}, no {LEVEL} interval excludes zero."
-        )
-    return " ".join(sentences)
+        text.append(f"{capital(pair_of(result, first, second))}: significant ({LEVEL}) "
+                    f"in {', '.join(differ) or 'nothing'}.")  # fmt: skip
+    return " ".join(text)
 
 
-def _certificates(result: Comparison | SamplingStudy) -> str:
-    if isinstance(result, SamplingStudy):
-        return ""
-    row = kind_of(result).row(result, "worst_certificate")
-    return (
-        f"Certificates of {counted(len(result.samples), 'map')}: {row.text}. They say how exactly "
-        "each contact is solved, and the intervals how far the maps stand for their surfaces."
-    )
-
-
-def _chapters(result: Comparison) -> list[Chapter]:
+def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
     head, rows = means(result)
-    numbers = Chapter(f"Numbers under {engineering(result.pressure, 'Pa')}")
-    numbers.add("text", f"Each cell: {MEANS}.")
-    numbers.add("table", PageTable(rows, head))
-    _show(
-        numbers, partial(draw_numbers, result, name_of, unit_of),
-        "Each dot is a map; thick lines are means, the bar beside each its interval. Where two or "
-        "three maps make it much wider than they lie apart, it runs out of the panel.",
-    )  # fmt: skip
-    chapters = [numbers]
+    blocks = [Block("head", f"Means ({MEANS})"), *chapters.table(rows, head)]
     if len(result.groups) > 1:
-        chapters.append(_comparison_differences(result))
-    if len(result.pressures) > 1:
-        chapters.append(_curves(result))
-    chapters += [_sampling(study) for study in result.sampling]
-    return [*chapters, _maps(result), *_problem(result, result.samples)]
+        head, rows = differences(result)
+        how = (
+            "Student's t of the pairs" if result.paired
+            else "Welch's t" if len(result.groups) == 2
+            else "Games and Howell, for all pairs at once"
+        )  # fmt: skip
+        blocks += [Block("head", f"Differences ({LEVEL} intervals by {how})")]
+        blocks += chapters.table(rows, head)
+        shares, split = components(result)
+        if split:
+            blocks += [Block("head", "Scatter between and within groups (one-way, random effects)")]
+            blocks += chapters.table(split, shares)
+    for study in result.sampling:
+        blocks += [Block("head", f"The area that is needed: {study.name}")]
+        blocks += [Block("text", f"{answer(study)}."), *chapters.steps(SAMPLING_KIND, study)]
+        blocks += chapters.shown(SAMPLING_KIND.figures, study, FRONT)
+    return blocks
 
 
-def _comparison_differences(result: Comparison) -> Chapter:
-    chapter = Chapter("Differences")
-    head, rows = differences(result)
-    how = (
-        "Student's t of the pairs" if result.paired
-        else "Welch's t, for groups that may scatter unequally" if len(result.groups) == 2
-        else "Games and Howell: for each number the intervals of all pairs hold together"
-    )  # fmt: skip
-    chapter.add(
-        "text",
-        f"Intervals of {LEVEL} by {how}. Where one excludes zero, so small a number of maps would "
-        "seldom differ as much by chance alone; where it does not, they may still differ by what "
-        "the interval holds. The relative difference is that over the mean of the group that is "
-        "subtracted.",
-    )
-    chapter.add("table", PageTable(rows, head))
-    shares, split = components(result)
-    if split:
-        chapter.add(
-            "text",
-            "How the scatter of all maps splits into that between groups and that within (one-way, "
-            "random effects). Where groups are pieces and maps places on them, the first is how "
-            "the pieces differ; where groups are instruments or lenses on one piece, it is the "
-            "instrument. Few groups leave the share wide open.",
-        )
-        chapter.add("table", PageTable(split, shares))
-    return chapter
-
-
-def _curves(result: Comparison) -> Chapter:
-    chapter = Chapter("Load curves")
-    _show(
-        chapter, partial(curves, result, name_of, unit_of),
-        f"Each map a thin line over the nominal pressure, the mean of each group a thick one with "
-        f"the band of its {LEVEL} interval at every pressure.",
-    )  # fmt: skip
-    return chapter
-
-
-def _sampling(study: SamplingStudy) -> Chapter:
-    chapter = Chapter(f"The area that is needed: {study.name}")
-    parts = ", ".join(str(len(level)) for level in study.levels.values())
-    chapter.add("text", f"{answer(study)}.")
-    chapter.add(
-        "text",
-        f"The map was cut into {parts} equal parts; each was leveled and pressed by itself under "
-        "the same nominal pressure. Their scatter gives the error of the whole, which falls with "
-        "the root of the area as long as parts are independent.",
-    )
-    head, rows = SAMPLING_KIND.listing(study)
-    chapter.add("table", PageTable(rows, head))
-    _show(
-        chapter, partial(draw_sampling, study, name_of),
-        "Half of the interval over the side of a square: dots of single parts, squares of the map, "
-        f"lines by the root of the area; {FIVE} is dashed.",
-    )  # fmt: skip
-    return chapter
-
-
-def _maps(result: Comparison) -> Chapter:
-    chapter = Chapter("Maps")
-    rows: list[Cells] = [
-        (
-            sample.name,
-            group.name,
-            lengths(sample.size),
-            lengths(sample.pixel),
-            engineering(sample.shortest_wave, "m", 3),
-        )
+def _maps(result: Comparison) -> list[Cells]:
+    return [
+        (sample.name, group.name, lengths(sample.size), lengths(sample.pixel),
+         engineering(sample.shortest_wave, "m", 3))
         for group in result.groups
         for sample in group.samples
-    ]
-    head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
-    chapter.add("table", PageTable(rows, head))
-    rows = [(row.title, row.text) for row in kind_of(result).rows(result, TRUST)]
-    chapter.add("table", PageTable(rows))
-    _prepared(chapter, result.samples)
-    return chapter
+    ]  # fmt: skip
 
 
-def _prepared(chapter: Chapter, samples: Sequence[Sample]) -> None:
-    """Add how the maps were prepared, once if all of them were alike."""
-    steps = [tuple(page.sentence(step) for step in item.curve.preparation) for item in samples]
+def _prepared(samples: Sequence[Sample]) -> list[Block]:
+    """Return how the maps were prepared, once if all of them were alike."""
+    steps = ["; ".join(item.curve.preparation) or "none recorded" for item in samples]
     if len(set(steps)) > 1:
-        rows = [
-            (item.name, joined(*text) or "none recorded")
-            for item, text in zip(samples, steps, strict=True)
-        ]
-        chapter.add("table", PageTable(rows, ("map", "preparation")))
-    elif steps[0]:
-        chapter.add("text", "Preparation of each map, in this order:")
-        chapter.add("steps", list(steps[0]))
-    else:
-        chapter.add("text", "Preparation: none recorded; the heights are as given.")
+        rows = [(item.name, text) for item, text in zip(samples, steps, strict=True)]
+        return chapters.table(rows, ("map", "preparation"))
+    return [Block("text", f"Preparation of each map: {steps[0]}.")]
 
 
-def _problem(result: Comparison | SamplingStudy, samples: Sequence[Sample]) -> list[Chapter]:
-    """Return the chapters on what was pressed how, and on what is assumed."""
+def _inputs(result: Comparison | SamplingStudy) -> list[Block]:
+    """Return the blocks on the maps and on what was pressed how."""
+    samples = [result.whole] if isinstance(result, SamplingStudy) else result.samples
     specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
-    stated = assumptions.comparison_statements(samples)
+    listed: list[Block] = []
+    if isinstance(result, Comparison):
+        rows = chapters.spaced(_maps(result), _MANY)
+        head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
+        listed = chapters.table(rows, head)
+    bodies = chapters.bodies(samples[0].bodies, specified, inputs.bodies("ceiling"))
+    return [*listed, *_prepared(samples), *bodies]
+
+
+# Maps that the input of a report lists.
+_MANY = 16
+
+
+def _method(_: Comparison) -> list[Block]:
     return [
-        chapters.pressed(samples[0].bodies, chapters.cells(specified), inputs.bodies("ceiling")),
-        chapters.assumed(stated, result.cautions),
+        Block(
+            "text",
+            "Each map is solved by itself under the nominal pressure. The certificates say how "
+            "exactly; the intervals say how well the maps represent their surfaces.",
+        )
     ]
 
 
-def _show(chapter: Chapter, draw: Callable[[], Figure], caption: str) -> None:
-    chapter.add("figure", page.picture(draw, caption, caption))
+def _sampling_method(study: SamplingStudy) -> list[Block]:
+    parts = ", ".join(str(len(level)) for level in study.levels.values())
+    return [
+        Block(
+            "text",
+            f"The map was cut into {parts} equal parts; each was leveled and solved by itself. "
+            "Their scatter gives the error of the whole, which falls with the root of the area as "
+            "long as parts are independent.",
+        )
+    ]
 
 
 def overview(result: Comparison) -> Figure:
@@ -792,13 +669,39 @@ def shown(result: Comparison | SamplingStudy) -> Blocks:
 
 KIND = Kind(
     Comparison, COMPARISON, COMPARISON_COLUMNS, works=citations.of_comparison,
-    figures=(Illustration("comparison", overview, "", ""),), report=render, blocks=shown,
-    problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
+    figures=(
+        Illustration("comparison", overview, "", "", FILES),
+        Illustration(
+            "", lambda result: draw_numbers(result, name_of, unit_of),
+            "Numbers of each map and means of each group with their intervals.",
+            f"Dots are maps, thick lines means, bars their {LEVEL} intervals.", FRONT, WIDE,
+        ),
+        Illustration(
+            "", lambda result: curves(result, name_of, unit_of),
+            "Numbers of each map over the nominal pressure.",
+            f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
+            RESULTS, WIDE, lambda result: len(result.pressures) > 1,
+        ),
+    ),
+    blocks=shown, question=question, problem=_first_problem, answer=_first_answer,
+    numbers=_first_numbers, remarks=_first_remarks, meaning=_meaning, inputs=_inputs,
+    details=_details, case=lambda result: assumptions.of_samples(result.samples), method=_method,
 )  # fmt: skip
 SAMPLING_KIND = Kind(
     SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
-    figures=(Illustration("sampling", sampling, "", ""),), report=render, blocks=shown,
+    figures=(
+        Illustration(
+            "sampling", sampling, "Half of the interval over the side of a square.",
+            "Half of the interval over the side of a square: parts (dots), this map (squares), "
+            f"root of the area (lines). {FIVE} is dashed.", FRONT,
+        ),
+    ),
+    blocks=shown, inputs=_inputs, method=_sampling_method,
     problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
+    question=lambda study: (
+        f"Is {study.whole.name} large enough at {engineering(study.pressure, 'Pa')}?"
+    ),
+    case=lambda study: assumptions.of_samples([study.whole]),
 )  # fmt: skip
 
 

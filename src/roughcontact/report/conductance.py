@@ -20,14 +20,12 @@ from roughcontact.joint.conductance import (
 )
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, problem
+from roughcontact.report import contact_fields, figures, phrases, problem
+from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import changed_by, engineering, percent, plain
-
-TITLE = "What the contact conducts"
-"""Of the chapter in a report."""
 
 
 def _body(number: int) -> Callable[[Conductance], dict[str, Any]]:
@@ -240,6 +238,20 @@ def sentences(result: Conductance) -> tuple[str, ...]:
     )  # fmt: skip
 
 
+def question(result: Conductance) -> str:
+    """Return the question that a conductance answers."""
+    names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
+    verb = "does" if len(names) == 1 else "do"
+    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.loads(result)}?"
+
+
+_ASSUMPTIONS = (
+    Assumption("All of the contact conducts", lambda r: "film included" if r.film or r.thermal_film
+               else "no oxide or other film", "the bodies carry films"),
+    Assumption("The gap conducts nothing", lambda r: "air or oil: see the rows above",
+               "gas, oil or radiation carry heat", _thermal),
+)  # fmt: skip
+
 # --- What is said first ---
 
 
@@ -295,10 +307,11 @@ def _remarks(result: Conductance) -> tuple[str, ...]:
 
 
 KIND = Kind(
-    Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, title=TITLE, sentences=sentences,
-    figures=figures.CONDUCTANCE, contact=attrgetter("largest"), answer=_answer, numbers=_numbers,
-    remarks=_remarks,
+    Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
+    answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
+    assumptions=_ASSUMPTIONS, sentences=sentences, figures=figures.CONDUCTANCE,
+    contact=attrgetter("largest"),
     works=lambda _: (
         cited("conductance from the stiffness", "Barber2003"),
         cited("resistance of the spots", "Holm1967", "Greenwood1966"),

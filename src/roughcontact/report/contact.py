@@ -1,187 +1,207 @@
-"""A report on a result: one HTML file that needs nothing else and prints to A4.
+"""The report on a contact; also the part of other reports on the contact under the largest load.
 
-Everything in it comes from the results that are handed over; nothing is solved here.
+Everything in it comes from the results that are handed over, but the elastic solution.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from roughcontact.cautions import ordered
 from roughcontact.contact import plausibility
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.contact.share import Share, Slab
-from roughcontact.contact.solve import with_ceiling
-from roughcontact.errors import ConvergenceError, InputError, InsufficientMemoryError
+from roughcontact.contact.share import Slab
+from roughcontact.errors import ConvergenceError, InsufficientMemoryError
 from roughcontact.formats import export
 from roughcontact.plots import cells, maps, profiles as draw
 from roughcontact.plots.sections import pressure_histogram, section
-from roughcontact.references import NO_REFERENCES
 from roughcontact.report import (
     blocks,
     chapters,
-    citations,
     contact_fields,
+    estimate,
     figures,
     hertz_comparison,
     inputs,
-    load_curve as curves,
-    page,
+    phrases,
     problem,
     python_script,
     regimes,
     uncertainty,
 )
-from roughcontact.report.blocks import Block, Blocks, Cautions, Lines
+from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.fields import (
     ABSENT,
-    ANSWER,
     PROBLEM,
-    TRUST,
     Row,
     capital,
     quantity_of,
     rows_of,
-    side_by_side,
 )
+from roughcontact.report.figure_data import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind
-from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, ExtraChapter, PageTable
-from roughcontact.studies.load_curve import LoadCurve
+from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy
 from roughcontact.studies.uncertainty import Interval
-from roughcontact.units import changed_by, counted, engineering, percent
+from roughcontact.units import changed_by, counted, engineering
 
 
-def render(
-    result: ContactResult,
-    edition: Edition = PLAIN,
-    *,
-    elastic: ContactResult | None = None,
-    usual: ContactResult | None = None,
-    curve: LoadCurve | None = None,
-    study: ResolutionStudy | None = None,
-    additions: Sequence[ExtraChapter] = (),
-) -> str:
-    """Return a report as the text of an HTML file."""
-    _check_alike(result, elastic=elastic, usual=usual)
-    answer = _chapters(result, elastic, usual, study)
-    if curve is not None:
-        answer.append(curves.chapter(curve))
-    if study is not None:
-        answer.append(_study(study))
-    answer += [chapters.added(addition) for addition in additions]
-    lines = "" if result.pair.is_shared else python_script.repeating(result)
-    answer += [exactness(result), chapters.repetition(result.version, edition.command, lines)]
-    works = citations.of(KIND, result) + (
-        NO_REFERENCES if curve is None else citations.of(curves.KIND, curve)
-    )
-    answer.append(citations.chapter(works, additions))
-    return page.render(
-        answer,
-        title=_title(result),
-        subtitle=chapters.subtitle(result),
-        edition=edition,
-        status=result.status,
-        key_numbers=_key_numbers(result),
-        regime=result.regime,
-        regime_text=regimes.regime(result),
-        certificate=_certificate_in_short(result),
-        cautions=ordered([*result.cautions, *(c for a in additions for c in a.cautions)]),
-        checked=plausibility.checked(result),
-    )
+def question(result: ContactResult) -> str:
+    """Return the question that a contact answers."""
+    name, under = phrases.source(result.share.provenance), phrases.under(result)
+    smooth = result.hertz if not result.pair.is_shared else None
+    if result.control == "approach":
+        return f"Which load does {name} carry {under}?"
+    if smooth is not None:
+        return f"How large is the contact of {name} {under}?"
+    return f"How much of {name} is in contact {under}?"
 
 
-def _chapters(
-    result: ContactResult,
-    elastic: ContactResult | None,
-    usual: ContactResult | None,
-    study: ResolutionStudy | None,
-) -> list[Chapter]:
-    """Return what every report on a contact has."""
-    kind = kind_of(result)
-    specified = [kind.row(result, result.control), *kind.rows(result, PROBLEM)]
-    if result.pair.is_shared:
-        pressed = chapters.problem(result, specified, "ceiling")
-        return [_input(result.share), pressed, results_chapter(result, study)]
-    spots = result.spots()
-    stated = chapters.stated(result, spots)
-    answer = [
-        *chapters.prepared(result),
-        chapters.problem(result, specified, "ceiling"),
-        chapters.assumed(stated, result.cautions),
-        results_chapter(result, study),
-        *chapters.smooth_beside_rough(result),
-        *([] if result.pair.is_profile else [sections(result)]),
-        chapters.contact_spots(result, spots),
+def inputs_of(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+    """Return the blocks on what went into a result: maps, bodies and load of its contact."""
+    if kind.inputs is not None:
+        return kind.inputs(result)
+    if pressed is None:
+        return chapters.quantities(kind.rows(result, PROBLEM))
+    own = kind_of(pressed)
+    rows = [*kind.rows(result, PROBLEM), own.row(pressed, pressed.control),
+            *own.rows(pressed, PROBLEM)]  # fmt: skip
+    specified = {row.key: row for row in reversed(rows)}.values()
+    return [
+        *chapters.maps(pressed),
+        *chapters.bodies(
+            (pressed.material, pressed.counter_material), reversed(specified),
+            inputs.bodies("ceiling", pressed.pair.is_profile),
+        ),
+    ]  # fmt: skip
+
+
+def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) -> list[Block]:
+    """Return the blocks on the intervals of a contact and what contributes to them."""
+    if result is None or not (result.converged and result.load):
+        return []
+    known = uncertainty.ends(result, study)
+    rows = [
+        (capital(name), interval, causes)
+        for name, interval, causes in uncertainty.uncertainty_rows(result, study)
+        if interval in known.values()
     ]
-    if result.saturated_fraction > 0:
-        answer.append(comparison(result, elastic, usual))
-    return answer
+    blocks = chapters.table(rows, ("quantity", "interval", "contributions"))
+    table = kind_of(result).table
+    keys = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
+    others = [quantity_of(table, key).name for key in keys if key not in known]
+    hint = "" if study is not None else " The pixel was not studied (--study)."
+    blocks.append(Block("small", f"No interval is known of: {', '.join(others)}.{hint}"))
+    formula = chapters.cells(rows_of(estimate.BESIDE, result))
+    blocks += chapters.table([(name, text) for name, text, _ in formula])
+    if study is not None:
+        blocks += [Block("text", " ".join(study.sentences))]
+        blocks += chapters.steps(uncertainty.KIND, study)
+    return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
 
 
-def _input(share: Share) -> Chapter:
-    """Return the chapter on a map that several ranks hold."""
-    chapter = Chapter("Input and preparation")
-    rows = rows_of(inputs.table_of(share), share, brief=True)
-    chapter.add("table", PageTable([(row.title, row.text) for row in rows]))
-    chapter.add("steps", [page.sentence(step) for step in share.provenance.steps])
-    return chapter
-
-
-def _blocks(result: ContactResult, maps: Sequence[Any]) -> ExtraChapter:
-    """Return the chapter with reduced maps of a contact whose map several ranks hold."""
-    answer = cells.figures(result.share.size, *maps)
-    drawn = tuple((f"{name}.", draw()) for name, draw in answer.items())
-    return ExtraChapter("Maps in blocks of points", figures=drawn)
-
-
-def _check_alike(result: ContactResult, **others: ContactResult | None) -> None:
-    for name, other in others.items():
-        if other is not None and other.pressure.shape != result.pressure.shape:
-            raise InputError(
-                f"has {other.pressure.shape} pixels and the result {result.pressure.shape}; "
-                "give the solution of the same problem, such as result.elastic()",
-                argument=name,
-            )
-
-
-def compared(
-    result: ContactResult,
-    edition: Edition = PLAIN,
-    additions: Sequence[ExtraChapter] = (),
-    study: ResolutionStudy | None = None,
-) -> str:
-    """Return a report as `render`."""
-    elastic = usual = None
-    if result.saturated_fraction > 0:
+def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
+    """Return the blocks with all results of a contact."""
+    kind, elastic = kind_of(result), None
+    if result.saturated_fraction > 0 and not result.pair.is_shared:
         elastic = _best(result.elastic)
-        if result.calibration is not None:
-            usual = _best(lambda: with_ceiling(result, "auto"))
-    return render(result, edition, elastic=elastic, usual=usual, additions=additions, study=study)
-
-
-def _shared(
-    result: ContactResult,
-    edition: Edition = PLAIN,
-    additions: Sequence[ExtraChapter] = (),
-    study: ResolutionStudy | None = None,
-) -> str:
-    """Return a report as `render`, with reduced maps; all ranks that hold the map call it."""
-    share, gap, pressure = result.share, result.gap, result.pressure
-    assert isinstance(share, Slab)
-    blocks = [share.reduced(values, largest=values is pressure)
-              for values in (share.heights, pressure, gap)]  # fmt: skip
-    return share.ranks.by_first(
-        lambda: render(
-            result, edition, study=study, additions=[*additions, _blocks(result, blocks)]
+    answer = [*_columns(kind, result, elastic)]
+    if elastic is not None and not elastic.converged:
+        answer.append(
+            Block(
+                "warning",
+                f"The elastic solution did not converge: certificate {elastic.certificate:.1e}, "
+                f"limit {elastic.tolerance:.0e}. Its column is not a solution.",
+            )
         )
-    )
+    answer += chapters.shown(kind.figures, scene, FRONT)[1:]
+    answer += chapters.shown(kind.figures, scene)
+    return answer if result.pair.is_shared else [*answer, *chapters.with_hertz(result)]
+
+
+def in_short(result: ContactResult) -> list[Block]:
+    """Return the blocks on the contact under the largest load of other results."""
+    kind = kind_of(result)
+    keys = [key for key in headlines(result) if quantity_of(kind.table, key).when(result)]
+    rows = [*chapters.headlines(kind, result, keys), *chapters.spots(result)]
+    head = f"Contact under {engineering(result.load, result.pair.load_unit)}, the largest load"
+    scene = figures.ContactScene(result)
+    front = chapters.shown(kind.figures, scene, FRONT)
+    if not (result.pair.is_profile or scene.is_sparse):
+        # Its gap is that of bodies on the way, where they have a history.
+        front += chapters.shown(kind.figures, scene)
+    count = 1 if result.pair.is_profile or scene.is_sparse else 2
+    shown = [*chapters.table(rows, style="key"), *front[:count], *chapters.with_hertz(result)]
+    return [Block("head", head), *shown]
+
+
+def _columns(
+    kind: Kind, result: ContactResult, elastic: ContactResult | None = None
+) -> list[Block]:
+    """Return the block of all results: a column for each ceiling, the elastic one last."""
+    heads, answer = beside_calibrated(kind, result, brief=True)
+    others = {}
+    if elastic is not None:
+        heads = (*(heads or (_ceiling_head(result),)), "elastic")
+        others = {row.key: row.text for row in kind.rows(elastic, brief=True)}
+    rows = [
+        (row.title, *texts, *((others.get(row.key, ABSENT),) if others else ()), row.meaning)
+        for row, texts in answer
+    ]
+    if not result.pair.is_shared and result.load:
+        empty = ("",) * (len(heads or ("value",)) - 1)
+        rows += [(name, text, *empty, note) for name, text, note in chapters.spots(result)]
+    return chapters.table(rows, ("quantity", *(heads or ("value",)), "meaning"), "wide")
+
+
+def _ceiling_head(result: ContactResult) -> str:
+    if isinstance(result.ceiling, np.ndarray):
+        return "with ceiling"
+    return f"ceiling {engineering(float(result.ceiling or 0), 'Pa', 3)}"
+
+
+def headlines(result: ContactResult) -> tuple[str, ...]:
+    """Return the keys of the key numbers."""
+    other = "approach" if result.control == "load" else "load"
+    return (*contact_fields.HEADLINES, other, "max_residual_indentation")
+
+
+@dataclass(frozen=True, eq=False)
+class SharedScene:
+    """Reduced maps of a contact whose map several ranks hold."""
+
+    size: tuple[float, float]
+    blocks: Sequence[Any]  # Of the first rank; None on others
+
+    @classmethod
+    def of(cls, result: ContactResult) -> SharedScene:
+        """Reduce the maps; all ranks that hold them call it."""
+        share, gap, pressure = result.share, result.gap, result.pressure
+        assert isinstance(share, Slab)
+        return cls(
+            share.size,
+            [share.reduced(values, largest=values is pressure)
+             for values in (share.heights, pressure, gap)],
+        )  # fmt: skip
+
+    def drawn(self, index: int) -> Any:
+        """Return one of the maps as a figure."""
+        return list(cells.figures(self.size, *self.blocks).values())[index]()
+
+
+def _reduced(index: int, caption: str, chapter: str) -> Illustration:
+    return Illustration("", lambda s: s.drawn(index), caption, caption, chapter, HALF)
+
+
+_SHARED = (
+    _reduced(1, "Largest pressure in each block of points.", FRONT),
+    _reduced(0, "Mean height of each block of points.", RESULTS),
+    _reduced(2, "Mean gap of each block of points.", RESULTS),
+)
 
 
 def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
@@ -189,187 +209,11 @@ def _best(solve: Callable[[], ContactResult]) -> ContactResult | None:
     try:
         return solve()
     except ConvergenceError as error:
-        # The chapter shows it as what it is.
+        # The report shows it as what it is.
         return error.result if isinstance(error.result, ContactResult) else None
     except InsufficientMemoryError:
-        # The chapter says that there is none; the report stays worth having.
+        # The report stays worth having without it.
         return None
-
-
-def _title(result: ContactResult) -> str:
-    name = result.share.provenance.source or "an unnamed surface"
-    if result.control == "load":
-        return f"Contact of {name} under {engineering(result.load, result.pair.load_unit)}"
-    return f"Contact of {name} at an approach of {engineering(result.approach, 'm')}"
-
-
-def _key_numbers(result: ContactResult) -> list[Cells]:
-    other = "approach" if result.control == "load" else "load"
-    keys = [*contact_fields.HEADLINES, other]
-    reference = under_calibrated(result)
-    headlines = chapters.headlines(kind_of(result), result, keys)
-    cells: list[Cells] = [
-        (name, text, f"{meaning}; {reference[key]} with the calibrated ceiling")
-        if key in reference
-        else (name, text, meaning)
-        for key, (name, text, meaning) in zip(keys, headlines, strict=True)
-    ]
-    if result.ceiling is not None:
-        return cells
-    elastic = ABSENT, "purely elastic: no ceiling"
-    saturated = contact_fields.HEADLINES.index("saturated_fraction")
-    cells[saturated] = (cells[saturated][0], *elastic)
-    return cells
-
-
-def _certificate_in_short(result: ContactResult) -> str:
-    if result.converged:
-        return (
-            f"Certificate {result.certificate:.1e}, asked for {result.tolerance:.0e}: pressure and "
-            "gap fulfil the conditions of contact to within this part of the pressure. It says how "
-            f"exactly the problem as stated is solved. {chapters.RIGHT_PROBLEM}"
-        )
-    return (
-        f"Certificate {result.certificate:.1e}, asked for {result.tolerance:.0e}: the solver "
-        "stopped before it had a solution. Do not use these numbers."
-    )
-
-
-def results_chapter(result: ContactResult, study: ResolutionStudy | None) -> Chapter:
-    """Return the chapter on what came out, and how sure it is."""
-    chapter = Chapter("Results")
-    heads, answer = beside_calibrated(kind_of(result), result)
-    rows = [(row.title, *texts, row.meaning) for row, texts in answer]
-    chapter.add("table", PageTable(rows, ("quantity", *(heads or ("value",)), "meaning")))
-    if result.converged and result.load:
-        chapter.add("text", f"{uncertainty.WHAT} {uncertainty.NOT_BOUNDED}")
-        rows = [
-            (capital(name), *texts) for name, *texts in uncertainty.uncertainty_rows(result, study)
-        ]
-        chapter.add("table", PageTable(rows, uncertainty.HEADS))
-    if not result.pair.is_shared:
-        chapters.show(chapter, kind_of(result).figures, figures.ContactScene(result))
-    return chapter
-
-
-def sections(result: ContactResult) -> Chapter:
-    """Return the chapter on sections through the highest peak."""
-    chapter = Chapter("Sections through the highest peak")
-    scene = figures.ContactScene(result)
-    chapters.show(chapter, figures.CONTACT, scene, figures.SECTIONS)
-    return chapter
-
-
-def comparison(
-    result: ContactResult, elastic: ContactResult | None, usual: ContactResult | None = None
-) -> Chapter:
-    """Return the chapter that sets the same problem under other ceilings beside it."""
-    chapter = Chapter("Elastic beside ceiling")
-    if elastic is None:
-        chapter.add(
-            "text",
-            "No solution of the same problem without a ceiling was given to this report.",
-        )
-        return chapter
-    chapter.add(
-        "text",
-        "The same surfaces under the same load, once without a ceiling, once with it. The ceiling "
-        "takes load from the highest peaks and lays it on their surroundings: the contact grows, "
-        "and the bodies come closer."
-        + (" Between them stands the usual ceiling, three yield strengths." if usual else ""),
-    )
-    between = {} if usual is None else {_label(usual): usual}
-    shown = {"elastic": elastic, **between, _label(result): result}
-    for name, other in (("elastic solution", elastic), ("solution with three", usual)):
-        if other is not None and not other.converged:
-            chapter.add(
-                "warning",
-                f"The {name} did not converge: certificate {other.certificate:.1e}, asked for "
-                f"{other.tolerance:.0e} ({other.status}). Its column and its maps show the best "
-                "that was found, not a solution.",
-            )
-    inside = int(np.count_nonzero(elastic.contact & result.contact))
-    touching = int(np.count_nonzero(elastic.contact))
-    several = tuple(shown.values())
-    rows = [*_beside(several, ANSWER), *_beside(several, TRUST)]
-    chapter.add("table", PageTable(rows, ("", *shown)))
-    if touching:
-        chapter.add(
-            "text",
-            f"{percent(inside / touching)} of the elastic contact also touches with the ceiling.",
-        )
-    if not result.pair.is_profile:
-        _draw_comparison(chapter, shown)
-    return chapter
-
-
-def _draw_comparison(chapter: Chapter, shown: dict[str, ContactResult]) -> None:
-    """Add maps of the first and the last of some solutions, and histograms of all."""
-    (name, elastic), *_, (label, result) = shown.items()
-    chapter.add(
-        "figure",
-        page.picture(
-            partial(maps.comparison, (elastic, result), [name, label]),
-            "Maps of pressure and contact, elastic on the left and with the ceiling on the right.",
-            "Pressure above, contact below; elastic on the left, with the ceiling on the right. "
-            "Both pressures have the same colours; where the elastic pressure exceeds what the "
-            "ceiling allows it is black.",
-        ),
-    )
-    wide = elastic.max_pressure > _WIDE_RANGE * result.max_pressure
-    chapter.add(
-        "figure",
-        page.picture(
-            partial(
-                pressure_histogram, list(shown.values()), list(shown),
-                scale="log" if wide else "linear",
-            ),
-            "Histograms of the contact pressure, elastic and with the ceiling.",
-            "How the contact area is spread over the pressure, without and with the ceiling"
-            + (", on a logarithmic pressure axis." if wide else "."),
-        ),
-    )  # fmt: skip
-
-
-def _label(result: ContactResult) -> str:
-    if isinstance(result.ceiling, np.ndarray):
-        return "with ceiling"
-    return f"ceiling {engineering(float(result.ceiling or 0), 'Pa', 3)}"
-
-
-def _beside(pair: Sequence[ContactResult], part: str) -> list[Cells]:
-    rows = side_by_side(kind_of(pair[0]).table, pair, part, brief=True)
-    # What three yield strengths gave has a column of its own.
-    return [(capital(row.name), *texts) for row, texts in rows if row.key != "calibration"]
-
-
-# Elastic over limited pressure from which a linear axis would squeeze one of them.
-_WIDE_RANGE = 4.0
-
-
-def _study(study: ResolutionStudy) -> Chapter:
-    chapter = Chapter("Can it be trusted")
-    for sentence in study.sentences:
-        chapter.add("text", sentence)
-    head, rows = uncertainty.KIND.listing(study)
-    chapter.add("table", PageTable(rows, head))
-    return chapter
-
-
-def exactness(result: ContactResult) -> Chapter:
-    """Return the chapter on the certificate."""
-    chapter = Chapter("How exactly it is solved")
-    chapter.add(
-        "text",
-        "Certificate: ε = ‖p − clip(p − g/K₀₀, 0, p_lim)‖ / ‖p‖, with p the pressure that is "
-        "reported, p_lim its ceiling, K₀₀ the displacement of a pixel under unit pressure of its "
-        "own, and g a gap that was computed afresh from p after the solver had ended. It is 0 if "
-        "no point overlaps without pressure, no point that is pressed stands off, and only "
-        "points at the ceiling sink in. It has no unit.",
-    )
-    rows = kind_of(result).rows(result, TRUST)
-    chapter.add("table", PageTable([(row.title, row.text) for row in rows]))
-    return chapter
 
 
 _CALIBRATED = (
@@ -540,7 +384,11 @@ def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks
     rows = [(blocks.title(row), *texts) for row, texts in answer]
     parts = blocks.table(stated, rows, trust)
     if heads:
-        parts = [Block((stated,)), Block((rows,), ("", *heads)), Block((trust,))]
+        parts = [
+            blocks.Block((stated,)),
+            blocks.Block((rows,), ("", *heads)),
+            blocks.Block((trust,)),
+        ]
     if result.converged and result.load:
         parts += blocks.table(uncertainty.uncertainty_rows(result, study), heads=uncertainty.HEADS)
     if hertz_comparison.applies(result):
@@ -557,8 +405,10 @@ KIND = Kind(
         maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
         section, pressure_histogram,
     ),
-    works=citations.of_contact, save=export.save_contact, report=compared, blocks=shown,
+    contact=lambda result: result, save=export.save_contact, blocks=shown,
     problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
+    question=question, details=details, meaning=regimes.regime,
+    checked=plausibility.checked, script=python_script.repeating,
 )  # fmt: skip
 PROFILE_KIND = replace(
     KIND, table=contact_fields.PROFILE_CONTACT, when=lambda result: result.pair.is_profile,
@@ -569,9 +419,10 @@ SHARED_KIND = replace(
     KIND,
     table=contact_fields.SHARED,
     when=lambda result: result.pair.is_shared,
-    figures=(),
+    figures=_SHARED,
+    scene=SharedScene.of,
     plots=(),
-    report=_shared,
+    script=lambda _: "",
     ranks=lambda result: result.share.ranks,
 )
 

@@ -351,15 +351,6 @@ VOLUME: Table = (
 )  # fmt: skip
 """Of an `ElastoplasticResult`."""
 
-VOLUME_HEADLINES = (
-    "max_pressure", "contact_fraction", "max_plastic_strain", "plastic_depth", "approach"
-)  # fmt: skip
-"""What a report on plasticity of the volume says first."""
-RELEASED_HEADLINES = (
-    "max_residual_displacement", "max_residual_stress", "max_plastic_strain", "plastic_depth"
-)  # fmt: skip
-"""What it says first where the load is gone."""
-
 
 def _offset(axis: int) -> Callable[[ElastoplasticResult], list[float]]:
     return lambda result: [step.offset[axis] for step in result.increments]
@@ -602,9 +593,6 @@ HISTORY: Table = (
     _certificates(),
 )  # fmt: skip
 """Of a `LoadHistory`."""
-
-HISTORY_HEADLINES = ("max_indentation", "indentation_volume", "dissipated_energy", "is_elastic_now")
-"""What a report on a load history says first."""
 
 
 # --- What is told of the bodies of contacts under several loads: that of the largest of them ---

@@ -1,19 +1,14 @@
-"""A report on a contact with plasticity of the volume, in the form of `report.contact`.
-
-Everything in it comes from the result that is handed over; nothing is solved here.
-"""
+"""What is shown of an elastoplastic contact."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
-from roughcontact.cautions import Caution
 from roughcontact.elastoplastic import plausibility
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.formats import export
 from roughcontact.plots import elastoplastic as plots
-from roughcontact.references import References
 from roughcontact.report import (
     assumptions,
     blocks,
@@ -21,169 +16,74 @@ from roughcontact.report import (
     citations,
     contact_fields,
     figures,
-    page,
+    inputs,
     phrases,
     problem,
     python_script,
     regimes,
 )
 from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import PROBLEM, TRUST, rows_of, tiny
+from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
 from roughcontact.report.kind import CellTable, Kind
-from roughcontact.report.page import PLAIN, Cells, Chapter, Edition, ExtraChapter, PageTable
+from roughcontact.report.page import Block
 from roughcontact.units import counted, engineering, percent
 
 
-@dataclass(frozen=True)
-class Lead:
-    """What a report says first that is on more than a state of the volume."""
-
-    title: str  # Of the report
-    key_numbers: list[Cells]  # Names, values and remarks
-    chapter: Chapter  # The first
-    references: References  # The works behind it
-    cautions: tuple[Caution, ...]  # What a reader has to know
-    checked: tuple[str, ...] = ()  # What was looked at besides the state, in a few words each
-
-
-def render(
-    result: ElastoplasticResult,
-    edition: Edition = PLAIN,
-    *,
-    lead: Lead | None = None,
-    additions: Sequence[ExtraChapter] = (),
-) -> str:
-    """Return a report as the text of an HTML file."""
+def question(result: ElastoplasticResult) -> str:
+    """Return the question that an elastoplastic contact answers."""
     contact = result.solution
-    spots = contact.spots()
-    stated = assumptions.volume_statements(result, spots)
-    lead = lead or _lead(result)
-    answer = [
-        *([lead.chapter] if lead.chapter.title else []),
-        *chapters.prepared(contact),
-        chapters.problem(contact, KIND.rows(result, PROBLEM), "volume"),
-        chapters.assumed(stated, lead.cautions),
-        _results(result),
-        *(_volume(result, body) for body in range(len(result.bodies))),
-    ]
-    if result.increments:
-        answer.append(_path(result))
-    if spots.count:
-        answer += [*chapters.smooth_beside_rough(contact), chapters.contact_spots(contact, spots)]
-    answer += [chapters.added(addition) for addition in additions]
-    lines = python_script.repeating_volume(result)
-    answer += [_certificate(result), chapters.repetition(result.version, edition.command, lines)]
-    answer.append(citations.chapter(lead.references, additions))
-    return page.render(
-        answer,
-        title=lead.title,
-        subtitle=chapters.subtitle(contact),
-        edition=edition,
-        status=result.status,
-        key_numbers=lead.key_numbers,
-        regime=result.regime,
-        regime_text=regimes.volume_regime(result),
-        certificate=_certificate_in_short(result),
-        cautions=lead.cautions,
-        checked=(*lead.checked, *plausibility.checked(result)),
-    )
-
-
-def _lead(result: ElastoplasticResult) -> Lead:
-    """Return what a report on a state alone says first."""
-    numbers, works = _key_numbers(result), citations.of(KIND, result)
-    return Lead(_title(result), numbers, Chapter(""), works, result.cautions)
-
-
-def _title(result: ElastoplasticResult) -> str:
-    name = result.solution.surface.provenance.source or "an unnamed surface"
-    if result.solution.load:
-        return (
-            f"Contact of {name} under {engineering(result.solution.load, 'N')}, with plastic flow"
-        )
+    name = phrases.source(contact.surface.provenance)
+    if contact.load:
+        return f"How deep does {name} yield {phrases.under(contact)}?"
     if not result.increments:
-        return f"Contact of {name}, whose first load was not reached"
-    return f"What a load of {_largest_load(result)} left on {name}"
+        return f"How deep does {name} yield?"
+    largest = engineering(contact_fields.largest_load(result), "N")
+    return f"What does a load of {largest} leave on {name}?"
 
 
-def _largest_load(result: ElastoplasticResult) -> str:
-    return engineering(contact_fields.largest_load(result), "N")
+def inputs_of(result: ElastoplasticResult, specified: Sequence[Row]) -> list[Block]:
+    """Return the blocks on what went into an elastoplastic contact."""
+    contact = result.solution
+    return [
+        *chapters.maps(contact),
+        *chapters.bodies(
+            (contact.material, contact.counter_material), specified, inputs.bodies("volume")
+        ),
+    ]
 
 
-def _key_numbers(result: ElastoplasticResult) -> list[Cells]:
-    if result.solution.load:
-        return chapters.headlines(KIND, result, contact_fields.VOLUME_HEADLINES)
-    gone = ("Largest load", _largest_load(result), "on the way; it is gone")
-    return [*chapters.headlines(KIND, result, contact_fields.RELEASED_HEADLINES), gone]
+def _inputs(result: ElastoplasticResult) -> list[Block]:
+    return inputs_of(result, rows_of(contact_fields.VOLUME, result, PROBLEM))
 
 
-def _certificate_in_short(result: ElastoplasticResult) -> str:
-    if not result.converged:
-        return (
-            "The numbers are those of the last load that was reached, "
-            f"{engineering(result.solution.load, 'N')}."
-        )
-    text = (
-        "In the last iteration of each increment the plastic strain changed by "
-        f"{result.residual:.1e} of itself or less, asked for {result.tolerance:.0e}"
+def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block]:
+    blocks = []
+    for number in range(len(result.bodies)):
+        body = figures.VolumeScene(result, number)
+        if len(result.bodies) > 1:
+            blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
+        blocks += chapters.quantities(rows_of(chapters.YIELDING, chapters.Yielding(result, number)))
+        # That of the first is on the first page.
+        blocks += chapters.shown((figures.SECTION,) if number else (), body, figures.FRONT)
+        blocks += chapters.shown(figures.VOLUME, body.close(), figures.BODY)
+    contact = result.solution
+    if contact.spots().count:
+        blocks += [*chapters.table(chapters.spots(contact)), *chapters.with_hertz(contact)]
+    return blocks
+
+
+def method(result: ElastoplasticResult) -> list[Block]:
+    """Return the blocks on how an elastoplastic contact is solved."""
+    texts = (
+        "Plastic strain follows from J2 plasticity with radial return, layer by layer. It is "
+        "iterated with the contact until both agree. Each increment starts from the one before; "
+        "those that did not settle were halved.",
+        "Residual: largest change of the plastic strain in the last iteration of an increment, "
+        "over its largest strain or the yield strain σ_Y/(2μ). Yield excess: von Mises stress over "
+        "yield strength, less one, computed again from strain and pressure. Certificate of the "
+        f"contact: ε = ‖p − max(p − g/K₀₀, 0)‖ / ‖p‖. {chapters.RIGHT_PROBLEM}",
     )
-    if result.solution.load:
-        text += (
-            f"; certificate of the contact {result.solution.certificate:.1e}. Both say how exactly "
-            "the problem as stated is solved"
-        )
-    return f"{text}. {chapters.RIGHT_PROBLEM}"
-
-
-def _results(result: ElastoplasticResult) -> Chapter:
-    chapter = Chapter("Results")
-    chapter.add("table", chapters.quantities(KIND.rows(result)))
-    chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result))
-    return chapter
-
-
-def _volume(result: ElastoplasticResult, body: int) -> Chapter:
-    scene = figures.VolumeScene(result, body)
-    chapter = Chapter(f"Plastic strain and stress{scene.where}")
-    rows = rows_of(chapters.YIELDING, chapters.Yielding(result, body))
-    chapter.add("table", chapters.quantities(rows))
-    chapters.show(chapter, figures.VOLUME, scene.close(), figures.BODY)
-    return chapter
-
-
-def _path(result: ElastoplasticResult) -> Chapter:
-    chapter = Chapter("Path of loads")
-    chapter.add(
-        "text",
-        "Every increment starts from what the one before has left. Increments that did not settle "
-        "were halved.",
-    )
-    chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result), figures.PATH)
-    head, rows = KIND.listing(result)
-    chapter.add("table", PageTable(rows, head))
-    return chapter
-
-
-def _certificate(result: ElastoplasticResult) -> Chapter:
-    chapter = Chapter("How exactly it is solved")
-    chapter.add(
-        "text",
-        "Residual: the largest change of the plastic strain in the last iteration of an increment "
-        "over the largest strain of that increment, or over the yield strain σ_Y/(2μ) if that is "
-        "more. Yield excess: the largest von Mises stress over the yield strength at that place, "
-        "less one, from stresses that were computed afresh from strain and pressure; it should be "
-        "about 0 where something has yielded under load, and negative otherwise.",
-    )
-    chapter.add(
-        "text",
-        "Certificate of the contact: ε = ‖p − max(p − g/K₀₀, 0)‖ / ‖p‖, with p the pressure, K₀₀ "
-        "the displacement of a pixel under unit pressure of its own, and g the gap, the residual "
-        "displacement included, computed afresh from p after the solver had ended.",
-    )
-    rows = KIND.rows(result, TRUST)
-    chapter.add("table", PageTable([(row.title, row.text) for row in rows]))
-    chapters.show(chapter, figures.VOLUME, figures.VolumeScene(result), figures.ACCURACY)
-    return chapter
+    return [Block("text", text) for text in texts]
 
 
 # --- What is said first ---
@@ -251,7 +151,10 @@ KIND = Kind(
         plots.section, plots.profile, plots.layers, plots.path, plots.residual_displacement,
         plots.convergence,
     ),
-    works=citations.of_volume, save=export.save_volume, report=render, blocks=shown,
+    works=citations.of_volume, save=export.save_volume, blocks=shown,
     problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks,
+    remarks=_remarks, question=question, meaning=regimes.volume_regime,
+    inputs=_inputs, details=_details,
+    case=assumptions.of_volume, method=method, checked=plausibility.checked,
+    script=python_script.repeating_volume,
 )  # fmt: skip

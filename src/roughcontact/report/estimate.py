@@ -178,8 +178,14 @@ def shown(result: Estimate) -> Blocks:
     return [*(block for part in parts for block in blocks.table(part)), Cautions(result.cautions)]
 
 
+def question(result: Estimate) -> str:
+    """Return the question that an estimate answers."""
+    pressure = engineering(result.pressure, "Pa")
+    return f"How much of a nominally flat surface is in contact at {pressure}?"
+
+
 KIND = Kind(
-    Estimate, ESTIMATE,
+    Estimate, ESTIMATE, question=question,
     works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
     blocks=shown, problem=_problem, answer=_answer, numbers=_numbers,
     remarks=lambda _: (

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact.contact.pair import BODIES
+from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.elastoplastic.result import ElastoplasticResult, profile
 from roughcontact.plots import elastoplastic, maps, profiles, sections, subsurface_stress
 from roughcontact.plots.conductance import conductance
@@ -20,21 +21,19 @@ from roughcontact.plots.interface_law import interface_law
 from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.report import rolling_table
 from roughcontact.report.figure_data import (
-    ACCURACY as ACCURACY,
     BODY as BODY,
-    PATH as PATH,
-    PREPARATION as PREPARATION,
+    FILES as FILES,
+    FRONT as FRONT,
     RESULTS as RESULTS,
-    ROUGHNESS as ROUGHNESS,
-    SECTIONS as SECTIONS,
-    SPOTS as SPOTS,
     ContactScene as ContactScene,
     Illustration as Illustration,
     Illustrations as Illustrations,
     MapScene as MapScene,
+    Region as Region,
 )
 from roughcontact.report.kind import Kind
-from roughcontact.units import engineering, percent
+from roughcontact.report.page import HALF, MIDDLE, WIDE
+from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +45,8 @@ _SMALL_ZONE = 0.1
 _AROUND_ZONE = 6.0
 _CLOSE_ZONE_PIXELS = 24
 
-_ENOUGH_SPOTS = 3
+# Spots whose share of the load is told.
+_LARGEST = 10
 
 
 @dataclass(frozen=True)
@@ -120,31 +120,19 @@ def _within(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
 
 
 def _heights(scene: MapScene) -> str:
-    missing = " Grey points are missing." if scene.surface.missing else ""
-    return f"Heights{scene.of} {scene.when}. Light is high: contact begins there.{missing}"
+    missing = " Gray points are missing." if scene.surface.missing else ""
+    return f"Heights{scene.of} {scene.when}. Yellow is high: contact starts there.{missing}"
 
 
-MAP: Illustrations = (
-    Illustration(
-        "surface",
-        lambda s: maps.surface(s.surface),
-        lambda s: (
-            f"Map of the heights{s.of}, root-mean-square height "
-            f"{engineering(s.surface.Sq, 'm', 3)}."
-        ),
-        _heights,
-        PREPARATION,
+MAP = Illustration(
+    "surface",
+    lambda s: maps.surface(s.surface),
+    lambda s: (
+        f"Map of the heights{s.of}, root-mean-square height {engineering(s.surface.Sq, 'm', 3)}."
     ),
-    Illustration(
-        "",
-        lambda s: sections.bearing_curve(s.surface),
-        lambda s: f"Material ratio curve{s.of}.",
-        lambda s: (
-            f"Material ratio curve{s.of} (bearing curve): which share of the map lies above a "
-            "height. Steep ends mean few high peaks or deep dales; contact begins at the left end."
-        ),
-        ROUGHNESS,
-    ),
+    _heights,
+    FILES,
+    HALF,
 )
 """Of a prepared map."""
 
@@ -152,12 +140,22 @@ MAP: Illustrations = (
 # The contact
 
 
+def _load(scene: ContactScene) -> str:
+    return engineering(scene.result.load, scene.result.pair.load_unit, 3)
+
+
 def _classes(scene: ContactScene) -> str:
-    result = scene.result
-    limited = ", dark red is at the pressure ceiling" if result.ceiling is not None else ""
+    result, spots = scene.result, scene.spots
+    yields = ""
+    if result.saturated_fraction > 0:
+        yields = " Dark red: pressure at the ceiling, the material yields."
+    carried = ""
+    if spots.count > _LARGEST:
+        share = percent(float(spots.load[:_LARGEST].sum() / spots.load.sum()))
+        carried = f" The {_LARGEST} largest spots carry {share} of the load."
     return (
-        f"Where the bodies touch. Blue touches elastically{limited}.{scene.missing} The shares are "
-        "counted on all points."
+        f"Where the bodies touch under {_load(scene)}: {counted(spots.count, 'spot')}. Blue: "
+        f"elastic.{yields}{carried}{scene.missing}"
     )
 
 
@@ -169,26 +167,28 @@ def _classes_alt(scene: ContactScene) -> str:
 
 
 def _gap(scene: ContactScene) -> str:
-    state = "" if scene.result.load else ", which just touch"
+    mean = engineering(scene.result.mean_gap, "m", 3)
     return (
-        f"Gap that is left between the bodies{state}. Orange is closed; the darker the blue, the "
-        f"wider the gap: this is the room left for a fluid or for wear debris.{scene.missing}"
+        f"Open gap under {_load(scene)}, mean {mean}. Orange: closed. Dark blue: widest, room for "
+        f"fluid or wear debris.{scene.missing}"
     )
 
 
-def _spread(scene: ContactScene) -> str:
-    return "How the contact area is spread over the pressure. " + (
-        "The share at the ceiling has no width on this axis and is stated instead of drawn."
-        if scene.result.saturated_fraction > 0
-        else "What lies beyond the axis is stated below it."
+def _pressure(scene: ContactScene) -> str:
+    largest = engineering(scene.result.max_pressure, "Pa", 3)
+    return (
+        f"Contact pressure under {_load(scene)}, maximum {largest}. Darker is higher; the lightest "
+        "ground is not in contact."
     )
 
 
-def _close_up(scene: ContactScene) -> str:
-    about = engineering(scene.most_loaded[1], "m", 3)
+def _close_up(scene: ContactScene, region: Region) -> str:
+    about = engineering(region.width, "m", 3)
+    where = "the most loaded spot" if region is scene.most_loaded else "the contact"
+    pixels = load_bearing_spot_pixels(scene.result, scene.spots)
     return (
-        f"A part of the maps of pressure and contact, {about} wide, around the spot that carries "
-        "most. It shows whether the pixels of the map resolve the contact."
+        f"Pressure (left) and state (right) in {about} around {where}. Count the pixels: half of "
+        f"the load is on spots of {counted(pixels, 'pixel')} or more."
     )
 
 
@@ -198,78 +198,73 @@ _SECTIONS_ALT = (
 
 
 def _sections(scene: ContactScene) -> str:
-    result = scene.result
-    what = "profile" if result.counter_surface is None else "sum of both profiles"
-    text = (
-        f"Above: the {what} before loading (grey), moved as a whole by the approach, and under "
-        "load (blue), against the counter-body at zero height. What is grey above zero had to give "
-        "way. Below: the pressure on the same line. Heights are exaggerated; the dotted line marks "
-        "the highest peak."
+    what = "profile" if scene.result.counter_surface is None else "sum of both profiles"
+    yields = ""
+    if scene.result.saturated_fraction > 0:
+        yields = "; dark red is the material that yields"
+    return (
+        f"Sections through the highest summit. Top: {what} before loading (gray), moved by the "
+        f"approach, and under load (blue){yields}. Bottom: pressure on the same line."
     )
-    if result.saturated_fraction > 0:
-        text += " Dark red is saturated: that much material has to flow away."
-    return text
+
+
+def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustration:
+    """Return the close-up of a region of a contact."""
+    get = attrgetter(region)
+    return Illustration(
+        "",
+        lambda s: maps.close_up(s.result, *get(s)),
+        lambda s: f"Pressure and contact in {engineering(get(s).width, 'm', 3)} of the map.",
+        lambda s: _close_up(s, get(s)),
+        chapter,
+        MIDDLE,
+        when,
+    )
 
 
 CONTACT: Illustrations = (
-    _of("map", MAP[0]),
+    _of("map", MAP),
+    _closely("touched", FRONT, lambda s: s.is_sparse),
     Illustration(
         "pressure",
         lambda s: maps.pressure(s.result),
         lambda s: (
             f"Map of the contact pressure, largest {engineering(s.result.max_pressure, 'Pa', 3)}."
         ),
-        "Contact pressure: the darker, the higher; the lightest ground is not in contact. Black, "
-        "where it occurs, is beyond the scale.",
+        _pressure,
+        width=HALF,
+        # A close-up shows it.
+        when=lambda s: not s.is_sparse,
     ),
-    Illustration("contact", lambda s: maps.contact(s.result), _classes_alt, _classes),
     Illustration(
-        "",
-        lambda s: maps.close_up(s.result, *s.most_loaded),
-        lambda s: (
-            f"Pressure and contact in a part of {engineering(s.most_loaded[1], 'm', 3)} around "
-            "the most loaded spot."
-        ),
-        _close_up,
-        when=lambda s: s.is_part(s.most_loaded[1]),
+        "contact", lambda s: maps.contact(s.result), _classes_alt, _classes, FRONT, HALF
     ),
     Illustration(
         "gap",
         lambda s: maps.gap(s.result),
         lambda s: f"Map of the open gap, mean {engineering(s.result.mean_gap, 'm', 3)}.",
         _gap,
+        width=HALF,
     ),
     Illustration(
         "histogram",
         lambda s: sections.pressure_histogram(s.result),
         "Histogram of the contact pressure over the contact area.",
-        _spread,
+        "Contact area over pressure. The area at the ceiling has no width on this axis and is "
+        "written beside it.",
+        FILES,
+        HALF,
     ),
+    _closely("most_loaded", RESULTS, lambda s: s.is_crowded),
     Illustration(
         "",
-        lambda s: sections.section(s.result),
-        f"{_SECTIONS_ALT}; whole length.",
+        lambda s: sections.section(s.result, s.around_peak if s.is_part(s.around_peak) else None),
+        f"{_SECTIONS_ALT}.",
         _sections,
-        SECTIONS,
+        width=WIDE,
+        when=lambda s: s.result.load > 0,
     ),
-    Illustration(
-        "",
-        lambda s: sections.section(s.result, s.around_peak),
-        lambda s: f"{_SECTIONS_ALT}; {engineering(s.around_peak, 'm', 3)} around the peak.",
-        lambda s: f"The same sections, {engineering(s.around_peak, 'm', 3)} around the peak.",
-        SECTIONS,
-        when=lambda s: s.is_part(s.around_peak),
-    ),
-    Illustration(
-        "",
-        lambda s: maps.spots(s.result),
-        lambda s: f"Number of contact spots of at least a given area; {s.spots.count} in all.",
-        "How many spots have at least a given area, both axes logarithmic. On the shaded ground "
-        "spots have so few pixels that the grid decides on their size.",
-        SPOTS,
-        when=lambda s: s.spots.count >= _ENOUGH_SPOTS,
-    ),
-)
+)  # fmt: skip
 """Of a `ContactResult`."""
 
 
@@ -285,20 +280,11 @@ def _of_pressure(name: str) -> Illustration:
     """Return a figure of the pressure, under the largest load where there is none in the end."""
     entry = _of("pressed", _in_contact(name))
 
-    def words(scene: VolumeScene) -> tuple[str, str]:
-        alt, caption = entry.words(scene)
-        if scene.loaded:
-            return alt, caption
-        load = engineering(scene.pressed.result.load, "N", 3)
-        under = f"Under the largest load of the path, {load}, which is gone"
-        return f"{under}: {alt}", f"{under}. {caption}"
+    def caption(scene: VolumeScene) -> str:
+        gone = "" if scene.loaded else " It is the largest load of the path, and is gone."
+        return f"{entry.words(scene)[1]}{gone}"
 
-    return replace(
-        entry,
-        alt=lambda scene: words(scene)[0],
-        caption=lambda scene: words(scene)[1],
-        when=lambda scene: scene.known,
-    )
+    return replace(entry, caption=caption, when=lambda scene: scene.known)
 
 
 def _in_contact(name: str) -> Illustration:
@@ -306,37 +292,32 @@ def _in_contact(name: str) -> Illustration:
 
 
 def _displacement(scene: VolumeScene) -> str:
-    text = "What plastic strain adds to the gap: red is pressed in, blue is raised."
-    if scene.loaded:
-        text += (
-            " It stays when the load is gone, unless the bodies flow again on unloading. The line "
-            "is the edge of the contact."
-        )
-    return text
+    text = "Residual displacement: what plastic strain adds to the gap. Red: down. Blue: up."
+    return f"{text} The line is the contact edge." if scene.loaded else text
 
 
 def _cut(along: str) -> Illustration:
     title = f"Section along {along} through the largest plastic strain"
-
-    def caption(scene: VolumeScene) -> str:
-        cell = "each cell is one layer of one pixel" if scene.loaded else "each cell a layer"
-        text = (
-            f"{title}{scene.where}. True to scale, {cell}; the plastic zone lies inside the grey "
-            "line, the cross marks the largest plastic strain of the section."
-        )
-        if scene.loaded:
-            text += " Where the stress over the yield strength is 1 the material flows."
-        return text
-
     return Illustration(
         f"section-{along}",
         lambda scene: elastoplastic.section(
             scene.result, along, body=scene.body, width=scene.width
         ),
         f"{title}: strain, stress under load, residual stress.",
-        caption,
-        BODY,
+        lambda scene: (
+            f"{title}{scene.where}, true to scale. The gray line bounds the plastic zone; the "
+            "cross marks the largest plastic strain. Material yields where the stress over the "
+            "yield strength is 1."
+        ),
+        FILES,
+        WIDE,
     )
+
+
+_CUT = _cut("x")
+
+SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(scene.close()))
+"""The section of an elastoplastic body, around the largest plastic strain where that is small."""
 
 
 def _dent(scene: VolumeScene) -> str:
@@ -346,137 +327,132 @@ def _dent(scene: VolumeScene) -> str:
 
 VOLUME: Illustrations = (
     _of_contact("surface"),
+    SECTION,
     _of_pressure("pressure"),
     Illustration(
         "displacement",
         lambda scene: elastoplastic.residual_displacement(scene.result),
         _dent,
         _displacement,
+        width=HALF,
     ),
-    _of_contact("gap"),
+    replace(_of_contact("gap"), chapter=FILES),
     _of_pressure("histogram"),
-    _cut("x"),
+    _CUT,
     _cut("y"),
     Illustration(
         "profile",
         lambda scene: elastoplastic.profile(scene.result, body=scene.body),
         "Profiles with depth below the largest plastic strain.",
-        "Below the point of the largest plastic strain: the strain; the von Mises stress and the "
-        "yield strength at this strain; the normal stresses by the plastic strain alone. Steps are "
-        "layers.",
+        "Below the largest plastic strain: the strain (left), von Mises stress and yield strength "
+        "(middle), residual normal stresses (right). Steps are layers.",
         BODY,
+        WIDE,
     ),
     Illustration(
         "layers",
         lambda scene: elastoplastic.layers(scene.result, scene.body),
         "Largest values of each layer over the depth.",
-        "Layer by layer: how much of it has plastic strain, its largest strain, and its largest "
-        "stresses, wherever they are.",
-        BODY,
+        "Layer by layer: plastic share, largest strain, and largest stresses.",
+        FILES,
+        WIDE,
     ),
     Illustration(
         "path",
         lambda scene: elastoplastic.path(scene.result),
         "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
-        "Approach, contact area, largest pressure and largest plastic strain, from the first touch "
-        "on. The ring is the state that this report is on.",
-        PATH,
+        "Approach, contact area, maximum pressure and maximum plastic strain from first contact. "
+        "The ring is the state of this report.",
+        width=WIDE,
+        when=lambda scene: bool(scene.result.increments),
     ),
     Illustration(
         "convergence",
         lambda scene: elastoplastic.convergence(scene.result),
         "Residual of the plastic strain over the iterations",
-        "How the plastic strain settled, increment by increment. Attempts that were given up for a "
-        "smaller step or a larger volume are not shown.",
-        ACCURACY,
+        "Residual of the plastic strain, increment by increment.",
+        FILES,
     ),
 )
 """Of an `ElastoplasticResult`."""
 
-ROLLING: Illustrations = (
-    *rolling_table.FIGURES,
-    *(_within(lambda rolling: VolumeScene(rolling.result), entry) for entry in VOLUME),
-)
+
+def _of_rolling(entry: Illustration) -> Illustration:
+    chapter = RESULTS if entry is SECTION else FILES
+    return _within(lambda rolling: VolumeScene(rolling.result), replace(entry, chapter=chapter))
+
+
+ROLLING: Illustrations = (*rolling_table.FIGURES, *map(_of_rolling, VOLUME))
 """Of a `RollingResult`."""
 
 
 # Other results
 
 
-def _plain(name: str, draw: Callable[[Any], Figure], caption: str) -> Illustration:
-    return Illustration(name, draw, caption, caption)
-
-
 STRESS: Illustrations = (
-    _plain(
-        "stress-depth", subsurface_stress.stress_depth, "Largest equivalent stresses at each depth."
+    Illustration(
+        "stress-depth", subsurface_stress.stress_depth,
+        "Largest equivalent stresses at each depth.",
+        "Largest equivalent stresses at each depth. Look for the depth of the maximum.",
+        RESULTS, HALF,
     ),
-    _plain(
-        "stress-section",
-        subsurface_stress.stress_section,
-        "Von Mises stress on a plane along x through its maximum, which the cross marks: the part "
-        "around it where it is strong, true to scale.",
+    Illustration(
+        "stress-section", subsurface_stress.stress_section,
+        "Von Mises stress on a plane along x through its maximum.",
+        "Von Mises stress on the plane along x through its maximum (cross), true to scale.",
+        FRONT, MIDDLE,
     ),
-    _plain(
-        "stress-map",
-        subsurface_stress.stress_map,
-        "Largest von Mises stress over all depths, from above; the cross marks the largest of all.",
+    Illustration(
+        "stress-map", subsurface_stress.stress_map,
+        "Largest von Mises stress over all depths, from above.",
+        "Largest von Mises stress over all depths, seen from above. The cross marks the maximum.",
+        RESULTS, HALF,
     ),
-)
+)  # fmt: skip
 """Of a `StressResult`."""
 
 HISTORY: Illustrations = (
     Illustration(
-        "history",
-        hysteresis,
+        "history", hysteresis,
         "Load over approach along the path; energy dissipated and volume indented, step by step.",
-        "Above: load over approach. The dots are computed; lines join those that lie on one curve, "
-        "straight for want of dots between them, so that the area they enclose is no measure of "
-        "the energy. Below: what each step dissipates, and the volume indented so far.",
+        "Top: load over approach; dots are computed, the area between the lines is no measure of "
+        "the energy. Bottom: energy dissipated by each step and volume indented so far.",
+        FRONT, HALF,
     ),
-)
+)  # fmt: skip
 """Of a `LoadHistory`."""
-
-PRESSED: Illustrations = tuple(
-    entry for entry in CONTACT if entry.chapter == RESULTS and entry.name not in ("surface", "gap")
-)
-"""Of the contact at a stage of a `LoadHistory`; its heights and gap are of bodies on the way."""
 
 CURVE: Illustrations = (
     Illustration(
-        "curve",
-        load_curve,
+        "curve", load_curve,
         "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
-        "Contact and saturated area beside Persson's theory; approach and mean gap; stiffness; "
-        "number of spots. Stiffness is what the next small load meets: saturated points carry no "
-        "more of it.",
+        "Contact and saturated area with Persson's theory; approach and mean gap; stiffness of the "
+        "next small load; contact spots.",
+        FRONT, WIDE,
     ),
-)
+)  # fmt: skip
 """Of a `LoadCurve`."""
 
 CONDUCTANCE: Illustrations = (
     Illustration(
-        "conductance",
-        conductance,
+        "conductance", conductance,
         "Resistance of the contact over the load, beside two estimates.",
-        "Resistance over load. Greenwood's formula takes each spot for a circle; the correlation "
-        "(Cooper, Mikic and Yovanovich under a ceiling, Mikic without) knows roughness, slope and "
-        "nominal pressure alone, of a surface that is flat and large.",
+        "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
+        "spots and the correlation for large flat joints.",
+        FRONT, WIDE,
     ),
-)
+)  # fmt: skip
 """Of a `Conductance`."""
 
 LAW: Illustrations = (
     Illustration(
-        "law",
-        interface_law,
+        "law", interface_law,
         "Four diagrams of the law: pressure over separation, areas, stiffness and gap.",
-        "Pressure over the separation of the mean planes, contact and saturated area, stiffness, "
-        "and separation with mean gap. Thick lines are means of the maps, thin ones single maps; "
-        "Persson's theory of the elastic joint is dashed. Grey: pressures that the maps do not "
-        "resolve.",
+        "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
+        "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
+        FRONT, WIDE,
     ),
-)
+)  # fmt: skip
 """Of an `InterfaceLaw`."""
 
 
@@ -495,79 +471,65 @@ def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:
     return lambda: entry.draw(scene)
 
 
-def drawn(table: Illustrations, result: Any) -> tuple[tuple[str, Figure], ...]:
-    """Return captions with their figures."""
-    return tuple((entry.words(result)[1], entry.draw(result)) for entry in table)
-
-
 # --- The figures of reports on profiles ---
 
 
 def _trace(scene: MapScene) -> str:
-    missing = " Where points are missing the line ends." if scene.surface.missing else ""
-    return f"Heights{scene.of} {scene.when}, exaggerated. Contact begins at the highest.{missing}"
+    missing = " The line ends where points are missing." if scene.surface.missing else ""
+    return f"Heights{scene.of} {scene.when}, exaggerated. Contact starts at the highest.{missing}"
 
 
 def _pressed(scene: ContactScene) -> str:
-    result = scene.result
-    text = (
-        "Above: the profile before loading (grey), moved as a whole by the approach, and under "
-        "load (blue), against the counter-body at zero height. Below: the pressure on it. Heights "
-        "are exaggerated."
+    yields = ""
+    if scene.result.saturated_fraction > 0:
+        yields = " Dark red is at the ceiling."
+    return (
+        "Top: the profile before loading (gray), moved by the approach, and under load (blue), "
+        f"heights exaggerated. Bottom: the pressure.{yields}"
     )
-    if result.saturated_fraction > 0:
-        text += " Dark red is at the pressure ceiling: that much material has to flow away."
-    return text
 
 
 def _close(scene: ContactScene) -> str:
-    width = engineering(scene.most_loaded[1], "m", 3)
-    return (
-        f"The same in {width} around the segment that carries most. It shows whether the points "
-        "resolve the contact."
-    )
+    width = engineering(scene.most_loaded.width, "m", 3)
+    return f"{width} around the segment that carries most. Look whether points resolve the contact."
 
 
-PROFILE_MAP: Illustrations = (
-    Illustration(
-        "surface",
-        lambda s: profiles.heights(s.surface),
-        lambda s: f"Heights of the profile{s.of}, Rq {engineering(s.surface.Sq, 'm', 3)}.",
-        _trace,
-        PREPARATION,
-    ),
+PROFILE_MAP = Illustration(
+    "surface",
+    lambda s: profiles.heights(s.surface),
+    lambda s: f"Heights of the profile{s.of}, Rq {engineering(s.surface.Sq, 'm', 3)}.",
+    _trace,
+    FILES,
+    WIDE,
 )
 """Of a prepared profile."""
 
 PROFILE_CONTACT: Illustrations = (
-    Illustration(
-        "surface",
-        lambda s: profiles.heights(s.result.surface),
-        lambda s: PROFILE_MAP[0].words(s.map)[0],
-        lambda s: PROFILE_MAP[0].words(s.map)[1],
-        PREPARATION,
-    ),
+    _of("map", PROFILE_MAP),
     Illustration(
         "pressure",
         lambda s: profiles.pressed(s.result),
         "The profile before and under load, and its pressure; whole length.",
         _pressed,
+        FRONT,
+        WIDE,
     ),
     Illustration(
         "contact",
-        lambda s: profiles.pressed(s.result, s.most_loaded[1], s.most_loaded[0][1]),
+        lambda s: profiles.pressed(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
         "The profile before and under load, and its pressure, around the most loaded segment.",
         _close,
+        width=WIDE,
     ),
 )
 """Of a `ContactResult` of profiles."""
 
 PROFILE_CURVE: Illustrations = (
     Illustration(
-        "curve",
-        profiles.load_curve,
+        "curve", profiles.load_curve,
         "Four diagrams over the load: contact length, approach and gap, stiffness, segments.",
         "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
+        FRONT, WIDE,
     ),
-)
+)  # fmt: skip
 """Of a `LoadCurve` of profiles."""

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from roughcontact.errors import InputError
+from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.report import phrases
 from roughcontact.report.fields import (
@@ -144,6 +146,27 @@ def bodies(model: str, profile: bool = False) -> Table:
     law = quantity_of(BODY, "hardening")
     hardens = replace(law, when=lambda body: body.hardens)
     return tuple(hardens if quantity is law else quantity for quantity in BODY)
+
+
+def sources(bodies: Sequence[Material]) -> list[str]:
+    """Return where the catalog has the values of two bodies from; nothing for other values."""
+    names: dict[str, dict[str, str]] = {}
+    for body in bodies:
+        try:
+            entry = catalog.entry(body.name)
+        except InputError:
+            continue
+        for key, symbol in _SYMBOLS.items():
+            value = getattr(entry, key)
+            if value and getattr(entry.material, key) == getattr(body, key):
+                names.setdefault(value.source, {})[symbol] = body.name
+    return [
+        f"{', '.join(symbols)} of {' and '.join(dict.fromkeys(symbols.values()))}: {source}"
+        for source, symbols in names.items()
+    ]
+
+
+_SYMBOLS = {"young": "E", "poisson": "ν", "yield_strength": "σ_Y", "hardness": "hardness"}
 
 
 class Measured(NamedTuple):

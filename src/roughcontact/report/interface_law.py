@@ -13,15 +13,12 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.interface_law import interface_law
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, problem
+from roughcontact.report import contact_fields, figures, phrases, problem
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, quantity_of
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.statistics import LEVEL
 from roughcontact.units import counted, engineering, percent, plain
-
-TITLE = "The law of the interface"
-"""Of the chapter in a report."""
 
 
 def _range(law: InterfaceLaw) -> str:
@@ -278,8 +275,15 @@ def _works(law: InterfaceLaw) -> Iterator[Use]:
         yield cited("conductance from the stiffness", "Barber2003")
 
 
+def question(law: InterfaceLaw) -> str:
+    """Return the question that an interface law answers."""
+    pressures = [step.pressure for step in law.steps]
+    ends = [engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
+    return f"How far does the joint close from {phrases.span(ends)}?"
+
+
 KIND = Kind(
-    InterfaceLaw, LAW, LAW_COLUMNS, title=TITLE, sentences=sentences, figures=figures.LAW,
+    InterfaceLaw, LAW, LAW_COLUMNS, question=question, sentences=sentences, figures=figures.LAW,
     plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=export.save_law,
     problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
 )  # fmt: skip

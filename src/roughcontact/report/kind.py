@@ -1,4 +1,4 @@
-"""A kind of result: all that console, report, page and files tell of it, in one object."""
+"""A kind of result: all that console, report, page and files show of it, in one object."""
 
 from __future__ import annotations
 
@@ -24,10 +24,13 @@ from roughcontact.report.fields import (
     stored,
     stored_columns,
 )
-from roughcontact.report.figure_data import Illustrations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from roughcontact.report.assumptions import Assumption, Case
+    from roughcontact.report.figure_data import Illustrations
+    from roughcontact.report.page import Block
 
 Use = tuple[str, tuple[Reference, ...]]
 Cells = tuple[str, ...]
@@ -40,6 +43,10 @@ def _none(_: Any, **__: Any) -> tuple[Any, ...]:
 
 def _empty(_: Any) -> str:
     return ""
+
+
+def _nothing(*_: Any, **more: Any) -> list[Any]:
+    return []
 
 
 def _itself(result: Any) -> Any:
@@ -56,20 +63,27 @@ class Kind:
     when: Callable[[Any], bool] = lambda _: True
     listed: bool = False  # Whether the summary has the columns, too
     brief: bool = True  # Whether a session shows the main rows alone
-    title: str = ""  # Of its chapter in the report on the contact that it is of
     problem: Callable[[Any], str] = _empty  # Bodies and load in one line
     question: Callable[[Any], str] = _empty  # What was asked, the title of its report
     answer: Callable[..., str] = _empty  # The answer in one sentence, with its interval
     numbers: Callable[..., CellTable] | None = None  # A few of them, in place of the steps
     remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
     sentences: Callable[[Any], tuple[str, ...]] = _none
+    meaning: Callable[[Any], str] = _empty  # What they mean, in a sentence or two
+    inputs: Callable[[Any], list[Block]] | None = None  # What went in, besides a contact
+    details: Callable[..., list[Block]] = _nothing  # What its report shows besides
+    case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
+    assumptions: Sequence[Assumption] = ()  # Besides those of a contact
+    method: Callable[[Any], list[Block]] = _nothing  # How it is solved, besides a contact
+    checked: Callable[[Any], tuple[str, ...]] = _none  # What it was checked for
+    script: Callable[[Any], str] = _empty  # Python that repeats it
     figures: Illustrations = ()  # Of reports, and for `--figures`
     scene: Callable[[Any], Any] = _itself  # `scene(result)` is what they are drawn of
     plots: tuple[Callable[..., Figure], ...] = ()
     contact: Callable[[Any], Any] | None = None  # `contact(result)` is the contact that it is of
+    largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    report: Callable[..., str] | None = None
     blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 

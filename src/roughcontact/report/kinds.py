@@ -7,10 +7,14 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from roughcontact.contact import plausibility
+from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.references import References
 from roughcontact.report import (
+    assumptions,
     blocks,
+    chapters,
     citations,
     comparison,
     conductance,
@@ -24,15 +28,17 @@ from roughcontact.report import (
     load_history,
     load_search,
     page,
+    python_script,
+    regimes,
     rolling,
     subsurface_stress,
     surface,
     uncertainty,
 )
 from roughcontact.report.blocks import Blocks
-from roughcontact.report.fields import ANSWER, Headline, Row
+from roughcontact.report.fields import ANSWER, TRUST, Headline, Row
 from roughcontact.report.kind import Kind
-from roughcontact.report.page import Edition, ExtraChapter, sentence
+from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -69,34 +75,6 @@ def of(result: Any) -> Kind:
         if isinstance(result, kind.result) and kind.when(result):
             return kind
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")
-
-
-# --- Chapters of a report that its result does not hold by itself ---
-
-
-def of_joint(kind: Kind, result: Any) -> ExtraChapter:
-    """Return the chapter on what a joint does; the report is on the largest load."""
-    head, rows = kind.listing(result)
-    quantities = kind.rows(result)
-    # The others stand with the contact.
-    known = {caution.kind for caution in result.largest.cautions}
-    own = tuple(caution for caution in result.cautions if caution.kind not in known)
-    text = (
-        *(sentence(f"{row.title}: {row.text}") for row in quantities),
-        *kind.sentences(result),
-        *(caution.text for caution in own),
-        f"The report is on the largest of the loads, {engineering(result.largest.load, 'N')}.",
-    )
-    drawn = figures.drawn(kind.figures, result)
-    return ExtraChapter(
-        kind.title, text, (head, *rows), drawn, cautions=own,
-        references=citations.added(kind, result),
-    )  # fmt: skip
-
-
-def render_with_chapter(kind: Kind, result: Any, edition: Edition) -> str:
-    """Return the report on a joint: that on its contact, with a chapter on it."""
-    return contact.compared(result.largest, edition, [of_joint(kind, result)])
 
 
 # --- What is told of any result, by its kind ---
@@ -150,16 +128,116 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     (kind.save or kind.write)(result, path)
 
 
+# --- The report on any result ---
+
+
 def report(result: Any, path: str | os.PathLike[str], edition: Edition, **more: Any) -> None:
     """Write the report on a result to an HTML file."""
     page.check_path(path)
     kind = of(result)
-    render = kind.report or (partial(render_with_chapter, kind) if kind.title else None)
-    if render is None:
+    if not kind.question(result):
         raise InputError(f"there is no report on a {type(result).__name__} alone")
-    more = {name: item for name, item in more.items() if item}
-    text, ranks = render(result, edition, **more), kind.ranks(result)
+    # All ranks that hold a map reduce it, one writes.
+    scene, ranks = kind.scene(result), kind.ranks(result)
+    write = partial(_write, result, scene, path, edition, more)
     if ranks is None:
-        page.save(text, path)
+        write()
     else:
-        ranks.agreed(lambda: page.save(text, path) if ranks.first else None)
+        ranks.agreed(lambda: write() if ranks.first else None)
+
+
+def _write(
+    result: Any, scene: Any, path: str | os.PathLike[str], edition: Edition, more: dict[str, Any]
+) -> None:
+    more = {name: item for name, item in more.items() if item}
+    page.save(render(result, edition, scene=scene, **more), path)
+
+
+def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: Any) -> str:
+    """Return the report on any result as the text of an HTML file."""
+    kind = of(result)
+    scene = kind.scene(result) if scene is None else scene
+    pressed_by = kind.largest or kind.contact
+    pressed = None if pressed_by is None else pressed_by(result)
+    sections: dict[str, list[Block]] = {
+        "Input": contact.inputs_of(kind, result, pressed),
+        "Results": _results(kind, result, scene, pressed, more),
+        "Uncertainty": contact.uncertainty_of(pressed, more.get("study")),
+        "Assumptions": _assumptions(kind, result, pressed),
+        "Method and certificate": _method(kind, result, pressed),
+        "How to repeat": _repetition(kind, result, pressed, edition),
+        "References": [Block("list", citations.known(references(result)))],
+    }
+    return page.render(
+        _front(kind, result, scene, pressed, more.get("study")),
+        [Chapter(title, blocks) for title, blocks in sections.items() if blocks],
+        edition,
+    )
+
+
+def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Front:
+    first = blocks.headline(kind, result, **({} if study is None else {"study": study}))
+    numbers = PageTable(first.rows, first.heads, "" if first.heads else "key")
+    lead = next(iter(chapters.pictures(kind.figures, scene, figures.FRONT)), None)
+    meaning = kind.meaning(result)
+    if not meaning and pressed is not None and result is not pressed and pressed.load:
+        under = engineering(pressed.load, pressed.pair.load_unit)
+        meaning = f"Under {under}: {regimes.regime(pressed)}"
+    return Front(
+        kind.question(result), first.problem, first.answer, numbers,
+        [*filter(None, (meaning, *first.remarks))], lead, result.cautions,
+        getattr(result, "status", "converged"),
+    )  # fmt: skip
+
+
+def _on_front(kind: Kind, result: Any) -> bool:
+    """Return whether all that is shown of the steps is on the first page."""
+    heads, rows = kind.listing(result)
+    return not rows or (kind.numbers is None and (heads, blocks.some(rows)) == (heads, rows))
+
+
+def _results(
+    kind: Kind, result: Any, scene: Any, pressed: ContactResult | None, more: dict[str, Any]
+) -> list[Block]:
+    if result is pressed:
+        return kind.details(result, scene, **more)
+    return [
+        *chapters.quantities(kind.rows(result)),
+        *([] if _on_front(kind, result) else chapters.steps(kind, result)),
+        *chapters.shown(kind.figures, scene),
+        *kind.details(result, scene, **more),
+        *([] if pressed is None or not pressed.load else contact.in_short(pressed)),
+    ]
+
+
+def _assumptions(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+    case = None if kind.case is None else kind.case(result)
+    if case is None and pressed is not None and not pressed.pair.is_shared:
+        case = assumptions.of_contact(pressed)
+    rows = [] if case is None else assumptions.rows(assumptions.ASSUMPTIONS, case)
+    rows += assumptions.rows(kind.assumptions, result)
+    explained = Block("small", "The user guide explains each assumption: “Assumptions”.")
+    return [explained, *chapters.table(rows, assumptions.HEAD)] if rows else []
+
+
+def _method(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+    blocks = kind.method(result)
+    if kind.sentences(result):
+        blocks += [Block("text", " ".join(kind.sentences(result)))]
+    checked = kind.checked(result)
+    if pressed is not None:
+        blocks += chapters.certificate(pressed)
+        checked = checked or plausibility.checked(pressed)
+    exact = chapters.trust(kind, result, checked)
+    if not kind.rows(result, TRUST) and pressed is not None:
+        exact = chapters.trust(contact.kind_of(pressed), pressed, checked)
+    return [*blocks, *exact]
+
+
+def _repetition(
+    kind: Kind, result: Any, pressed: ContactResult | None, edition: Edition
+) -> list[Block]:
+    script, what, version = kind.script(result), "the same problem", getattr(result, "version", "")
+    if pressed is not None and not script and not pressed.pair.is_shared:
+        script, what = python_script.repeating(pressed), "the contact under the largest load"
+    return chapters.repetition(version, edition.command, script, what)

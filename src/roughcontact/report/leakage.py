@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.joint.leakage import AXES, Leakage
+from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
 from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, problem
+from roughcontact.report import contact_fields, phrases, problem
+from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
-from roughcontact.report.figure_data import Illustration, Illustrations
+from roughcontact.report.figure_data import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report.page import WIDE
 from roughcontact.units import changed_by, engineering, percent, plain
 
 
@@ -269,25 +271,39 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
 
 _FIGURES: Illustrations = (
     Illustration(
-        "leak",
-        leak,
+        "leak", leak,
         "Gap and contact, and the flow density through the gap in each direction.",
-        "Open gap with the contact, and the flow density over its mean on a logarithmic scale. A "
-        "cross marks the narrowest place of the widest way: where contact nearly closes the gap, "
-        "most of the pressure falls over a few such places.",
+        "Open gap with the contact, and flow density over its mean (logarithmic) in each "
+        "direction. The cross marks the narrowest constriction: most of the pressure falls there.",
+        FRONT, WIDE,
     ),
     Illustration(
-        "flow-factors",
-        flow_factors,
+        "flow-factors", flow_factors,
         "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
-        "Pressure-flow factors k/ū³ over mean gap and roughness, and the narrowest place of the "
-        "widest way beside the mean gap.",
-        when=lambda result: len(result.steps) > 1,
+        "Flow factors over mean gap / roughness (left); mean gap and critical gap of the narrowest "
+        "constriction over load (right).",
+        RESULTS, WIDE, lambda result: len(result.steps) > 1,
     ),
-)
+)  # fmt: skip
+
+
+def _question(result: Leakage) -> str:
+    source, loads = phrases.source(result.largest.share.provenance), phrases.loads(result)
+    if result.seal is None:
+        return f"How permeable is the gap of {source} {loads}?"
+    return f"How much leaks past {source} {loads}?"
+
+
+_ASSUMPTIONS = (
+    Assumption("Thin film (Reynolds)", "the fluid is viscous and does not lift the bodies",
+               "gas slips, or its pressure is near the nominal pressure"),
+    Assumption("One map is typical",
+               lambda r: f"{percent(r.largest.contact_fraction)} in contact under the largest load",
+               f"near {percent(THRESHOLD)} single constrictions decide"),
+)  # fmt: skip
 
 KIND = Kind(
-    Leakage, _TABLE, _COLUMNS, listed=True, title="What leaks through the gap",
+    Leakage, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
     sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
     contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),

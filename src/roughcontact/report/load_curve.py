@@ -1,4 +1,4 @@
-"""What is told of a load curve."""
+"""What is shown of a load curve."""
 
 from __future__ import annotations
 
@@ -6,37 +6,31 @@ from dataclasses import replace
 
 from roughcontact.plots import profiles as draw
 from roughcontact.plots.load_curve import load_curve
-from roughcontact.report import chapters, citations, contact_fields, figures, problem
+from roughcontact.report import citations, contact_fields, figures, phrases, problem
 from roughcontact.report.fields import tiny
 from roughcontact.report.kind import Kind
-from roughcontact.report.page import Chapter, PageTable
+from roughcontact.report.page import Block
 from roughcontact.studies.load_curve import LOW_LOAD, LoadCurve
-from roughcontact.units import percent
+from roughcontact.units import engineering, percent
 
 
-def chapter(curve: LoadCurve) -> Chapter:
-    """Return the chapter on a load curve."""
-    kind = PROFILE_KIND if curve.is_profile else KIND
-    result = Chapter("Load curve")
-    result.add(
-        "text",
-        f"The same contact under {len(curve.steps)} "
-        f"{'loads' if curve.control == 'load' else 'approaches'}. Every one is solved as if it "
-        "were the first: the model keeps no history, so that this is loading, not unloading.",
-    )
+def question(curve: LoadCurve) -> str:
+    """Return the question that a load curve answers."""
+    unit = "m" if curve.control == "approach" else "N/m" if curve.is_profile else "N"
+    ends = [engineering(getattr(step, curve.control), unit) for step in curve.steps]
+    name = curve.source or "the surface"
+    return f"How does the contact of {name} grow from {phrases.span(ends)}?"
+
+
+def _method(curve: LoadCurve) -> list[Block]:
+    text = ["Each load is solved as a first loading; the model keeps no history."]
     if curve.low_loads.any() and not curve.is_profile:
-        result.add(
-            "text",
-            f"At small loads (no more than {percent(LOW_LOAD)} in contact) the area grows as "
-            "A = κ W/(E* h′), with h′ the root-mean-square slope. For elastic contacts of many "
-            "spots theory has κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
-            "computations 1.8 to 2.3 (Hyun et al. 2004).",
+        text.append(
+            f"At small loads (up to {percent(LOW_LOAD)} in contact) the area is A = κ W/(E* h′). "
+            "Theory gives κ = 2.5 (Bush, Gibson and Thomas 1975) and 1.6 (Persson 2001), "
+            "computations 1.8 to 2.3 (Hyun et al. 2004)."
         )
-    result.add("table", PageTable(chapters.facts(kind, curve)))
-    chapters.show(result, kind.figures, curve)
-    head, rows = kind.listing(curve)
-    result.add("table", PageTable(rows, head))
-    return result
+    return [Block("text", " ".join(text))]
 
 
 # --- What is said first ---
@@ -77,9 +71,12 @@ KIND = Kind(
     figures=figures.CURVE,
     plots=(load_curve,),
     works=citations.of_curve,
+    question=question,
     problem=_problem,
     answer=_answer,
     remarks=_remarks,
+    method=_method,
+    largest=lambda curve: curve.largest,
 )
 PROFILE_KIND = replace(
     KIND,

@@ -8,11 +8,11 @@ from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.report import citations, contact, contact_fields, problem, uncertainty
+from roughcontact.report import citations, contact_fields, phrases, problem, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
 from roughcontact.report.kind import CellTable, Kind, Use
-from roughcontact.report.page import PLAIN, Edition, ExtraChapter, sentence
+from roughcontact.report.page import Block
 from roughcontact.studies.load_search import (
     APPROACH,
     CONTACT,
@@ -185,17 +185,20 @@ def _remarks(loads: LoadSearch) -> tuple[str, ...]:
     return (*lines, problem.worst(most, loads.largest.tolerance, loads.solves))
 
 
-def addition(loads: LoadSearch) -> ExtraChapter:
-    """Return the chapter on the loads that were asked for; the report is on the largest of them."""
-    head, rows = KIND.listing(loads)
-    quantities = (KIND.row(loads, key) for key in ("solves", "worst_certificate"))
-    text = (
-        "Each load is one of its bracket, two neighboring loads that were solved: under the "
-        "smaller the value is not reached, under the larger it is.",
-        *(sentence(f"{row.name}: {row.text}") for row in quantities),
-        f"The report is on the largest of these loads, {engineering(loads.largest.load, 'N')}.",
-    )
-    return ExtraChapter("Loads that were asked for", text, (head, *rows))
+def question(loads: LoadSearch) -> str:
+    """Return the question that a load search answers."""
+    name = phrases.source(loads.largest.share.provenance)
+    return f"Which load gives {' and '.join(_asked(loads))} of {name}?"
+
+
+def _method(_: LoadSearch) -> list[Block]:
+    return [
+        Block(
+            "text",
+            "Each load is one of its bracket, two neighboring loads that were solved: the value is "
+            "reached under the larger, not under the smaller.",
+        )
+    ]
 
 
 def _works(loads: LoadSearch) -> Iterator[Use]:
@@ -203,13 +206,8 @@ def _works(loads: LoadSearch) -> Iterator[Use]:
         yield citations.below(loads.largest.boundary)
 
 
-def render(loads: LoadSearch, edition: Edition = PLAIN) -> str:
-    """Return the report on the contact under the largest load, with a chapter on all of them."""
-    return contact.compared(loads.largest, edition, [addition(loads)])
-
-
 KIND = Kind(
-    LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works, report=render,
+    LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
+    question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda loads: problem.bodies(loads.largest) + problem.boundary(loads.largest),
-    answer=_answer, numbers=_numbers, remarks=_remarks,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The page that a report is: chapters of text, tables and figures in one HTML file.
+"""The page that a report is: question, answer and numbered chapters in one HTML file.
 
 It needs nothing else and prints to A4.
 """
@@ -8,11 +8,11 @@ from __future__ import annotations
 import base64
 import datetime
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from roughcontact._version import __version__
 from roughcontact.cautions import Caution, Kind, Severity
@@ -20,7 +20,6 @@ from roughcontact.errors import InputError, Sentence, Spell, message_parts, rend
 from roughcontact.files import write
 from roughcontact.plots import export
 from roughcontact.plots.style import DPI
-from roughcontact.references import NO_REFERENCES, References
 
 if TYPE_CHECKING:
     import jinja2
@@ -28,78 +27,95 @@ if TYPE_CHECKING:
 
 _TEMPLATE = "report.html.j2"
 
-_FEW_COLUMNS, _FEW_ROWS = 5, 24
+HALF, MIDDLE, WIDE = 84, 124, 178
+"""Widths of figures [mm]: two in a row, one with its caption, the whole page."""
 
+# Printed over drawn size of all figures: the smallest text, 10.5 points, prints as 7.1.
+_SCALE = 0.68
 
-# Dots from which a figure has several panels, and needs the whole width of a page.
-_WIDE = 8 * DPI
+# Height over width of the widest figures, so that the first page has room for its numbers.
+_TALLEST = 0.62
+
+# Columns from which a table is set close.
+_MANY_COLUMNS = 7
+
+# Rows up to which a table is not broken.
+_FEW_ROWS = 12
 
 Cells = tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class ExtraChapter:
-    """A chapter that other results add to a report."""
-
-    title: str  # Its heading
-    text: tuple[str, ...] = ()  # Paragraphs, plain text
-    table: tuple[Cells, ...] = ()  # Rows of a table, the first of them its head
-    figures: tuple[tuple[str, Figure], ...] = ()  # Captions with their figures
-    facts: tuple[Cells, ...] = ()  # Rows of a table without a head
-    cautions: tuple[Caution, ...] = ()  # What the summary tells besides those of the result
-    references: References = NO_REFERENCES
-
-
-@dataclass(frozen=True)
 class PageTable:
     """Rows of text, the first cell of each its head."""
 
     rows: Sequence[Cells]  # The cells
     head: Cells = ()  # Heads of the columns
+    style: str = ""  # Of the page's style sheet
 
     @property
-    def style(self) -> str:
-        """Many columns stand close; few rows stay on one page."""
-        dense = "dense" if len(self.head) > _FEW_COLUMNS else ""
-        return f"{dense} {'short' if len(self.rows) <= _FEW_ROWS else ''}".strip()
+    def styles(self) -> str:
+        """The style; many columns are set close, few rows stay on one page."""
+        dense = "dense" if len(self.head) >= _MANY_COLUMNS else ""
+        whole = "whole" if len(self.rows) <= _FEW_ROWS else ""
+        return " ".join(filter(None, (self.style, dense, whole)))
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Picture:
     """A figure as a page takes it."""
 
-    caption: str  # Text below the figure
+    draw: Callable[[], Figure]  # What draws it
     alt: str  # Text in place of the figure
-    source: str = ""  # PNG file in base 64
-    width: int = 0  # In dots
-    height: int = 0  # In dots
-    number: int = 0  # Its number on the page, given last
-    draw: Callable[[], Figure] | None = None  # What draws it
+    caption: str  # Text below the figure
+    width: int = MIDDLE  # `HALF`, `MIDDLE` or `WIDE`
 
-    @property
-    def wide(self) -> bool:
-        """Whether it needs the whole width of a page."""
-        return self.width > _WIDE
+    def drawn(self) -> Figure:
+        """Return the figure in the size in which its text prints as that of all others."""
+        figure = self.draw()
+        wide, tall = figure.get_size_inches()
+        inches = self.width / 25.4 / _SCALE
+        height = tall * inches / wide
+        if self.width == WIDE and figure.get_layout_engine() is not None:
+            height = min(height, _TALLEST * inches)
+        figure.set_size_inches(inches, height)
+        # As many dots as before: a map needs one for each of its cells.
+        figure.set_dpi(DPI * max(wide / inches, 1.0))
+        if self.width == HALF:
+            # The caption says what titles and notes have no room for.
+            for axes in figure.axes:
+                axes.set_title("")
+            figure.suptitle("")
+            figure.supxlabel("")
+        return figure
 
 
-@dataclass
-class Chapter:
+class Block(NamedTuple):
+    """A part of a chapter: how it is set, and its content."""
+
+    kind: str  # "text", "small", "head", "warning", "code", "table", "figure", "aside" or "list"
+    content: Any  # A text, table, picture, or list of them
+
+
+class Chapter(NamedTuple):
     """Heading and blocks in their order."""
 
-    title: str  # The heading
-    blocks: list[tuple[str, Any]] = field(default_factory=list)
-    anchor: str = ""  # Where links lead to
-    number: int = 0  # Its number on the page
-
-    def add(self, kind: str, content: Any) -> None:
-        """Append a block."""
-        self.blocks.append((kind, content))
+    title: str
+    blocks: Sequence[Block]
 
 
-def save(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a page to an HTML file; it appears only once it is complete."""
-    check_path(path)
-    write(path, text)
+@dataclass(frozen=True)
+class Front:
+    """The first page: question, answer, one figure and the key numbers."""
+
+    question: str  # The title
+    problem: str  # Bodies and load in one line
+    answer: str  # One sentence
+    numbers: PageTable  # The key numbers
+    remarks: Sequence[str]  # What is said below them, one paragraph each
+    figure: Picture | None  # The most telling one
+    cautions: Sequence[Caution]  # What a reader has to know
+    status: str = "converged"  # Or why the solver stopped
 
 
 @dataclass(frozen=True)
@@ -114,6 +130,12 @@ class Edition:
 
 PLAIN = Edition()
 """An edition without a command, of today."""
+
+
+def save(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a page to an HTML file; it appears only once it is complete."""
+    check_path(path)
+    write(path, text)
 
 
 def check_path(path: str | os.PathLike[str]) -> None:
@@ -133,37 +155,45 @@ def check_path(path: str | os.PathLike[str]) -> None:
         )
 
 
-def render(
-    chapters: Sequence[Chapter],
-    *,
-    title: str,
-    subtitle: str,
-    edition: Edition,
-    status: str,
-    key_numbers: Sequence[Cells],
-    regime: str,
-    regime_text: str,
-    certificate: str,
-    cautions: Sequence[Caution],
-    checked: Sequence[str],
-) -> str:
+def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) -> str:
     """Return a page as the text of an HTML file."""
-    _draw(_number(chapters), edition.processes)
+    pictures = list(_pictures(front, chapters))
+    data = export.pngs([picture.drawn for picture in pictures], edition.processes)
     return _template(edition.spell).render(
-        title=title,
-        subtitle=subtitle,
+        front=front,
+        chapters=chapters,
         date=(edition.date or datetime.date.today()).isoformat(),
         version=__version__,
-        converged=status == "converged",
-        status=status,
-        key_numbers=key_numbers,
-        regime=regime,
-        regime_text=regime_text,
-        certificate=certificate,
-        boxes=_boxes(cautions),
-        checked=checked,
-        chapters=chapters,
+        messages=_messages(front.cautions),
+        shown={
+            picture: _Shown(number, *_dots(png), base64.b64encode(png).decode("ascii"))
+            for number, (picture, png) in enumerate(zip(pictures, data, strict=True), start=1)
+        },
     )
+
+
+class _Shown(NamedTuple):
+    """A picture that is drawn."""
+
+    number: int
+    width: int
+    height: int
+    source: str
+
+
+def _dots(png: bytes) -> tuple[int, int]:
+    """Return width and height, which stand first in a PNG file's first chunk."""
+    return int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")
+
+
+def _pictures(front: Front, chapters: Sequence[Chapter]) -> Iterator[Picture]:
+    """Yield the pictures of a page in their order."""
+    if front.figure is not None:
+        yield front.figure
+    for chapter in chapters:
+        for kind, content in chapter.blocks:
+            if kind in ("figure", "aside"):
+                yield content if kind == "figure" else content[0]
 
 
 def _template(spell: Spell) -> jinja2.Template:
@@ -182,26 +212,15 @@ def _template(spell: Spell) -> jinja2.Template:
     return environment.from_string(source.read_text(encoding="utf-8"))
 
 
-def _boxes(cautions: Sequence[Caution]) -> list[tuple[str, str, list[str]]]:
-    """Return severity, heading and sentences of what has to be known, the severest first."""
-    result = []
-    for severity, heading in _HEADINGS.items():
-        text = [
-            sentence(c.text)
-            for c in cautions
-            # The box above says so, with the reason.
-            if c.severity is severity and c.kind != Kind.NOT_CONVERGED
-        ]
-        if text:
-            result.append((str(severity), heading, text))
-    return result
-
-
-_HEADINGS = {
-    Severity.WARNING: "Warnings",
-    Severity.CAUTION: "Read with care",
-    Severity.NOTE: "To know",
-}
+def _messages(cautions: Sequence[Caution]) -> list[tuple[str, str]]:
+    """Return severity and sentence of what has to be known, the severest first."""
+    return [
+        (str(caution.severity), sentence(caution.text))
+        for severity in Severity
+        for caution in cautions
+        # The first line of the page says so, with the reason.
+        if caution.severity is severity and caution.kind != Kind.NOT_CONVERGED
+    ]
 
 
 def _printable(value: Any, spell: Spell) -> Any:
@@ -213,48 +232,10 @@ def _printable(value: Any, spell: Spell) -> Any:
     return "".join(c if c.isprintable() or c in "\n\t" else "�" for c in value)
 
 
-def _number(chapters: Sequence[Chapter]) -> list[Picture]:
-    """Give chapters and pictures their numbers, and return the pictures."""
-    pictures: list[Picture] = []
-    for number, chapter in enumerate(chapters, start=1):
-        chapter.number = number
-        chapter.anchor = f"chapter-{number}"
-        for kind, content in chapter.blocks:
-            if kind == "figure":
-                pictures.append(content)
-                content.number = len(pictures)
-    return pictures
-
-
-def picture(draw: Callable[[], Figure], alt: str, caption: str) -> Picture:
-    """Return a figure as a page takes it, to be drawn with all others of the page."""
-    return Picture(caption, alt, draw=draw)
-
-
-def _draw(pictures: Sequence[Picture], processes: int) -> None:
-    """Draw what is not drawn yet."""
-    remaining = {index: item.draw for index, item in enumerate(pictures) if item.draw is not None}
-    for index, data in zip(
-        remaining, export.pngs(list(remaining.values()), processes), strict=True
-    ):
-        item = pictures[index]
-        # Width and height stand first in a PNG file's first chunk.
-        item.width, item.height = (
-            int.from_bytes(data[index : index + 4], "big") for index in (16, 20)
-        )
-        item.source, item.draw = base64.b64encode(data).decode("ascii"), None
-
-
 def sentence(note: str) -> str:
     """Return a note with a capital letter and a full stop; nothing for nothing."""
     if not note:
         return ""
     first, *rest = message_parts(note)
     head = first[:1].upper() + first[1:] if isinstance(first, str) else first
-    return Sentence(head, *rest, *([] if note.endswith(".") else ["."]))
-
-
-def joined(*notes: str) -> str:
-    """Return texts that are not empty as one, with blanks between; arguments stay mentions."""
-    parts = [part for note in notes if note for part in (" ", *message_parts(note))]
-    return Sentence(*parts[1:])
+    return Sentence(head, *rest, *([] if note.endswith((".", "?")) else ["."]))

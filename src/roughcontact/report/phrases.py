@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.progress import Progress, Step
+from roughcontact.surface.provenance import Provenance
 from roughcontact.units import changed_by, engineering
 
 if TYPE_CHECKING:
@@ -139,6 +140,46 @@ def largest_pressure(result: ContactResult) -> str:
     """Return the largest pressure, and whether it is the ceiling that was given."""
     value = engineering(result.max_pressure, "Pa")
     return f"{value}, ceiling (given)" if result.saturated_fraction else value
+
+
+def source(provenance: Provenance) -> str:
+    """Return what a map is called."""
+    source = provenance.source or "surface"
+    return f"the {source}" if source.startswith(("nominal", "surface")) else source
+
+
+def under(result: ContactResult) -> str:
+    """Return load or approach of a result, as a question ends."""
+    if result.control == "approach":
+        return f"at an approach of {engineering(result.approach, 'm')}"
+    specified = result.specified_load
+    if specified is None:
+        return f"under {engineering(result.load, result.pair.load_unit)}"
+    value = _form(specified.form)
+    if isinstance(specified.form, NominalPressure):
+        return f"at {value}"
+    if isinstance(specified.form, HertzPressure):
+        return f"at a Hertz pressure of {value}"
+    return f"under {value}"
+
+
+def span(texts: Sequence[str]) -> str:
+    """Return the first and the last of some values with units."""
+    first, last = texts[0], texts[-1]
+    return first if first == last else f"{first} to {last}"
+
+
+def loads(result: Any) -> str:
+    """Return the loads of a row of contacts, as a question ends."""
+    contact = result.largest
+    if contact.specified_load is not None and isinstance(
+        contact.specified_load.form, NominalPressure
+    ):
+        area = contact.nominal_area
+        ends = [engineering(step.load / area, "Pa", 3) for step in result.steps]
+        return f"at {span(ends)}"
+    unit = contact.pair.load_unit
+    return f"under {span([engineering(step.load, unit) for step in result.steps])}"
 
 
 def given_load(specified: GivenLoad, result: ContactResult) -> str:

@@ -1,4 +1,4 @@
-"""A report on repeated passes: that on their last state, with the passes first."""
+"""What is shown of repeated passes."""
 
 from __future__ import annotations
 
@@ -6,57 +6,50 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from roughcontact.elastoplastic import plausibility
 from roughcontact.elastoplastic.rolling import RollingResult, Shakedown
 from roughcontact.formats import export
 from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
 from roughcontact.report import (
+    assumptions,
     blocks,
     chapters,
     citations,
     elastoplastic,
     figures,
+    phrases,
     problem,
+    python_script,
     rolling_table,
 )
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import PROBLEM, tiny
 from roughcontact.report.kind import CellTable, Kind, Use
-from roughcontact.report.page import PLAIN, Chapter, Edition, PageTable, sentence
-from roughcontact.units import counted, engineering
+from roughcontact.report.page import Block
+from roughcontact.units import counted
 
 
-def render(rolling: RollingResult, edition: Edition = PLAIN) -> str:
-    """Return a report as the text of an HTML file."""
-    lead = elastoplastic.Lead(
-        _title(rolling),
-        chapters.headlines(KIND, rolling, rolling_table.HEADLINES),
-        _of(rolling),
-        citations.of(KIND, rolling),
-        rolling.cautions,
-        ("steps, pixel and direction of the passes",),
-    )
-    return elastoplastic.render(rolling.result, edition, lead=lead)
+def question(rolling: RollingResult) -> str:
+    """Return the question that repeated passes answer."""
+    name = phrases.source(rolling.result.solution.surface.provenance)
+    return f"Does {name} shake down in {rolling_table.counted(rolling)}?"
 
 
-def _title(rolling: RollingResult) -> str:
-    name = rolling.result.solution.surface.provenance.source or "an unnamed surface"
-    load = engineering(rolling.result.solution.load, "N")
-    return f"{rolling_table.counted(rolling)} over {name} under {load}"
+def _inputs(rolling: RollingResult) -> list[Block]:
+    state = elastoplastic.KIND.rows(rolling.result, PROBLEM)
+    kept = [row for row in state if row.key not in ("turns", "increments")]
+    return elastoplastic.inputs_of(rolling.result, [*KIND.rows(rolling, PROBLEM), *kept])
 
 
-def _of(rolling: RollingResult) -> Chapter:
-    chapter = Chapter("Passes")
-    chapter.add(
-        "text",
-        f"{sentence(f'the passes come to: {rolling.outcome_text}')} "
-        f"{rolling_table.criterion(rolling)}",
-    )
-    chapter.add("table", chapters.quantities(KIND.rows(rolling)))
-    head, rows = KIND.listing(rolling)
-    chapter.add("table", PageTable(rows, head))
-    chapters.show(chapter, rolling_table.FIGURES, rolling)
-    return chapter
+def _checked(rolling: RollingResult) -> tuple[str, ...]:
+    state = plausibility.checked(rolling.result)
+    return ("steps, pixel and direction of the passes", *state)
+
+
+def _method(rolling: RollingResult) -> list[Block]:
+    state = elastoplastic.KIND
+    return [*elastoplastic.method(rolling.result), *chapters.trust(state, rolling.result, ())]
 
 
 def _works(rolling: RollingResult) -> Iterator[Use]:
@@ -136,6 +129,8 @@ def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 KIND = Kind(
     RollingResult, rolling_table.ROLLING, rolling_table.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
-    report=render, blocks=shown, problem=_problem, answer=_answer, numbers=_numbers,
-    remarks=_remarks,
+    blocks=shown, problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
+    question=question, meaning=rolling_table.criterion, inputs=_inputs,
+    case=lambda rolling: assumptions.of_volume(rolling.result), method=_method, checked=_checked,
+    script=lambda rolling: python_script.repeating_volume(rolling.result),
 )  # fmt: skip

@@ -9,7 +9,8 @@ from roughcontact._version import __version__
 from roughcontact.elastoplastic.rolling import RollingResult, Shakedown
 from roughcontact.plots import rolling as plots
 from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, stored_columns
-from roughcontact.report.figure_data import RESULTS, Illustration, Illustrations
+from roughcontact.report.figure_data import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.page import WIDE
 from roughcontact.units import engineering
 
 
@@ -106,9 +107,6 @@ ROLLING: Table = (
 )  # fmt: skip
 """Of a `RollingResult`."""
 
-HEADLINES = ("shakedown", "strain_added", "shear", "in_plane_stress", "Sq")
-"""What a report on passes says first."""
-
 
 def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
     return Column(key, name, unit=unit, steps="passes", **text)
@@ -164,35 +162,27 @@ def criterion(rolling: RollingResult) -> str:
     return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
 
 
-_ALT = "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk."
-
 FIGURES: Illustrations = (
     Illustration(
-        "passes",
-        plots.passes,
-        _ALT,
-        "Pass by pass: the plastic strain that it adds, the largest of all points, and what is "
-        "left of it when flow there and back are set off; the mean shear; the largest pressure and "
-        "contact area on the way; Sq and Spk of the rough body without load.",
-        RESULTS,
+        "passes", plots.passes,
+        "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk.",
+        "Pass by pass: plastic strain added and net, mean shear, maximum pressure and contact "
+        "area, Sq and Spk of the unloaded body. Look whether the strain added falls.",
+        FRONT, WIDE,
     ),
     Illustration(
-        "depths",
-        plots.depths,
+        "depths", plots.depths,
         "Shear strain that passes add, and residual stress after them, over the depth.",
-        "Over the depth: the shear strain that passes add, positive where the surface is dragged "
-        "to where the counter-body moved on the first pass; the residual normal stress along the "
-        "pass and across it. Means along the axes along which the map is periodic, the largest "
-        "values along others.",
-        RESULTS,
+        "Over the depth: shear strain added by the passes; residual normal stress along and across "
+        "the pass. Tension is positive.",
+        RESULTS, WIDE,
     ),
     Illustration(
-        "heights",
-        plots.heights,
+        "heights", plots.heights,
         "Heights along x and y before the passes and after them.",
-        "Heights of the rough body without load through the deepest residual displacement, before "
-        "the passes and after them: what is gone has been pressed in.",
-        RESULTS,
+        "Heights of the unloaded body before and after the passes, through the deepest residual "
+        "displacement.",
+        RESULTS, WIDE,
     ),
 )  # fmt: skip
 """Of a `RollingResult`, besides those of its last state."""

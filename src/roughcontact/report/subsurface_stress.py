@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from operator import attrgetter
+from typing import Any
 
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.plots import subsurface_stress as draw
-from roughcontact.report import blocks, citations, contact, contact_fields, figures, problem
+from roughcontact.report import (
+    blocks,
+    chapters,
+    citations,
+    contact,
+    contact_fields,
+    figures,
+    phrases,
+    problem,
+)
 from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import Row, rows_of
 from roughcontact.report.kind import CellTable, Kind
-from roughcontact.report.page import PLAIN, Edition, ExtraChapter
+from roughcontact.report.page import Block
 
 
 def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
@@ -24,30 +34,21 @@ def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
     )
 
 
-def addition(stress: StressResult, onset: StressResult | None = None) -> ExtraChapter:
-    """Return the chapter on the stress below the surface, and on the load of first yield."""
-    kind = _kind(stress)
-    quantities = kind.rows(stress)
-    if onset is not None:
-        quantities += first_yield(onset)
-    rows = (("quantity", "value"), *((row.title, row.text) for row in quantities))
-    own = stress.own_cautions
-    text = (
-        "Elastic stress under the pressure found. Tension is positive.",
-        *(c.text for c in own),
-    )
-    drawn = figures.drawn(kind.figures, stress)
-    works = citations.added(kind, stress)
-    return ExtraChapter(
-        "Stress below the surface", text, rows, drawn, cautions=own, references=works
-    )
+def question(stress: StressResult) -> str:
+    """Return the question that a stress answers."""
+    contact = stress.solution
+    name = phrases.source(contact.share.provenance)
+    return f"How large is the stress below {name} {phrases.under(contact)}?"
 
 
-def render(
-    stress: StressResult, edition: Edition = PLAIN, *, onset: StressResult | None = None
-) -> str:
-    """Return the report on the contact, with a chapter on the stress below it."""
-    return contact.compared(stress.solution, edition, [addition(stress, onset)])
+def _details(
+    stress: StressResult, scene: Any, onset: StressResult | None = None, **more: Any
+) -> list[Block]:
+    return [] if onset is None else chapters.quantities(first_yield(onset))
+
+
+def _method(_: StressResult) -> list[Block]:
+    return [Block("text", "Elastic stress below the contact pressure. Tension is positive.")]
 
 
 # --- What is said first ---
@@ -111,10 +112,9 @@ def shown(stress: StressResult, onset: StressResult | None = None) -> Blocks:
 KIND = Kind(
     StressResult, contact_fields.STRESS, figures=figures.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
-    contact=attrgetter("solution"), works=citations.of_stress, report=render,
+    contact=attrgetter("solution"), works=citations.of_stress, blocks=shown,
     problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks,
-    blocks=shown,
+    remarks=_remarks, question=question, details=_details, method=_method,
 )  # fmt: skip
 PROFILE_KIND = replace(
     KIND, table=contact_fields.PROFILE_STRESS, when=lambda stress: stress.solution.pair.is_profile,

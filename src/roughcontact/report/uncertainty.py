@@ -51,15 +51,9 @@ KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)
 
 HEADS = ("as measured", "between", "because of")
 
-WHAT = (
-    "Where the numbers of what was measured lie, as far as is known: what whole pixels at the "
-    "rim of spots add, what finer grids change, what yielding in the volume changes, and the "
-    "tolerance. What the measurement left out is in none of them."
-)
-
-NOT_BOUNDED = (
-    "The certificate is the tolerance and bounds none of the others: it says how exactly the "
-    "problem as stated is solved."
+NOT_INCLUDED = (
+    "Not included: another place on the part, another part, the instrument. Measure at least three "
+    "maps for these."
 )
 
 # Smaller changes say nothing beside the others.
@@ -105,6 +99,18 @@ def sources(interval: Interval) -> str:
     if "pixel" in unknown:
         other += " (--study)"
     return "; ".join(filter(None, (text, other)))
+
+
+def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
+    """Return the intervals of the key numbers of a contact, by key."""
+    if result.pair.is_shared or not (result.converged and result.load):
+        return {}
+    table = contact_fields.PROFILE_CONTACT if result.pair.is_profile else contact_fields.CONTACT
+    return {
+        interval.name: text
+        for interval in uncertainty.uncertainty_intervals(result, study)
+        if " to " in (text := _ends(quantity_of(table, interval.name), interval))
+    }
 
 
 def _row(interval: Interval, table: Table) -> tuple[str, str, str]:

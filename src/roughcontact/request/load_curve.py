@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
@@ -13,9 +12,6 @@ from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel,
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
-
-if TYPE_CHECKING:
-    from roughcontact.report.page import Edition
 
 FROM = Option(
     "from", Panel.BODIES, "LOAD|APPROACH",
@@ -108,19 +104,6 @@ def _last(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _report(outcome: Outcome, work: Work, path: Path, edition: Edition) -> None:
-    """Write the report on a load curve, with the contact at its last load."""
-    from roughcontact.contact.solve import solve
-    from roughcontact.report import load_history, page
-
-    request, curve = outcome.request, outcome.found
-    arguments = solve_arguments.arguments(request, work.maps, *options.SOLVER)
-    result = solve(work.maps[0], **arguments, load=curve.steps[-1].load, calibrated=False)
-    result = replace(result, extra_cautions=curve.extra_cautions)
-    twin = result.elastic() if result.saturated_fraction else None
-    page.save(load_history.render_curve(curve, result, edition, elastic=twin), path)
-
-
 TASK = Task(
     "sweep",
     """Compute the load curve: area, gap and stiffness over many loads.
@@ -143,7 +126,6 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
         for end in (FROM, TO)
     ),
     check=_check,
-    report=_report,
     last=_last,
     memory=_memory,
     questions=(

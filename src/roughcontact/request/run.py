@@ -94,7 +94,8 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        yield report, partial(request.task.report, outcome, work, edition=edition_of(request))
+        write = partial(kinds.report, edition=edition_of(request), **outcome.beside)
+        yield report, partial(write, result)
     requested = list(request.figures())
     drawings = kinds.drawings(result) if requested else {}
     for _, name, path in requested:

@@ -137,12 +137,6 @@ def _numbers(outcome: Any) -> dict[str, Any]:
     return result
 
 
-def _report(outcome: Any, work: Any, path: Path, edition: Any) -> None:
-    from roughcontact.report import kinds
-
-    kinds.report(outcome.found, path, edition, **outcome.beside)
-
-
 def _nothing(_: Any) -> None:
     """Refuse nothing."""
 
@@ -155,7 +149,6 @@ class Task(Command):
     rules: tuple[Rule, ...] = ()  # What its options ask of each other
     check: Callable[[Any], object] = _nothing
     record: Callable[[Any], dict[str, Any]] = _numbers
-    report: Callable[..., object] = _report
     last: Callable[[Any], dict[str, Any]] | None = None
     held: int = 0  # Maps that it takes beside the contact
     memory: Callable[[Any, tuple[int, int]], object] | None = None

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import cached_property, partial
 from itertools import pairwise
 from numbers import Real
 from pathlib import Path
@@ -72,7 +72,7 @@ class LoadStep:
     ceiling: float = math.nan  # Largest pressure allowed [Pa]
 
 
-_FIELDS = tuple(field.name for field in fields(LoadStep))
+_FIELDS = tuple(item.name for item in fields(LoadStep))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,6 +107,8 @@ class LoadCurve(Result):
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
     specified_load : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
+    _solve_largest : callable, optional
+        Solves the contact under the last load again, for a report.
     """
 
     steps: tuple[LoadStep, ...]
@@ -122,6 +124,14 @@ class LoadCurve(Result):
     extra_cautions: tuple[Caution, ...] = ()
     is_profile: bool = False
     specified_load: tuple[GivenLoad, ...] = ()
+    _solve_largest: Callable[[], ContactResult] | None = field(default=None, repr=False)
+
+    @cached_property
+    def largest(self) -> ContactResult:
+        """The contact under the last load, solved again from its pressure."""
+        if self._solve_largest is None:
+            raise InputError("this load curve does not hold its contacts: sweep again")
+        return self._solve_largest()
 
     @property
     def source(self) -> str:
@@ -367,11 +377,9 @@ class _Sweep:
             origins=pair.origins,
             softer=pair.softer,
             is_profile=pair.is_profile,
-            messages=over_loads(
-                judged,
-                *((pair.load_unit, "loads") if self.control == "load" else ("m", "approaches")),
-            ),
+            messages=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
             specified_load=self.specified_load,
+            _solve_largest=partial(press, pair, self.terms_at(self.values[-1]), start=pressure),
         )
 
     def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
@@ -541,14 +549,14 @@ def _write_step(
 def _read_step(
     path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
 ) -> tuple[LoadStep, Array, Array]:
-    names = [field.name for field in fields(LoadStep)]
+    names = [item.name for item in fields(LoadStep)]
     held = ("index", "pressure", "following_index", "following", *names)
     arrays = checkpoints.read_step(path, held, mark, "sweep")
     pressure, following = np.zeros(shape), np.zeros(shape)
     pressure.ravel()[arrays["index"]] = arrays["pressure"]
     following.ravel()[arrays["following_index"]] = arrays["following"]
     values: dict[str, Any] = {
-        field.name: (int if field.type == "int" else float)(arrays[field.name])
-        for field in fields(LoadStep)
+        item.name: (int if item.type == "int" else float)(arrays[item.name])
+        for item in fields(LoadStep)
     }
     return LoadStep(**values), pressure, following

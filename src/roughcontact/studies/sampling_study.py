@@ -109,7 +109,8 @@ def solve_sample(
         size=surface.size,
         pixel=surface.pixel,
         shortest_wave=_shortest_wave(surface),
-        curve=curve,
+        # Many samples would hold many maps.
+        curve=replace(curve, _solve_largest=None),
         roughness={key: values[key] for key in ROUGHNESS},
         bodies=(problem["material"], problem.get("counter_material", RIGID)),
     )
