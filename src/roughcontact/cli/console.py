@@ -270,26 +270,28 @@ def show_generated(surface: Surface, written: Sequence[Path]) -> None:
 def show_demo(
     results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
 ) -> None:
-    """Print both solutions of the example side by side, and the files."""
-    from roughcontact.cautions import of_several
-    from roughcontact.report import blocks, contact, contact_fields
-    from roughcontact.report.fields import ANSWER, TRUST, side_by_side
+    """Print both solutions of the example, the files, and what to do next."""
+    from dataclasses import replace
+
+    from roughcontact.report import contact_fields, kinds
+    from roughcontact.report.fields import quantity_of
 
     limited = results[1]
-    _print_table(blocks.problem(contact.KIND, limited, limited, without=("ceiling",)))
-    answers, trust = (
-        [
-            (blocks.title(row), *texts)
-            for row, texts in side_by_side(contact_fields.CONTACT, results, part, brief=True)
-        ]
-        for part in (ANSWER, TRUST)
-    )
-    _print_table(answers, trust, heads=("", *labels))
-    told = [(name, result.cautions) for name, result in zip(labels, results, strict=True)]
-    _print_cautions(of_several(told, "results"))
+    rows = [
+        (quantity.row(limited).title, *(quantity.row(result).text for result in results))
+        for quantity in (quantity_of(contact_fields.CONTACT, key) for key in _COMPARED)
+    ]
+    first = kinds.headline(limited)
+    _print_headline(replace(first, heads=("", *labels), rows=rows, remarks=first.remarks[-1:]))
+    _print_messages(limited.cautions)
     _print_written([folder], "written to:")
     _print_table(files)
-    print("The surface is generated, not measured; `roughcontact solve FILE` takes yours.")
+    print('Next: roughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4 \\')
+    print("          --boundary periodic")
+
+
+# Quantities by which the elastic example and that with a ceiling are compared.
+_COMPARED = ("contact_area", "mean_pressure", "max_pressure", "mean_gap", "approach")
 
 
 # Printing

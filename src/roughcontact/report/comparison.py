@@ -636,7 +636,10 @@ def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
     rows = [
         (
             capital(name_of(name)),
-            *(_mean(name, result.mean(index, name)) for index in range(len(result.groups))),
+            *(
+                _mean(name, result.mean(index, name)).partition(" (s ")[0]
+                for index in range(len(result.groups))
+            ),
             *([_change(result, name)] if several else ()),
         )
         for name in names

@@ -38,8 +38,11 @@ def between(low: float, high: float, form: Any) -> str:
 def map_name(surface: Any) -> str:
     """Return the file of a map, or its nominal form."""
     source = str(surface.provenance.source)
-    if source.startswith("nominal "):
-        return f"a {source.removeprefix('nominal ').partition(', ')[0]}"
+    made = source.partition(", ")[0]
+    if made.startswith("nominal "):
+        return f"a {made.removeprefix('nominal ')}"
+    if made.startswith("generated "):
+        return f"a {made}"
     return Path(source).name or "an unnamed map"
 
 
