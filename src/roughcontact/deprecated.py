@@ -127,7 +127,7 @@ def current_option(command: str, name: str, warn: Warn | None = None) -> str:
     """Return what an option or a key of a project file is called now."""
     new = (OPTIONS[""] | OPTIONS.get(command, {})).get(name, name)
     if new != name:
-        (warn or _warn)(f"{name} is {new} now")
+        (warn or _warn)(f"'{name}' is '{new}' now")
     return new
 
 
@@ -135,7 +135,7 @@ def current_value(name: str, value: Any, warn: Warn | None = None) -> Any:
     """Return what a value of an argument or option is called now."""
     new = VALUES.get(name, {}).get(value) if isinstance(value, str) else None
     if new is not None:
-        (warn or _warn)(f"{name} {value} is {new} now")
+        (warn or _warn)(f"'{name} {value}' is '{name} {new}' now")
     return value if new is None else new
 
 

@@ -247,7 +247,9 @@ def _entries(project: _Project) -> Iterator[tuple[_Contact, Entry]]:
     contacts = 0
     for number, read in enumerate(project.contacts):
         requested = _contacts(project, number, read)
-        idle -= {key for contact in requested for key in contact.values}
+        idle -= {
+            contact.where.get(key, (key,))[-1] for contact in requested for key in contact.values
+        }
         for load in _loads(requested[0]):
             contacts += 1
             for contact in requested:

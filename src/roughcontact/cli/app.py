@@ -75,7 +75,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     written: Sequence[Path] = ()
     try:
         arguments = deprecated.current_words(
-            arguments, lambda text: terminal.complain(f"note: --{text}; until 0.4 both work")
+            arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
         )
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()

@@ -1,0 +1,73 @@
+"""Names of 0.2 work until 0.4 and say what they are called now."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact import deprecated
+from roughcontact.batch import project
+from roughcontact.cli import app
+from roughcontact.request.tasks import COMMANDS
+
+STEEL = rc.Material(210e9, 0.3, 1e9)
+BALL = ("--body", "sphere 1 mm", "--points", "24", "--size", "60 um", "--young", "210 GPa",
+        "--poisson", "0.3", "--load", "0.1 N", "--json")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", deprecated.NAMES)
+def test_an_old_name_of_the_package_warns_and_works(name: str) -> None:
+    with pytest.warns(DeprecationWarning, match=f"roughcontact.{name} is"):
+        assert getattr(rc, name) is not None
+
+
+def test_every_new_name_exists() -> None:
+    for function, table in deprecated.ARGUMENTS.items():
+        there = rc.mpi if function == "read_slab" else rc
+        known = inspect.signature(getattr(there, function)).parameters
+        assert set(table.values()) <= set(known), function
+        assert not set(table) & set(known), function
+    for name, table in deprecated.OPTIONS.items():
+        for command in [COMMANDS[name]] if name else COMMANDS.values():
+            offered = command.by_name
+            assert not set(table) & set(offered), command.name
+            assert not name or set(table.values()) <= set(offered)
+
+
+def test_an_old_argument_and_value_warn_and_work() -> None:
+    with pytest.warns(DeprecationWarning, match=r"contact_modulus\(first=\)"):
+        old = rc.contact_modulus(first=STEEL, counter_material=STEEL)  # type: ignore[call-arg]
+    assert old == rc.contact_modulus(STEEL, STEEL)
+    ball = rc.nominal.sphere(radius=1e-3, shape=(24, 24), pixel=2.5e-6)
+    with pytest.warns(DeprecationWarning, match="calibrated"):
+        result = rc.solve(ball, material=STEEL, load=0.5, ceiling="recommended")
+    assert result.calibration is None or result.calibration.factor > 0
+    with pytest.warns(DeprecationWarning, match="center_of_pressure"):
+        assert result.centre_of_pressure == result.center_of_pressure  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = result.nonsense  # type: ignore[attr-defined]
+
+
+def test_an_old_option_is_read_and_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert app.main(["solve", *BALL, "--holes", "mask"]) == app.SOLVED
+    out, err = capsys.readouterr()
+    assert json.loads(out)["converged"]
+    assert err.count("'missing'") == err.count("\n") == 1
+
+
+def test_an_old_key_of_a_project_is_read(tmp_path: Path) -> None:
+    np.save(tmp_path / "a.npy", np.zeros((9, 9)))
+    path = tmp_path / "p.toml"
+    path.write_text(
+        '[defaults]\nholes = "mask"\n[[contact]]\nname = "a"\nfile = "a.npy"\nunit = "um"\n'
+        'size = "9 um x 9 um"\nyoung = "210 GPa"\npoisson = 0.3\nload = "1 mN"\n',
+        encoding="utf-8",
+    )
+    with pytest.warns(DeprecationWarning, match="missing"):
+        (entry,) = project.load(path)
+    assert entry.request.given["missing"] == "mask"
