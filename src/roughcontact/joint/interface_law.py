@@ -379,7 +379,7 @@ class InterfaceLaw(Result):
 
     @property
     def part_size(self) -> law_curve.PartSize | None:
-        """How far the law of the parts is from that of the whole maps, if it was asked for."""
+        """How far the law of the parts is from that of the whole maps, where it was requested."""
         if self.parts is None:
             return None
         half = np.array([item.high - item.value for item in self.parts.mean(LOADING, "separation")])

@@ -313,7 +313,7 @@ ASSUMPTIONS = (
     Assumption("Two surfaces in one position", "only the sum of their heights counts",
                "their position may change", _counter_body),
     Assumption("Constant pressure on a pixel", _grid, "spots have fewer than 10 pixels"),
-    Assumption("Missing points", _missing, "they lie on summits", lambda c: bool(_missing(c))),
+    Assumption("Missing points", _missing, "they are on summits", lambda c: bool(_missing(c))),
     Assumption("One slow loading", _loading, "faces are run in, creep or wear",
                lambda c: c.history is None and not _yields(c)),
     Assumption("Path of loads",

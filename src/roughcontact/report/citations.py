@@ -60,7 +60,7 @@ def of_contact(result: ContactResult) -> Uses:
         yield _RECOMMENDED
     if result.hertz is not None:
         ellipse = result.hertz.shape.kind == ELLIPSE
-        yield cited("smooth bodies beside it", "Johnson1985", *(["Carlson1995"] * ellipse))
+        yield cited("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
     if result.estimate is not None:
         yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
 

@@ -151,7 +151,7 @@ def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, lis
             pair = (pair_of(comparison, first, second),) if several else ()
             rows.append((name_of(name), *pair, *_difference(name, result, base)))
     pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
-    return (*pairs, "difference", f"{LEVEL} interval", "relative", "excludes zero"), rows
+    return (*pairs, "difference", f"{LEVEL} interval", "relative", "significant"), rows
 
 
 def pair_of(comparison: Comparison, first: int, second: int) -> str:
@@ -333,7 +333,7 @@ def _told(comparison: Comparison) -> list[str]:
 COMPARISON_COLUMNS: Columns = (
     Column("name", "number", of=lambda c: [name_of(line[0]) for line in _lines(c)], stored=False),
     Column("of", "of", of=lambda c: [line[1] for line in _lines(c)], stored=False),
-    Column("told", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
+    Column("mean_text", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
     Column("quantity", of=_cell(0)),
     Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
     Column("group", of=_cell(1)),

@@ -196,8 +196,8 @@ CONDUCTANCE_COLUMNS: Columns = (
 _MEANING = {
     (): "The resistance is that between points far away in both bodies: the spreading from all of "
     "the map is in it, and a larger map has less, though not in proportion to its area.",
-    (0, 1): "The resistance is what the joint adds to the bodies of one period, and goes with one "
-    "over the area.",
+    (0, 1): "The resistance is what the joint adds to the bodies of one period, inversely "
+    "proportional to the area.",
 }
 _STRIP = (
     "The resistance is that of one period up to a distance of the longer side of the map: the "
@@ -217,7 +217,7 @@ def sentences(result: Conductance) -> tuple[str, ...]:
         "The constriction length over the sum of the resistivities of the two bodies, or of their "
         "1/k, is the conductance.",
         meaning,
-        "All of the contact conducts, what has flowed included; the gap conducts nothing"
+        "All of the contact conducts, yielded metal included; the gap conducts nothing"
         + (", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct "
            "side by side." if _filled(result) else "."),
         *(
@@ -226,9 +226,9 @@ def sentences(result: Conductance) -> tuple[str, ...]:
              "constriction.",)
             if film else ()
         ),
-        "The resistance of an elastic contact hangs on its coarse outline, where the current "
+        "The resistance of an elastic contact depends on its coarse outline, where the current "
         "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
-        "film on it, hang on the finest scales; under a ceiling, which bounds the area, more and "
+        "film on it, depend on the finest scales; under a ceiling, which bounds the area, more and "
         "smaller spots conduct better.",
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "

@@ -137,7 +137,7 @@ CONTACT: Table = (
         of=lambda r: list(r.tilt), when=_tilts,
     ),
     Quantity(
-        "center_of_pressure", "centre of pressure (y, x)", unit="m",
+        "center_of_pressure", "center of pressure (y, x)", unit="m",
         meaning="from the middle of the map", of=lambda r: list(r.center_of_pressure), when=_tilts,
         stored=False,
     ),
@@ -609,7 +609,7 @@ PAIR: Table = tuple(
 """What is pressed on what."""
 
 
-# --- What is told of contacts of profiles: the quantities of maps, per metre of their width ---
+# --- What is told of contacts of profiles: the quantities of maps, per meter of their width ---
 
 
 LOAD = "N/m"
@@ -655,7 +655,7 @@ PROFILE_CONTACT: Table = (
     Quantity("kind", of=lambda _: "profile"),
     _of(
         "load", name="load per length", symbol="W′", unit=LOAD, text=_profile_given("load", LOAD),
-        meaning="normal force that the pressure adds up to, per metre along y",
+        meaning="normal force that the pressure adds up to, per meter along y",
     ),
     Quantity("load_unit", of=lambda _: LOAD),
     _of("approach", meaning=REFERENCE),

@@ -98,7 +98,7 @@ def _answer(result: ElastoplasticResult) -> str:
         depth = "nothing yields"
     if not result.solution.load:
         dent = problem.size(float(result.residual_displacement.max()), "m")
-        return f"Unloaded: a dent of {dent} remains; {depth}."
+        return f"Unloaded: an indentation of {dent} remains; {depth}."
     return f"{problem.share(result.solution.contact_fraction)} of the face is in contact; {depth}."
 
 

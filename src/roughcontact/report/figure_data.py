@@ -71,7 +71,7 @@ class ContactScene:
     @property
     def missing(self) -> str:
         """A sentence on missing points, if there are any."""
-        return " Grey points were not measured." if np.isnan(self.result.gap).any() else ""
+        return " Gray points were not measured." if np.isnan(self.result.gap).any() else ""
 
     @cached_property
     def most_loaded(self) -> Region:

@@ -250,8 +250,8 @@ CONTACT: Illustrations = (
         "histogram",
         lambda s: sections.pressure_histogram(s.result),
         "Histogram of the contact pressure over the contact area.",
-        "Contact area over pressure. The area at the ceiling has no width on this axis and is "
-        "written beside it.",
+        "Contact area over pressure. The area at the ceiling has no width on this axis: see the "
+        "label.",
         FILES,
         HALF,
     ),
@@ -292,7 +292,7 @@ def _in_contact(name: str) -> Illustration:
 
 
 def _displacement(scene: VolumeScene) -> str:
-    text = "Residual displacement: what plastic strain adds to the gap. Red: down. Blue: up."
+    text = "Residual displacement adds to the gap. Red: down. Blue: up."
     return f"{text} The line is the contact edge." if scene.loaded else text
 
 
@@ -436,7 +436,7 @@ CURVE: Illustrations = (
 CONDUCTANCE: Illustrations = (
     Illustration(
         "conductance", conductance,
-        "Resistance of the contact over the load, beside two estimates.",
+        "Resistance of the contact over the load, and two estimates.",
         "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
         "spots and the correlation for large flat joints.",
         FRONT, WIDE,

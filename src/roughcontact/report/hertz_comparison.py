@@ -10,7 +10,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.report.fields import ABSENT
 from roughcontact.units import engineering
 
-HEADS = ("beside Hertz", "smooth (Hertz)", "here", "ratio")
+HEADS = ("compared with Hertz", "smooth (Hertz)", "here", "ratio")
 """Of the columns of `rows`."""
 
 _SIDES = {

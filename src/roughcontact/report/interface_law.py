@@ -173,8 +173,8 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
         "The separation ū is that of the mean planes of the two surfaces, with what is indented "
         "counted as negative; at first touch it is the height of the highest summit. Overclosure "
         "is minus the separation.",
-        "Stiffness per area, in GPa/µm, is told for a loading that goes on, when the elastic "
-        "contact alone resists, and for one that begins to fall, when all of the contact does.",
+        "Stiffness per area, in GPa/µm: while loading, the elastic contact alone resists; while "
+        "unloading, all of the contact does.",
         *(
             () if law.is_elastic else
             ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "

@@ -189,15 +189,14 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
         "the mean of the pressures at inlet and outlet."
     )
     return (
-        "Reynolds' equation of a thin film in the gap as it is: nothing flows through contact, "
-        "and the fluid does not push the bodies apart.",
+        "Reynolds' equation of a thin film in the gap: nothing flows through contact, and the "
+        "fluid does not push the bodies apart.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
         "points count in ū with zero.",
-        "What leaks hangs on the narrowest places of the widest ways, and so on the smallest gaps "
-        "and on single summits: another part of the same face may leak more or less by a factor, "
-        "the more so the more of it touches.",
+        "The leak rate depends on the narrowest constrictions, and so on single summits. Another "
+        "part of the same face may differ by a factor, near sealing most of all.",
     )
 
 

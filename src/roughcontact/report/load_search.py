@@ -116,10 +116,10 @@ FOUND: Table = (
 FOUND_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.quantity)),
     Column("unit", of=_each(lambda item: _unit(item.quantity))),
-    Column("asked", "asked for", of=_asked, stored=False),
+    Column("wanted", "wanted", of=_asked, stored=False),
     Column("target", of=_each(lambda item: item.target)),
     Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
-    Column("bracket", "passed between", of=_bracket, stored=False),
+    Column("bracket", "bracket", of=_bracket, stored=False),
     Column("bracket_low", unit="N", of=_each(lambda item: item.bracket_low.load)),
     Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
     Column(

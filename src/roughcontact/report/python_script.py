@@ -192,7 +192,7 @@ class _Script:
         ny, nx = created.found["shape"]
         digest = created.found.get("sha256")
         self.comment(
-            f"An array in memory: supply it as {name}.npy, {ny} × {nx} heights in metres"
+            f"An array in memory: supply it as {name}.npy, {ny} × {nx} heights in meters"
             + (f", SHA-256 of its bytes {digest[:16]}…" if digest else "")
         )
         words = [f'np.load("{name}.npy")', f"pixel={_literal(created.arguments['pixel'])}"]

@@ -26,10 +26,7 @@ def regime(result: ContactResult) -> str:
         )
     body = result.pair.softer
     if name is Regime.UNKNOWN and (body is None or body.hardness is None):
-        return (
-            f"No yield strength was given: whether the material bears the largest pressure of "
-            f"{largest} cannot be said."
-        )
+        return f"Yielding is unknown without a yield strength (maximum pressure {largest})."
     assert body is not None
     if name in (Regime.UNKNOWN, Regime.BEYOND_HARDNESS):
         assert body.hardness is not None
@@ -96,7 +93,7 @@ def _other(result: ContactResult) -> str:
     pair = result.pair
     for body, who in ((pair.material, "body"), (pair.counter_material, "counter-body")):
         if not phrases.is_rigid(body) and body.ceiling is None:
-            return f" The {who} was given no strength: whether it yields cannot be said."
+            return f" Yielding of the {who} is unknown without its strength."
     return ""
 
 
@@ -118,4 +115,4 @@ def volume_regime(result: ElastoplasticResult) -> str:
     if result.solution.load:
         return text + surface
     deepest = engineering(float(result.residual_displacement.max()), "m", 3)
-    return f"{text}{surface} The load is gone, and has left a dent of up to {deepest}."
+    return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."

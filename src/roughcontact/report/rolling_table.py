@@ -22,7 +22,7 @@ def counted(rolling: RollingResult) -> str:
 
 def _way(rolling: RollingResult) -> str:
     steps = max(item.steps for item in rolling.passes)
-    way = "to and fro" if rolling.reciprocating else "each from the same start"
+    way = "reciprocating" if rolling.reciprocating else "each from the same start"
     ended = ""
     if len(rolling.passes) < rolling.requested:
         ended = f", ended: the last adds no plastic strain ({rolling.requested} requested)"
@@ -81,7 +81,7 @@ ROLLING: Table = (
     Quantity("settled_after"),
     Quantity(
         "strain_added", "strain by the last pass", of=_last("strain_added"), form=strain,
-        meaning="plastic, largest, there and back counted",
+        meaning="plastic, largest, forward and backward added",
     ),
     Quantity("strain_net", "left of it", of=_last("strain_net"), form=strain, meaning="largest"),
     Quantity(
@@ -135,11 +135,11 @@ _CRITERIA = {
     Shakedown.ELASTIC: "No pass added any plastic strain.",
     Shakedown.ELASTIC_SHAKEDOWN: (
         "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
-        "and hardening now bear the load without flow."
+        "and hardening carry the load without yielding."
     ),
     Shakedown.PLASTIC_SHAKEDOWN: (
         "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
-        "it is left: the metal flows to and fro, and fatigue is to be feared."
+        "it is left: the metal yields forward and backward: expect fatigue."
     ),
     Shakedown.RATCHETING: (
         "The last pass added as much plastic strain as that before, and what is left of it is "
@@ -150,9 +150,8 @@ _CRITERIA = {
         "above {least}, 1 % of the yield strain σ_Y/(3μ)."
     ),
     Shakedown.NOT_RESOLVED: (
-        "The steps of a pass are longer than the half-width of the contact, so that the dents of "
-        "neighbouring places may lie apart: what is added then says nothing of a roller that goes "
-        "on without a gap."
+        "The steps of a pass are longer than the half-width of the contact: the strain is not "
+        "that of a roller in continuous motion. Use more steps."
     ),
 }
 

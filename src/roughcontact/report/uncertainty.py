@@ -120,12 +120,12 @@ def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
 
 def _ends(quantity: Quantity, interval: Interval) -> str:
     if math.isinf(interval.high):
-        return f"{quantity.told(interval.value)}, not bounded"
+        return f"{quantity.told(interval.value)}, no interval"
     low, high = (quantity.told(value) for value in (interval.low, interval.high))
     if interval.unknown and low == high:
-        return f"{low}, not bounded"
+        return f"{low}, no interval"
     text = low if low == high else f"{low} to {high}"
-    return f"{text} or beyond" if interval.unknown else text
+    return f"{text} (pixel not studied)" if interval.unknown else text
 
 
 def _causes(interval: Interval) -> list[str]:
