@@ -38,7 +38,7 @@ def test_a_bar_is_drawn_where_asked(of, capsys):
     options = {
         "solve": {"load": 0.5},
         "sweep": {"loads": [0.1, 0.5]},
-        "find_load": {"contact": 0.05},
+        "find_load": {"contact_fraction": 0.05},
         "solve_elastoplastic": {"load": 0.01, "increments": 1, "tolerance": 1e-2},
     }[of]
     surface = rc.Surface(*rc.reference_map(32, 3)) if of == "solve_elastoplastic" else rough()

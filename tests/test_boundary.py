@@ -117,7 +117,7 @@ def test_a_boundary_added_does_what_any_does(soft_bed, tmp_path):
     plain = rc.solve(surface, **{**asked, "material": soft})
     assert result.converged
     assert result.max_pressure == pytest.approx(plain.max_pressure, rel=1e-6)
-    assert "approach" in repr(result)
+    assert "Approach" in repr(result)
     works = {work.key for work in result.references()}
     assert "Barber2003" in works
     assert not works & {"Love1929", "Stanley1997"}

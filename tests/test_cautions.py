@@ -53,7 +53,7 @@ def test_each_caution_has_its_tag_and_its_numbers() -> None:
     assert result.regime is Regime.BEYOND_CEILING
     first = result.cautions[0]
     assert first.numbers["ratio"] == pytest.approx(result.max_pressure / 3e9)
-    assert ArgumentRef("ceiling", "recommended") in first.parts
+    assert ArgumentRef("ceiling", "calibrated") in first.parts
     heights = np.array(ball().heights)
     heights[0, 0] = np.nan
     holed = rc.solve(rc.Surface(heights, PIXEL).masked(), material=STEEL, load=1e-2)

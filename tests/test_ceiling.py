@@ -330,7 +330,7 @@ def test_what_came_out_with_three_is_told() -> None:
     deepest = usual.residual_indentation.max()
     assert found.usual_indentation == deepest < result.residual_indentation.max()
     assert found.load == result.load
-    assert result.summary()["calibrated"]["factor"] == found.factor
+    assert result.summary()["calibration"]["factor"] == found.factor
 
 
 def test_a_ceiling_that_cannot_carry_the_load_is_refused() -> None:
@@ -340,7 +340,7 @@ def test_a_ceiling_that_cannot_carry_the_load_is_refused() -> None:
     load = 2.9e9 * surface.size[0] * surface.size[1]
     usual = rc.solve(surface, material=body, load=load, boundary="periodic")
     assert recommended_ceiling(usual).ceiling < 2.9e9
-    with pytest.raises(rc.CapacityError, match=r"yield strengths, the ceiling that is recommended"):
+    with pytest.raises(rc.CapacityError, match=r"yield strengths, the calibrated ceiling"):
         rc.solve(surface, material=body, load=load, boundary="periodic", ceiling="calibrated")
 
 
@@ -422,11 +422,11 @@ def test_it_is_stored_and_told(tmp_path: Path) -> None:
     assert rc.read_result(tmp_path / "ball.nc").calibration == result.calibration
     told = {row.name: row.text for row in kinds.rows(result, PROBLEM)}
     assert re.fullmatch(
-        r"2\.2\d+ GPa, recommended: 2\.2\d yield strengths at 4\d times first yield",
+        r"2\.2\d+ GPa, calibrated: 2\.2\d yield strengths at 4\d times first yield",
         told["pressure ceiling"],
     )
-    (row,) = (row for row in kinds.rows(result) if row.key == "calibrated")
-    assert "(-2" in row.text
+    (row,) = (row for row in kinds.rows(result) if row.key == "calibration")
+    assert "(−2" in row.text
     assert row.name == "with three yield strengths"
     lines = python_script.repeating(result)
     assert 'ceiling="calibrated"' in lines

@@ -107,7 +107,7 @@ def test_rows_name_number_ends_and_causes():
     rows = {name: (ends, why) for name, ends, why in uncertainty_rows(result)}
     ends, why = rows["real contact"]
     assert " to " in ends
-    assert "rim of the spots -" in why
+    assert "rim of the spots −" in why
     assert "ceiling against plasticity of the volume +" in why
     assert "grid not studied" in why
     assert "ceiling against plasticity of the volume not known" in rows["approach"][1]

@@ -121,7 +121,7 @@ def test_it_is_written(compared: rc.ModelComparison, tmp_path: Path) -> None:
     read = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert read["mean_pressure_ratio"] == compared.mean_pressure_ratio.tolist()
     assert read["approach_excess"] == compared.excess("approach").tolist()
-    assert len(read["volume_contact_area"]) == 3
+    assert len(read["elastoplastic_contact_area"]) == 3
     with pytest.raises(rc.InputError, match=r"\.json"):
         compared.save(tmp_path / "c.csv")
 

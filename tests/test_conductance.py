@@ -247,7 +247,7 @@ def test_the_command_tells_in_a_table_and_in_json(
         "--output", str(tmp_path / "joint.csv"), "--figure", str(tmp_path / "joint.png"),
         "--report", str(tmp_path / "joint.html"),
     )  # fmt: skip
-    assert app.main(words) == app.SOLVED
+    assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = capsys.readouterr().out
     assert "42CrMo4, ρ 220 nΩ m, k 42.6 W/(m K)" in shown
     assert "what the joint adds to the bodies of one period" in " ".join(shown.split())

@@ -829,7 +829,7 @@ def test_bad_arguments_of_solve(options, words):
 
 def test_start_must_fit():
     other = rc.solve(rough((20, 30)), material=STEEL, load=0.1)
-    with pytest.raises(rc.InputError, match=r"start.*\(20, 30\).*\(45, 70\)"):
+    with pytest.raises(rc.InputError, match=r"initial_guess.*\(20, 30\).*\(45, 70\)"):
         rc.solve(rough(), material=STEEL, load=0.5, initial_guess=other)
 
 

@@ -44,7 +44,7 @@ def test_an_old_argument_and_value_warn_and_work() -> None:
     with pytest.warns(DeprecationWarning, match=r"contact_modulus\(first=\)"):
         old = rc.contact_modulus(first=STEEL, counter_material=STEEL)  # type: ignore[call-arg]
     assert old == rc.contact_modulus(STEEL, STEEL)
-    ball = nominal_bodies.sphere(radius=1e-3, shape=(24, 24), pixel=2.5e-6)
+    ball = nominal_bodies.sphere(radius=1e-3, shape=(24, 24), pixel=(2.5e-6, 2.5e-6))
     with pytest.warns(DeprecationWarning, match="calibrated"):
         result = rc.solve(ball, material=STEEL, load=0.5, ceiling="recommended")
     assert result.calibration is None or result.calibration.factor > 0

@@ -162,7 +162,7 @@ def test_the_plastic_volume_is_told_where_its_formula_holds() -> None:
     assert found.plastic_volume is None
     (caution,) = found.cautions
     assert caution.kind == Kind.ESTIMATE_DOMAIN
-    assert ArgumentRef("model", "volume") in caution.parts
+    assert ArgumentRef("model", "elastoplastic") in caution.parts
 
 
 def test_an_answer_takes_a_millisecond_or_two() -> None:

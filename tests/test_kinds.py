@@ -65,6 +65,8 @@ KIND = Kind(
     (Column("pitch", "pitch", unit="Hz"),),
     listed=True,
     question=lambda _: "How does it squeak?",
+    answer=lambda found: f"It squeaks at {found.steps[-1].pitch:g} Hz.",
+    numbers=lambda found: ((), [("loudest pitch", f"{found.steps[-1].pitch:g} Hz")]),
     sentences=lambda _: ("A sentence about squeaks.",),
     figures=(Illustration("pitches", pitches, "Pitches.", "Pitch over the step."),),
     plots=(pitches,),
@@ -86,7 +88,6 @@ def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
     text = repr(squeaking)
     assert text.splitlines()[1].strip() == "It squeaks at 880 Hz."
     assert "loudest pitch  880 Hz" in text
-    assert "440 Hz" in text
     assert "CAUTION edge: It squeaks" in text
     assert "data:image/png" in squeaking._repr_html_()
     assert squeaking.warnings == ("It squeaks at the edge.",)

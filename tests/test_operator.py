@@ -12,6 +12,7 @@ from roughcontact.halfspace import convolution, kernels
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.solvers import active_set, bounded, preconditioner, rigid_tilt
 from roughcontact.solvers.problem import Problem, project, without_dust
+from roughcontact.solvers.progress import Status
 
 SHAPE, PIXEL, MODULUS = (24, 31), (0.7, 1.0), 1.0
 SOLVERS = Path(__file__).parents[1] / "src" / "roughcontact" / "solvers"
@@ -242,7 +243,7 @@ def same(solutions, edges, expected):
 @pytest.mark.parametrize("case", CASES)
 def test_an_operator_of_another_make(several_levels, case):
     expected, found = on_edges(case, None)[0], on_edges(case, (0, 24))
-    assert expected.status is found[0].status is bounded.Status.CONVERGED
+    assert expected.status is found[0].status is Status.CONVERGED
     if case != "loose":
         same(found, (0, 24), expected)
 
@@ -254,7 +255,7 @@ def test_a_map_on_several_processes(several_levels, case, edges):
     same(solutions, edges, expected)
     for solution in solutions:
         # All decide alike, to the last bit, and as one process alone does.
-        assert solution.status is bounded.Status.CONVERGED
+        assert solution.status is Status.CONVERGED
         assert solution.approach == solutions[0].approach
         assert solution.history == solutions[0].history
         steps = [(step.shape, step.convolutions) for step in solution.history]

@@ -285,8 +285,8 @@ def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:
     soft = rc.sweep(surface, loads=[0.1], material=rc.Material(210e9, 0.3), ceiling=None)
     assert not {"Jackson2005", "EngineeringModel"} & keys(soft.references())
     advised = rc.sweep(surface, loads=[1.0], material=STEEL, ceiling="calibrated")
-    assert "recommended ceiling" in dict(advised.references().uses)
-    assert "recommended ceiling" not in dict(curve.references().uses)
+    assert "calibrated ceiling" in dict(advised.references().uses)
+    assert "calibrated ceiling" not in dict(curve.references().uses)
 
 
 def test_a_counter_surface_of_a_curve_is_cited() -> None:

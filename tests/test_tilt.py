@@ -172,7 +172,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
     index = np.flatnonzero(flat.pressure)
     solution = bounded.Solution(
         index, flat.pressure.ravel()[index], flat.gap, flat.approach, 0.0,
-        bounded.Status.CONVERGED, 0, 0, (),
+        Status.CONVERGED, 0, 0, (),
     )  # fmt: skip
     problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
     operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums(), self_displacement=0.0)

@@ -167,7 +167,7 @@ for axes, ratio in zip(panels, (3, 40, 300), strict=True):
     rho = np.linspace(0, 1, 200)
     axes.plot(rho, peak * np.sqrt(1 - rho**2), "k:", label="Hertz, elastic")
     axes.plot(*rings(usual, a_hertz), "s-", ms=4, color="#7f0d1b", label="ceiling 3 $\\sigma_Y$")
-    axes.plot(*rings(better, a_hertz), "-", color="#009e73", lw=2, label="recommended ceiling")
+    axes.plot(*rings(better, a_hertz), "-", color="#009e73", lw=2, label="calibrated ceiling")
     axes.plot(*rings(true, a_hertz), "o-", ms=5, color="#0072b2", label="plasticity of the volume")
     axes.set(xlabel="$r/a_H$", ylim=(0, 4), xlim=(0, None))
     axes.set_title(f"{ratio} × first yield: {advice.factor:.2f} $\\sigma_Y$", loc="left")
@@ -179,7 +179,7 @@ panels[0].legend(frameon=False, fontsize=8)
 # ------------------
 # Hardening raises the plateau, beyond three times the yield strength at first yield in the end. What
 # counts is the flow stress at the strain that a ball brings, about 0.15 a/R; on it the same rule is
-# built. Solid: plasticity of the volume. Dashed: the recommended ceiling. Dotted: three times the first
+# built. Solid: plasticity of the volume. Dashed: the calibrated ceiling. Dotted: three times the first
 # yield strength, which is too high for the first two metals and, beyond some forty loads of first yield,
 # too low for the bearing steel.
 
@@ -264,7 +264,7 @@ for axes, (name, law) in zip(
     nominal_area = rough.size[0] * rough.size[1]
     curves = {
         "plasticity of the volume": (both.column("volume", "contact_area"), "o-", "#0072b2"),
-        "recommended ceiling": ([r.perimeter_corrected_area for r in better], "--", "#009e73"),
+        "calibrated ceiling": ([r.perimeter_corrected_area for r in better], "--", "#009e73"),
         "ceiling 3 $\\sigma_Y$": (both.column("ceiling", "contact_area")[0], "s:", "#7f0d1b"),
         "elastic": ([r.perimeter_corrected_area for r in elastic], ":", "0.4"),
     }
@@ -304,7 +304,7 @@ panels[2].legend(frameon=False, fontsize=8, loc="upper left")
 # bear more than others, and no single ceiling knows that.
 
 figure_maps, panels = plt.subplots(1, 3, figsize=(11, 3.7), sharey=True, layout="constrained")
-titles = ("plasticity of the volume", "ceiling 3 $\\sigma_Y$", "recommended ceiling")
+titles = ("plasticity of the volume", "ceiling 3 $\\sigma_Y$", "calibrated ceiling")
 for axes, result, title in zip(panels, shown, titles, strict=True):
     image = axes.imshow(
         np.where(result.contact, result.pressure / unit_pressure, np.nan),
@@ -343,7 +343,7 @@ print(f"all of this page took {time.perf_counter() - began:.0f} s")
 
 # %%
 # The numbers to check: the mean pressure at forty loads of first yield, 2.19 yield strengths by Kogut and
-# Etsion's finite elements, and what is left of the error of the area with the recommended ceiling.
+# Etsion's finite elements, and what is left of the error of the area with the calibrated ceiling.
 
 plateau = balls[chosen].mean_pressure_ratio[-1]
 excess = balls[chosen].excess("mean_pressure")[three, -1]

@@ -35,7 +35,7 @@ PROBLEMS = {
     "quarters and sampling": (
         COMPARED + 'files = ["r0.npy", "s0.npy"]\nquarters = true\nsampling = true\n', 2,
     ),
-    "a first loading": (COMPARED + 'files = ["r0.npy", "r1.npy"]\nfirst-load = "2 GPa"\n', 2),
+    "a first loading": (COMPARED + 'files = ["r0.npy", "r1.npy"]\npreload = "2 GPa"\n', 2),
     "a study": (HEAD + 'file = "r0.npy"\nload = "1 N"\nstudy = true\n', 3),
 }  # fmt: skip
 

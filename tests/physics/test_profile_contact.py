@@ -182,7 +182,7 @@ def test_what_needs_a_map_says_so():
     steel = rc.Material(210e9, 0.3, 1e9)
     for ask, what in (
         (lambda: press(surface, moments=(0, 0)), "a tilt"),
-        (lambda: press(surface, material=steel, ceiling="calibrated"), "a recommended ceiling"),
+        (lambda: press(surface, material=steel, ceiling="calibrated"), "a calibrated ceiling"),
         (lambda: rc.history(surface, [LINE], material=steel), "a load history"),
         (lambda: rc.find_load(surface, material=steel, contact_fraction=0.1), "a search of loads"),
         (lambda: rc.resolution_study(surface, material=steel, load=LINE), "a study"),

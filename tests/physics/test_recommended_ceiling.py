@@ -1,4 +1,4 @@
-"""The recommended ceiling against plasticity of the volume: area, and what stays behind."""
+"""The calibrated ceiling against plasticity of the volume: area, and what stays behind."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: 
         depth, energy = plausibility.ratio_to_elastoplastic(advice, limit)
         assert told["depth"] == pytest.approx(depth, abs=0.1)
         assert told["energy"] == pytest.approx(energy, abs=0.1)
-    # With the recommended ceiling, as it is told.
+    # With the calibrated ceiling, as it is told.
     assert 1 <= told["depth"] <= 1.3
     assert 1.2 <= told["energy"] <= 1.5
 

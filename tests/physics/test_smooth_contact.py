@@ -114,8 +114,8 @@ def test_ends_copies_size_and_ceilings_are_told() -> None:
     copies, _ = pressed(roller, boundary="periodic")
     (near,) = hertz_comparison.limits(copies)
     assert near.numbers["period"] < 4 * near.numbers["width"]
-    assert copies.smooth is not None
-    assert copies.smooth.approach is None
+    assert copies.hertz is not None
+    assert copies.hertz.approach is None
     small = nominal_bodies.sphere(radius=100e-6, shape=(64, 64), pixel=(1e-6, 1e-6))
     large, _ = pressed(small, load="hertz 20 GPa")
     assert "half-space theory is inaccurate" in kinds(large)

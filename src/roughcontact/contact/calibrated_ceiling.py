@@ -1,4 +1,4 @@
-"""The ceiling that is recommended for a contact, and how one was found that agrees with itself."""
+"""The calibrated ceiling for a contact, and how one was found that agrees with itself."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class CalibratedCeiling:
     slope: float  # Contact radius over radius of that sphere, a/R
     flow_stress: float  # Yield strength at the strain 0.15 a/R [Pa]
     first_yield: float  # Hertz peak pressure at first yield, of the flow stress [Pa]
-    ceiling: float  # The recommended ceiling [Pa]
+    ceiling: float  # The calibrated ceiling [Pa]
     factor: float  # The same over the yield strength before any plastic strain
 
 

@@ -70,7 +70,7 @@ from roughcontact.theory import indenters
 _STRAIN = 0.15
 
 AGREEMENT = 2e-3
-"""How near a ceiling has to be to the one that its own solution recommends, as a part of it."""
+"""How near a ceiling has to be to the one that its own solution gives, as a part of it."""
 
 MOST_SOLVES = 6
 """After how many solves the search for such a ceiling ends."""
@@ -220,7 +220,7 @@ def _judged(pair: Pair, softer: Material, slope: float, mean: float) -> Calibrat
     """Return what is recommended for a sphere with this a/R and mean pressure [Pa]."""
     bodies = [item for item in (pair.material, pair.counter_material) if item.compliance > 0]
     load = slope**2 * mean
-    # With the ceiling that is recommended it bears the same load at another slope.
+    # With the calibrated ceiling it bears the same load at another slope.
     slope = _loaded(load, lambda s: _shared(bodies, s)[0])
     borne, *taken = _shared(bodies, slope)
     parts = dict(zip(map(id, bodies), taken, strict=True))
@@ -333,7 +333,7 @@ def _advised(result: ContactResult) -> CalibratedCeiling:
 
 def _too_low(chosen: CalibratedCeiling, error: CapacityError) -> CapacityError:
     return CapacityError(
-        f"{chosen.factor:.3g} yield strengths, the ceiling that is recommended, are too few: ",
+        f"{chosen.factor:.3g} yield strengths, the calibrated ceiling, are too few: ",
         *error.sentence,
         "; where nearly all of the map has to bear, ",
         ArgumentRef("ceiling", "auto"),

@@ -3,7 +3,7 @@
 A check looks at a solution and returns the caution that it gives cause for, or none. Every face
 of a result, from the console to the report, tells what `cautions` returns.
 
-`ratio_to_elastoplastic`: The recommended ceiling leaves 1.1 and 1.3 times as much on perfectly
+`ratio_to_elastoplastic`: The calibrated ceiling leaves 1.1 and 1.3 times as much on perfectly
 plastic spheres; from there to another ceiling both follow from the ceiling model itself. On
 rough maps, whose spots differ, both are nearer to one.
 """
@@ -33,7 +33,7 @@ from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer
-from roughcontact.solvers.bounded import Status
+from roughcontact.solvers.progress import Status
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import adhesion as adhesive, indenters
 from roughcontact.units import counted, engineering, percent
@@ -41,7 +41,7 @@ from roughcontact.units import counted, engineering, percent
 TRANSITION = 2.0
 """Load over that of first yield from which on there is anything to compare."""
 
-# What the recommended ceiling leaves over what the volume does: 1.0 to 1.3 and 1.2 to 1.5, on
+# What the calibrated ceiling leaves over what the volume does: 1.0 to 1.3 and 1.2 to 1.5, on
 # spheres and rough maps from 4 times the load of first yield on (benchmarks/ceiling_rule.py).
 _DEPTH, _ENERGY = 1.1, 1.3
 
@@ -234,10 +234,10 @@ LONGEST_SIDE = 10.0
 """Side of a map [m] that nothing measures."""
 
 SHOWN_CONTACT = 0.3
-"""Share of a rough map in contact up to which the recommended ceiling was tried."""
+"""Share of a rough map in contact up to which the calibrated ceiling was tried."""
 
 SHOWN_SPHERE, SHOWN_ROUGH, SHOWN_HARDENING = 0.05, 0.09, 0.08
-"""Largest errors of the area with the recommended ceiling: spheres and lines, maps, hardening."""
+"""Largest errors of the area with the calibrated ceiling: spheres and lines, maps, hardening."""
 
 SPIKY_KURTOSIS = 20.0
 """Kurtosis of heights that no process of manufacture gives.
@@ -305,7 +305,7 @@ def load_bearing_spot_pixels(result: ContactResult, spots: Spots) -> int:
 
 
 def advice(result: ContactResult) -> CalibratedCeiling | None:
-    """Return the ceiling that is recommended, where the spots are large enough to be judged."""
+    """Return the calibrated ceiling, where the spots are large enough to be judged."""
     pair = result.pair
     if (
         pair.is_profile
@@ -507,7 +507,7 @@ def _extrapolated(result: ContactResult) -> Caution | None:
 
 
 def shown_error(result: ContactResult) -> float:
-    """Return how well the recommended ceiling gives the contact area, as a part of it."""
+    """Return how well the calibrated ceiling gives the contact area, as a part of it."""
     bodies = [body for body in (result.material, result.counter_material) if body.yield_strength]
     rough = result.spots().count > 1
     if any(body.poisson < 0 for body in bodies):

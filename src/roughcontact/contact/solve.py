@@ -35,7 +35,7 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
-from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Status, Step, Tell, numbered, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity
 
@@ -223,7 +223,7 @@ def press(
     # An error that is kept would keep the memory of the solve with it.
     del stated.problem, work
     result = _result(pair, terms, stated, solution, slope, began, before)
-    requested = solution.status is bounded.Status.INTERRUPTED
+    requested = solution.status is Status.INTERRUPTED
     if not result.converged and on_failure == "raise" and not requested:
         raise _unsolved(result)
     return result
@@ -399,10 +399,10 @@ def _status(
 ) -> str:
     """Return why the solver stopped, or what else is wrong with a result that it takes as done."""
     status = solution.status
-    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
-        status = bounded.Status.STALLED
+    if status is Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = Status.STALLED
     words: str = status.value
-    if status is bounded.Status.CONVERGED and stated.target is not None:
+    if status is Status.CONVERGED and stated.target is not None:
         centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
             steep = _rounding(pair, slope, pressure) > MOMENT_TOLERANCE

@@ -123,7 +123,7 @@ def check_share(pair: Pair, terms: LoadCase, start: Any = None) -> None:
     """Raise `InputError` for what needs the whole map, where several processes hold it."""
     needs = {
         "a tilt": terms.moments is not None,
-        "a recommended ceiling": isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED,
+        "a calibrated ceiling": isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED,
         "a ceiling for every pixel": isinstance(terms.ceiling, (list, tuple, np.ndarray)),
         "a start": start is not None,
     }
@@ -137,7 +137,7 @@ def check_profile(pair: Pair, terms: LoadCase) -> None:
     if terms.moments is not None:
         pair.require_map("a tilt")
     if isinstance(terms.ceiling, str) and terms.ceiling == CALIBRATED:
-        pair.require_map("a recommended ceiling")
+        pair.require_map("a calibrated ceiling")
 
 
 def check_holes(pair: Pair) -> None:

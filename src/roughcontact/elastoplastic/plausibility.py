@@ -291,8 +291,7 @@ def _coarse(stride: float, half: float, steps: int) -> Caution:
     return (as_warning if apart else as_caution)(
         Kind.STEP_LENGTH,
         f"Step is {stride:.2g} contact half-widths: "
-        f"{'indentations separate, strain means nothing' if apart else 'strain per pass is too small'}. "
-        "Use ",
+        f"{'strain means nothing' if apart else 'strain per pass is too small'}. Use ",
         ArgumentRef("steps", steps),
         ".",
         step_over_half_width=stride,

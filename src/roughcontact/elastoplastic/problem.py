@@ -25,6 +25,7 @@ from roughcontact.material.material import CEILING_FACTOR, Material
 from roughcontact.solvers import bounded
 from roughcontact.solvers.operator import Family
 from roughcontact.solvers.problem import Loaded, Problem as ContactProblem
+from roughcontact.solvers.progress import Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +144,7 @@ class ContactSolver:
     @property
     def solved(self) -> bool:
         """Whether the last contact, if there is any, is within its tolerance."""
-        return self.solution is None or self.solution.status is bounded.Status.CONVERGED
+        return self.solution is None or self.solution.status is Status.CONVERGED
 
     def press(self, displacement: NDArray[np.float64], load: float) -> None:
         """Find the pressure that carries a load on the surface as plastic strain left it."""

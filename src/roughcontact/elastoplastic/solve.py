@@ -43,8 +43,7 @@ from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
 from roughcontact.material.material import RIGID, Material
 from roughcontact.ranks import Ranks
-from roughcontact.solvers import bounded
-from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -406,9 +405,9 @@ def _pressed(
     gap[np.isinf(gap)] = np.nan
     carried = float(solver.pressure.sum()) * pair.pixel[0] * pair.pixel[1]
     load_error = abs(carried - load) / load if load else 0.0
-    status = bounded.Status.CONVERGED if solution is None else solution.status
-    if status is bounded.Status.CONVERGED and load_error > LOAD_TOLERANCE:
-        status = bounded.Status.STALLED
+    status = Status.CONVERGED if solution is None else solution.status
+    if status is Status.CONVERGED and load_error > LOAD_TOLERANCE:
+        status = Status.STALLED
     return ContactResult(
         pair=pair,
         ceiling=None,

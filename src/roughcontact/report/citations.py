@@ -30,7 +30,7 @@ _STEPS = {
 }
 
 _CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
-_RECOMMENDED = cited("recommended ceiling", "Jackson2005")
+_RECOMMENDED = cited("calibrated ceiling", "Jackson2005")
 
 
 def of(kind: Kind, result: Any) -> References:

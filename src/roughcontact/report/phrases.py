@@ -107,7 +107,7 @@ def limit(
 ) -> str:
     """Return a ceiling on two bodies and where it comes from, as `ceiling`."""
     if isinstance(ceiling, str):
-        return "recommended, by map and load"
+        return "calibrated, by map and load"
     if ceiling is None:
         known = softer(material, counter_material) is not None
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
@@ -235,9 +235,9 @@ _FEW_LOADS = 4
 def recommended(result: CalibrationRecord) -> str:
     """Return how a ceiling was found that agrees with itself, in a few words."""
     times = float(f"{result.load_ratio:.2g}")
-    text = f"recommended: {result.factor:.3g} yield strengths at {times:g} times first yield"
+    text = f"calibrated: {result.factor:.3g} yield strengths at {times:g} times first yield"
     if abs(result.mismatch) > AGREEMENT:
-        text += f", where its own solution recommends {changed_by(result.mismatch)}"
+        text += f", where its own solution gives {changed_by(result.mismatch)}"
     return text
 
 

@@ -23,14 +23,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.solvers.active_set import (
     Iterate,
     Viewer,
@@ -45,7 +43,7 @@ from roughcontact.solvers.active_set import (
 from roughcontact.solvers.operator import Family, Operator, norm
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import Loaded, Problem, coarsened, prolonged
-from roughcontact.solvers.progress import Step
+from roughcontact.solvers.progress import Status, Step
 
 # Reached on coarse grids: below it the error of the grid outweighs that of the solver.
 _COARSE_TOLERANCE = 3e-3
@@ -57,22 +55,6 @@ _PATIENCE = 3
 _BURST = 6
 _BURSTS = 20
 _NONMONOTONE = 5
-
-
-class Status(Enum):
-    """Why the solver stopped; each value is its own advice."""
-
-    CONVERGED = "converged"
-    CONVOLUTION_LIMIT = Sentence(
-        "stopped at ",
-        ArgumentRef("max_iterations"),
-        "; allow more, or start from a nearby solution",
-    )
-    STALLED = (
-        "no further progress; the tolerance may lie below the rounding error of this problem "
-        "(single precision promises 1e-4)"
-    )
-    INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,26 @@ import math
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, ParamSpec, TextIO, TypeVar
+
+from roughcontact.errors import ArgumentRef, Sentence
+
+
+class Status(Enum):
+    """Why the solver stopped; each value is its own advice."""
+
+    CONVERGED = "converged"
+    CONVOLUTION_LIMIT = Sentence(
+        "stopped at ",
+        ArgumentRef("max_iterations"),
+        "; allow more, or start from a nearby solution",
+    )
+    STALLED = (
+        "no further progress; the tolerance may lie below the rounding error of this problem "
+        "(single precision promises 1e-4)"
+    )
+    INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True)

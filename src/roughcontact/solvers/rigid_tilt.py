@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
-from roughcontact.solvers.bounded import Solution, Status
+from roughcontact.solvers.bounded import Solution
 from roughcontact.solvers.operator import Family, Operator
 from roughcontact.solvers.preconditioner import Patches
 from roughcontact.solvers.problem import Loaded, Problem
-from roughcontact.solvers.progress import Step
+from roughcontact.solvers.progress import Status, Step
 
 # Curvature over K₀₀ below which nothing resists a pressure.
 _FLAT = 1e-12

@@ -32,8 +32,7 @@ from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sente
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.result import Result
-from roughcontact.solvers.bounded import Status
-from roughcontact.solvers.progress import Progress, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Status, Tell, numbered, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface

@@ -40,8 +40,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
-from roughcontact.solvers.bounded import Status
-from roughcontact.solvers.progress import Progress, Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Status, Step, Tell, numbered, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, lengths, quantity
 

@@ -300,7 +300,7 @@ def resolution_study(
     ----------
     surface, material, load, counter_material, counter_surface, ceiling, boundary, tolerance, \
 precision
-        As for `solve`. All solves have the ceiling that is recommended on the map itself.
+        As for `solve`. All solves have the calibrated ceiling on the map itself.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the solve, its name and the solver's `Step`.

@@ -11,7 +11,7 @@ pressure of an elastic contact has no limit at an edge at which the map ends (r^
 punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to
 its pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
 either; how far they would go is not known. Yielding: `ceiling.area_change`, give or take what the
-recommended ceiling was wrong by on contacts of this kind; known of the contact area alone, no
+calibrated ceiling was wrong by on contacts of this kind; known of the contact area alone, no
 cause below first yield or where no strength is known. Tolerance: the certificate.
 """
 
