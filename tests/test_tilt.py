@@ -18,6 +18,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.solvers import bounded, rigid_tilt as tilt
 from roughcontact.solvers.problem import Problem
+from roughcontact.solvers.progress import Status
 from roughcontact.solvers.rigid_tilt import rigid_tilt
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")

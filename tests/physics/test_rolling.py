@@ -240,7 +240,7 @@ def test_bad_passes() -> None:
     line = Line(1.5, half_width=5, points=40)
     with pytest.raises(InputError, match=r"travel is needed where the map is not periodic"):
         rolled(line, 1, direction=45.0)
-    with pytest.raises(InputError, match="way must be positive"):
+    with pytest.raises(InputError, match="travel must be positive"):
         rolled(line, 1, travel=-1e-6)
     with pytest.raises(InputError, match="passes must be"):
         rolled(line, 0)
