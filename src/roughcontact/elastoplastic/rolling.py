@@ -639,6 +639,12 @@ _PROFILES = {
 
 def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     """Write passes and their last state to a NetCDF file; `load_rolling` reads it."""
+    dataset, packed = to_dataset(rolling)
+    netcdf.write(dataset, path, packed)
+
+
+def to_dataset(rolling: RollingResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+    """Return passes and their last state as a dataset, and how its variables are packed."""
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():
         values = np.array([getattr(item, name) for item in rolling.passes])
@@ -664,7 +670,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     }
     if rolling.axis is not None:
         dataset.attrs["rolling_axis"] = rolling.axis
-    netcdf.write(dataset, path, packed)
+    return dataset, packed
 
 
 def load_rolling(
