@@ -116,6 +116,15 @@ def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
     assert (tmp_path / "out.csv").read_text(encoding="utf-8") == "pitch [Hz]\n440.0\n880.0\n"
     with pytest.raises(rc.InputError, match="csv"):
         squeaking.save(tmp_path / "out.nc")
+    frame = squeaking.to_pandas()
+    assert (frame.to_dict("list"), frame.attrs) == (
+        {"pitch": [440.0, 880.0]},
+        {"units": {"pitch": "Hz"}},
+    )
+    with pytest.raises(rc.InputError, match="a Squeaking has no NetCDF form"):
+        squeaking.to_xarray()
+    with pytest.raises(rc.InputError, match="a ContactResult has no steps"):
+        squeaking.largest.to_pandas()
 
 
 def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
@@ -154,3 +163,26 @@ def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
         assert bool(later) == (kind.when is not usual)
     trace = rc.Surface(np.array([0.0, 1e-7, 0.0]), 1e-6)
     assert kinds.of(trace) is not kinds.of(rc.Surface(*rc.reference_map(32)))
+
+
+def test_a_dataset_is_what_a_netcdf_file_holds(tmp_path: Path) -> None:
+    import xarray
+
+    steel = rc.Material(210e9, 0.3, hardening=rc.hardening.Linear("1 GPa", "20 GPa"))
+    flat = rc.Surface(np.zeros((8, 24)), (8e-6, 8e-6))
+    roller = rc.cylinder("1.5 mm", angle=90)
+    rolled = rc.roll(
+        flat, counter_surface=roller, material=steel, load=5.0, passes=1, steps=3,
+        boundary="periodic",
+    )  # fmt: skip
+    assert rolled.axis == 90.0
+    contact = rolled.result.solution
+    for result in (contact, rolled.result, rolled, rc.subsurface_stress(contact)):
+        result.save(tmp_path / "out.nc")
+        with xarray.open_dataset(tmp_path / "out.nc") as saved:
+            dataset = result.to_xarray()
+            assert dataset.equals(saved), type(result).__name__
+            assert dataset.attrs.keys() == saved.attrs.keys() - {"checksum_sha256"}
+    frame = rolled.to_pandas()
+    assert len(frame) == 1
+    assert frame.attrs["units"].keys() == set(frame)

@@ -1,9 +1,12 @@
 """Nominal bodies as surfaces, as text, and two maps on one grid."""
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+import roughcontact as rc
 from roughcontact.errors import InputError
 from roughcontact.surface import nominal_bodies, shapes
 from roughcontact.surface.surface import Surface
@@ -182,3 +185,52 @@ def test_only_points_beyond_a_body_are_masked() -> None:
     assert not nominal_bodies.flat(**grid).holes_masked
     assert not nominal_bodies.sphere(radius=1e-3, **grid).holes_masked
     assert nominal_bodies.punch(radius=2e-6, **grid).holes_masked
+
+
+# --- without a grid -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        (rc.sphere("6 mm"), nominal_bodies.sphere(radius=6e-3, **GRID)),
+        (rc.sphere(radius=6e-3), nominal_bodies.sphere(radius=6e-3, **GRID)),
+        (rc.sphere(6e-3, center=(7, 12)), nominal_bodies.sphere("6 mm", **GRID, center=(7, 12))),
+        (rc.cylinder("5 mm", angle=90), nominal_bodies.cylinder(radius=5e-3, angle=90, **GRID)),
+        (nominal_bodies.ellipsoid(("10 mm", "4 mm")), nominal_bodies.parse("ellipsoid 10 mm 4 mm")),
+    ],
+)
+def test_a_body_without_a_grid_takes_that_of_a_map(body, expected) -> None:
+    made = body.on(rc.Surface(np.zeros(SHAPE), PIXEL))
+    expected = expected if isinstance(expected, rc.Surface) else expected(**GRID)
+    np.testing.assert_array_equal(made.heights, expected.heights)
+    assert made.provenance == expected.provenance
+    again = pickle.loads(pickle.dumps(body))
+    np.testing.assert_array_equal(again(**GRID).heights, expected.heights)
+
+
+def test_a_profile_takes_a_body_that_is_alike_across_it() -> None:
+    trace = rc.Surface(np.zeros(40), 1e-6)
+    made = rc.cylinder("5 mm").on(trace)
+    assert made.is_profile
+    assert made.provenance.origin.arguments["angle"] == 90.0
+    assert not nominal_bodies.parse("flat").on(trace).heights.any()
+    for body in (rc.sphere("5 mm"), rc.cylinder("5 mm", angle=30)):
+        with pytest.raises(rc.InputError, match="a profile takes"):
+            body.on(trace)
+
+
+@pytest.mark.parametrize(
+    ("size", "given", "message"),
+    [
+        ((), {}, "sphere takes radius, got nothing"),
+        (("6 mm",), {"radius": "6 mm"}, "sphere takes radius, got radius, radius"),
+        (("6 mm",), {"angle": 90}, "sphere takes radius, got radius, angle"),
+        (("6 mm",), {"shape": SHAPE}, "pixel is needed"),
+        (("6 mm",), {"pixel": PIXEL}, "shape is needed"),
+        (("6 N",), {}, "radius needs a length"),
+    ],
+)
+def test_what_makes_no_body(size, given, message: str) -> None:
+    with pytest.raises(rc.InputError, match=message):
+        rc.sphere(*size, **given)

@@ -77,6 +77,7 @@ from .studies.resolution_study import (
 )
 from .studies.sampling_study import SamplingStudy as SamplingStudy, sampling_study as sampling_study
 from .surface.generation import generate as generate
+from .surface.nominal_bodies import cylinder as cylinder, sphere as sphere
 from .surface.placement import partition as partition
 from .surface.provenance import Provenance as Provenance
 from .surface.random_surfaces import reference_map as reference_map, self_affine as self_affine

@@ -6,6 +6,9 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection, LayerProfile
@@ -54,6 +57,20 @@ def save(shown: Any, path: Path) -> None:
     from roughcontact.report import kinds
 
     kinds.save(shown, path)
+
+
+def to_pandas(shown: object) -> pandas.DataFrame:
+    """Return the table of steps."""
+    from roughcontact.report import kinds
+
+    return kinds.of(shown).to_pandas(shown)
+
+
+def to_xarray(shown: object) -> xarray.Dataset:
+    """Return what a NetCDF file holds."""
+    from roughcontact.report import kinds
+
+    return kinds.of(shown).to_xarray(shown)
 
 
 def summary(shown: object) -> dict[str, Any]:

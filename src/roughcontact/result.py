@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 from roughcontact.deprecated import Renamed
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from roughcontact.references import References
 
 Path = str | os.PathLike[str]
@@ -35,6 +38,12 @@ class Face(Protocol):
 
     def save(self, shown: object, path: Path) -> None:
         """Write a file in the format that its suffix names."""
+
+    def to_pandas(self, shown: object) -> pandas.DataFrame:
+        """Return the table of steps."""
+
+    def to_xarray(self, shown: object) -> xarray.Dataset:
+        """Return what a NetCDF file holds."""
 
     def summary(self, shown: object) -> dict[str, Any]:
         """Return the numbers by name."""
@@ -128,6 +137,36 @@ class Result(Displayable):
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
         return face().summary(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return its steps as a table of pandas: one row per step, one column per quantity.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Values in SI units; ``attrs["units"]`` holds the unit of each column.
+
+        Raises
+        ------
+        InputError
+            If the result has no steps.
+        """
+        return face().to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return its maps and numbers as a dataset of xarray.
+
+        Returns
+        -------
+        xarray.Dataset
+            The dataset that ``save("result.nc")`` writes, in SI units.
+
+        Raises
+        ------
+        InputError
+            If the result has no NetCDF form, or several processes hold it.
+        """
+        return face().to_xarray(self)
 
     def references(self) -> References:
         """Return the papers behind what was used for it, as text and as BibTeX."""

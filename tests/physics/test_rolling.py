@@ -389,7 +389,7 @@ def test_the_axis_is_known_of_nominal_cylinders_alone() -> None:
     assert ArgumentRef("direction", 90.0) in caution.parts
     measured = rc.Surface(lying.heights, PIXEL)
     for other in (line.flat, measured, lying.rotated(90), shifted(lying, (0, 1e-6))):
-        assert plausibility.axis_of(other) is None
+        assert plausibility.axis_of(other.provenance) is None
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -21,12 +21,16 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material, contact_modulus, softer
 from roughcontact.solvers.operator import Family
 from roughcontact.surface import roughness
+from roughcontact.surface.nominal_bodies import NominalBody
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import lengths
 
 BODIES = {"body": "body", "counter_body": "counter-body"}
 """What the two bodies are called, the rough one and what is pressed on it, with words for them."""
+
+CounterSurface = Surface | NominalBody
+"""What a counter-body is given by: a nominal body takes the grid of the rough map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +42,21 @@ class Pair:
     counter_surface: Surface | None = None  # Heights of the counter-body on the same grid
     counter_material: Material = RIGID  # Of the counter-body
     boundary: Boundary = Boundary.FREE  # What lies beyond the edges of the map
+
+    @classmethod
+    def of(
+        cls,
+        surface: Share,
+        material: Material,
+        counter_surface: CounterSurface | None,
+        counter_material: Material,
+        boundary: str,
+    ) -> Pair:
+        """Return the pair that the arguments of the public face describe."""
+        if not isinstance(counter_surface, NominalBody):
+            return cls(surface, material, counter_surface, counter_material, Boundary(boundary))
+        pair = cls(surface, material, None, counter_material, Boundary(boundary))
+        return replace(pair, counter_surface=counter_surface.on(pair.surface))
 
     def __post_init__(self) -> None:
         """Refuse what cannot be pressed together."""

@@ -17,7 +17,7 @@ from roughcontact.contact import plausibility, validation
 from roughcontact.contact.calibrated_ceiling import CALIBRATED, Calibrated
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Share
 from roughcontact.contact.spots import center_of_pressure
@@ -29,14 +29,12 @@ from roughcontact.errors import (
     message_parts,
     require_choice,
 )
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material.material import RIGID, Material
 from roughcontact.solvers import bounded, rigid_tilt
 from roughcontact.solvers.problem import Loaded, project
 from roughcontact.solvers.progress import Status, Step, Tell, numbered, shows_progress_bar
-from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity
 
 CALIBRATED_TOLERANCE = 1e-2
@@ -73,7 +71,7 @@ def solve(
     approach: Quantity | None = None,
     moments: Quantities | None = None,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
@@ -109,9 +107,10 @@ def solve(
         Moments ``(W y, W x)`` [N·m] of the load about the map center: a load that acts at
         the point (y, x) away from it, ``(0, 0)`` for one in the middle. The bodies then tilt
         until the pressure balances them. Without it they do not tilt, whatever the moments.
-    counter_surface : Surface, optional
+    counter_surface : Surface or nominal body, optional
         Heights of the counter-body on the same grid, laid on the first map point by point
-        (mirror a map that was measured from its own front); a flat without it.
+        (mirror a map that was measured from its own front), or a body such as
+        ``rc.sphere("6 mm")``; a flat without it.
     ceiling : "auto", "calibrated", float, str, quantity of pint, array_like or None
         Largest pressure [Pa], one for all or one a pixel; or a hardness, as ``"62 HRC"``.
         ``"auto"`` is the smaller of the bodies' ceilings, three times the yield strength or,
@@ -177,7 +176,7 @@ def solve(
     >>> print(result.status, "and", result.regime)
     converged and below first yield
     """
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     force, specified = resolve_force(load, pair)
     terms = LoadCase(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified

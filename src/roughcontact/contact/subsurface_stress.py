@@ -18,7 +18,7 @@ from roughcontact.cautions import Caution, Kind, as_caution, as_warning, ordered
 from roughcontact.contact import archive
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.memory import overhead
-from roughcontact.contact.pair import BODIES, Pair
+from roughcontact.contact.pair import BODIES, CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import row
@@ -448,7 +448,7 @@ def first_yield_load(
     *,
     material: Material,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     body: str = "body",
     friction: float = 0.0,
     direction: float = 0.0,
@@ -488,7 +488,7 @@ def first_yield_load(
     too light and too heavy. A surface that is rough down to the pixel yields at its sharpest summit
     under next to no load: the answer then is one of the resolution.
     """
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     return onset(pair, body, friction, direction, start=initial_load, tolerance=tolerance)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check
@@ -28,7 +28,6 @@ from roughcontact.elastoplastic.increments import AUTO
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.files import require_suffix, to_json, write
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
@@ -241,7 +240,7 @@ def compare_models(
     loads: Quantities,
     factors: Sequence[float] = (CEILING_FACTOR,),
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     boundary: str = "free",
     increments: int | str = AUTO,
     progress: Tell = None,
@@ -284,7 +283,7 @@ def compare_models(
     10 to 100 times the load of its first yield. `recommended_ceiling` returns the better one
     beforehand.
     """
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("plasticity of the volume")
     body = pair.softer
     if body is None or body.yield_strength is None:

@@ -15,7 +15,7 @@ from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
-from roughcontact.surface.surface import Surface
+from roughcontact.surface.provenance import Provenance
 from roughcontact.units import engineering
 
 LARGE_DEFORMATION = 0.1
@@ -229,14 +229,10 @@ _FINE_STEP = 0.25
 _ALONG = 5.0
 
 
-def axis_of(counter_surface: Surface) -> float | None:
+def axis_of(counter_body: Provenance) -> float | None:
     """Return where the axis of a nominal cylinder lies [degrees], ``None`` for other bodies."""
-    created = counter_surface.provenance.origin
-    if (
-        created is None
-        or created.method != "nominal.cylinder"
-        or counter_surface.provenance.operations
-    ):
+    created = counter_body.origin
+    if created is None or created.method != "nominal.cylinder" or counter_body.operations:
         return None
     return float(created.arguments["angle"])
 

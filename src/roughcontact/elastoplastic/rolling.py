@@ -18,6 +18,7 @@ from roughcontact import memory, netcdf
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.contact import archive as contact_archive
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.sliding_pair import indented
 from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic import archive, plausibility
@@ -27,7 +28,6 @@ from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace import tensors
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -337,7 +337,7 @@ class RollingResult(Result):
 def roll(
     surface: Surface,
     *,
-    counter_surface: Surface,
+    counter_surface: CounterSurface,
     material: Material,
     load: Quantity,
     passes: int,
@@ -366,8 +366,8 @@ def roll(
         As for `roughcontact.solve_elastoplastic`.
     material, counter_material : Material
         A body without a law of hardening is perfectly plastic, whatever its hardness.
-    counter_surface : Surface
-        Heights of the counter-body at the start of a pass.
+    counter_surface : Surface or nominal body
+        Heights of the counter-body at the start of a pass, or its form.
     load : float, str or quantity of pint
         Normal load on the whole way [N].
     passes : int
@@ -415,31 +415,29 @@ def roll(
     --------
     >>> import numpy as np
     >>> import roughcontact as rc
-    >>> from roughcontact.surface import nominal_bodies
-    >>> grid = dict(shape=(8, 24), pixel=(1e-6, 1e-6))
-    >>> roller = nominal_bodies.cylinder(radius=500e-6, angle=90.0, **grid)
+    >>> flat = rc.Surface(np.zeros((8, 24)), pixel=(1e-6, 1e-6))
     >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
     >>> rolled = roll(
-    ...     nominal_bodies.flat(**grid), counter_surface=roller, material=steel, load=0.02,
+    ...     flat, counter_surface=rc.cylinder("0.5 mm", angle=90), material=steel, load=0.02,
     ...     passes=1, steps=4, boundary="periodic",
     ... )
     >>> rolled.outcome_text
     'elastic'
     """
     require_count(1, memory.STEPS, passes=passes, steps=steps)
-    length = _length(quantity(travel, "length", "travel"), surface, Boundary(boundary), direction)
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    length, tell = _length(travel, pair, direction), _labelled(progress, passes, steps)
     stops, force = _stops(length, steps, start_at_center), quantity(load, "force", "load")
     ways = _ways(_pass(force, stops, direction, friction), passes, direction, reciprocating)
     solved = partial(
-        solve_elastoplastic, surface, counter_surface=counter_surface, material=_flows(material),
-        counter_material=_flows(counter_material), boundary=boundary, tolerance=tolerance,
-        max_iterations=max_iterations, precision=precision,
+        solve_elastoplastic, surface, counter_surface=pair.counter_surface, boundary=boundary,
+        material=_flows(material), counter_material=_flows(counter_material),
+        tolerance=tolerance, max_iterations=max_iterations, precision=precision,
     )  # fmt: skip
-    tell = _labelled(progress, passes, steps)
     result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step)
     return RollingResult(
         result, done, float(direction), reciprocating, None if folder is None else Path(folder),
-        length / steps, plausibility.axis_of(counter_surface), passes,
+        length / steps, plausibility.axis_of(pair.origins[-1]), passes,
     )  # fmt: skip
 
 
@@ -506,22 +504,23 @@ def _place(folder: str | os.PathLike[str], number: int) -> Path:
     return Path(folder, f"pass-{number:04d}")
 
 
-def _length(travel: float | None, surface: Surface, boundary: Boundary, direction: float) -> float:
+def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
     """Return the length of a pass [m]."""
     if travel is not None:
-        if not 0 < travel < math.inf:
+        length: float = quantity(travel, "length", "travel")
+        if not 0 < length < math.inf:
             raise InputError(
-                f"must be positive and finite [m], got {travel!r}", argument="travel", value=travel
+                f"must be positive and finite [m], got {length!r}", argument="travel", value=length
             )
-        return travel
+        return length
     axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
-    if axis is None or axis not in boundary.periodic_axes:
+    if axis is None or axis not in pair.boundary.periodic_axes:
         raise InputError(
             "is needed where the map is not periodic along the direction: give the length of a "
             "pass [m]",
             argument="travel",
         )
-    return surface.size[axis]
+    return pair.size[axis]
 
 
 def _stops(length: float, steps: int, centered: bool) -> list[float]:
@@ -640,6 +639,12 @@ _PROFILES = {
 
 def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     """Write passes and their last state to a NetCDF file; `load_rolling` reads it."""
+    dataset, packed = to_dataset(rolling)
+    netcdf.write(dataset, path, packed)
+
+
+def to_dataset(rolling: RollingResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+    """Return passes and their last state as a dataset, and how its variables are packed."""
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():
         values = np.array([getattr(item, name) for item in rolling.passes])
@@ -665,7 +670,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     }
     if rolling.axis is not None:
         dataset.attrs["rolling_axis"] = rolling.axis
-    netcdf.write(dataset, path, packed)
+    return dataset, packed
 
 
 def load_rolling(

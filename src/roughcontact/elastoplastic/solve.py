@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
 from roughcontact.elastoplastic import increments as stepping, problem as memory, validation
@@ -38,7 +38,6 @@ from roughcontact.elastoplastic.problem import (
 )
 from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment
 from roughcontact.errors import ConvergenceError, Sentence, message_parts
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
 from roughcontact.material.material import RIGID, Material
@@ -67,7 +66,7 @@ def solve_elastoplastic(
     loads: Quantities | None = None,
     path: Sequence[PathPoint] | None = None,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     boundary: str = "free",
     increments: int | str = AUTO,
     depth: Quantity | None = None,
@@ -102,8 +101,8 @@ def solve_elastoplastic(
         is in both bodies, and the counter-surface is a form. To a point with friction it slides,
         and takes along what has yielded in it, on a periodic map. Points are visited in order,
         with ``increments`` left alone.
-    counter_surface : Surface, optional
-        Heights of the counter-body on the same grid; a flat without it.
+    counter_surface : Surface or nominal body, optional
+        Heights of the counter-body on the same grid, or its form; a flat without it.
     boundary : {"free", "periodic"}
         Whether the map is all there is, or one period of an endless surface.
     increments : int or "auto"
@@ -192,7 +191,7 @@ def solve_elastoplastic(
     """
     began = time.perf_counter()
     volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     problem = Problem(pair, tolerance, max_iterations, precision)
     validation.check_arguments(problem, increments, *volume, start, on_failure)
     force, specified = resolve_force(load, pair)

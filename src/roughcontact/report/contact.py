@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact import plausibility
+from roughcontact.contact import archive, plausibility
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError
@@ -405,7 +405,8 @@ KIND = Kind(
         maps.overview, maps.pressure, maps.contact, maps.gap, maps.close_up, maps.spots,
         section, pressure_histogram,
     ),
-    contact=lambda result: result, save=export.save_contact, blocks=shown,
+    contact=lambda result: result, save=export.save_contact,
+    dataset=archive.to_dataset, blocks=shown,
     problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
     question=question, details=details, meaning=regimes.regime,
     checked=plausibility.checked, script=python_script.repeating,

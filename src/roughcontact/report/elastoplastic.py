@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from roughcontact.elastoplastic import plausibility
+from roughcontact.elastoplastic import archive, plausibility
+from roughcontact.elastoplastic.plastic_body import SharedBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.plots import elastoplastic as plots
 from roughcontact.report import (
@@ -27,6 +29,9 @@ from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import Block
 from roughcontact.units import counted, engineering, percent
+
+if TYPE_CHECKING:
+    import xarray
 
 
 def question(result: ElastoplasticResult) -> str:
@@ -144,6 +149,12 @@ def shown(result: ElastoplasticResult) -> Blocks:
     return [*blocks.table(problem, answer, blocks.trust(KIND, result)), Cautions(result.cautions)]
 
 
+def _dataset(result: ElastoplasticResult) -> xarray.Dataset:
+    if any(isinstance(body, SharedBody) for body in result.bodies):
+        raise InputError("several ranks hold the layers: save the result as .nc and read that")
+    return archive.to_dataset(result)[0]
+
+
 KIND = Kind(
     ElastoplasticResult, contact_fields.VOLUME, contact_fields.INCREMENTS, figures=figures.VOLUME,
     scene=figures.VolumeScene,
@@ -151,7 +162,8 @@ KIND = Kind(
         plots.section, plots.profile, plots.layers, plots.path, plots.residual_displacement,
         plots.convergence,
     ),
-    works=citations.of_volume, save=export.save_volume, blocks=shown,
+    works=citations.of_volume, save=export.save_volume,
+    dataset=_dataset, blocks=shown,
     problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, meaning=regimes.volume_regime,
     inputs=_inputs, details=_details,

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact.units import engineering, plain
+
+if TYPE_CHECKING:
+    import pandas
 
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
 """Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
@@ -206,10 +209,26 @@ def stored(table: Table, result: Any) -> dict[str, Any]:
     return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
 
 
+def _stored_only(columns: Columns, result: Any) -> list[Column]:
+    return [column for column in columns if column.stored and column.when(result)]
+
+
 def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
     """Return what files keep of the steps of a result."""
-    stored_only = [column for column in columns if column.stored and column.when(result)]
-    return {column.key: [float(value) for value in column.values(result)] for column in stored_only}
+    return {
+        column.key: [float(value) for value in column.values(result)]
+        for column in _stored_only(columns, result)
+    }
+
+
+def frame_of(columns: Columns, result: Any) -> pandas.DataFrame:
+    """Return the steps of a result as a table of pandas, units in its attributes."""
+    import pandas
+
+    stored_only = _stored_only(columns, result)
+    frame = pandas.DataFrame({column.key: column.values(result) for column in stored_only})
+    frame.attrs["units"] = {column.key: column.unit for column in stored_only}
+    return frame
 
 
 def listing_of(
@@ -227,7 +246,7 @@ def listing_of(
 
 def csv_text(columns: Columns, result: Any) -> str:
     """Return the steps of a result as a table in text, units in the head."""
-    stored_only = [column for column in columns if column.stored and column.when(result)]
+    stored_only = _stored_only(columns, result)
     lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
     steps = zip(*(column.values(result) for column in stored_only), strict=True)
     lines += [

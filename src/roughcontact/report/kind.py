@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact._version import __version__
+from roughcontact.errors import InputError
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
@@ -18,6 +19,7 @@ from roughcontact.report.fields import (
     Row,
     Table,
     csv_text,
+    frame_of,
     listing_of,
     quantity_of,
     rows_of,
@@ -26,6 +28,8 @@ from roughcontact.report.fields import (
 )
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
     from matplotlib.figure import Figure
 
     from roughcontact.report.assumptions import Assumption, Case
@@ -84,6 +88,7 @@ class Kind:
     largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
+    dataset: Callable[[Any], xarray.Dataset] | None = None  # What its NetCDF file holds
     blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
@@ -112,6 +117,18 @@ class Kind:
         table = Path(path).suffix.lower() == ".csv"
         text = csv_text(self.columns, result) if table else to_json(self.summary(result)) + "\n"
         write(path, text)
+
+    def to_pandas(self, result: Any) -> pandas.DataFrame:
+        """Return the steps of a result as a table of pandas."""
+        if not self.columns:
+            raise InputError(f"a {self.result.__name__} has no steps: use summary()")
+        return frame_of(self.columns, result)
+
+    def to_xarray(self, result: Any) -> xarray.Dataset:
+        """Return a result as a dataset of xarray."""
+        if self.dataset is None:
+            raise InputError(f"a {self.result.__name__} has no NetCDF form: use summary()")
+        return self.dataset(result)
 
     def summary(self, result: Any) -> dict[str, Any]:
         """Return a result by name, in SI units, ready for JSON."""

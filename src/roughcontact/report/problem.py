@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from roughcontact.contact.load_case import GivenLoad, HertzPressure, LineLoad, NominalPressure
@@ -43,7 +42,7 @@ def map_name(surface: Any) -> str:
         return f"a {made.removeprefix('nominal ')}"
     if made.startswith("generated "):
         return f"a {made}"
-    return Path(source).name or "an unnamed map"
+    return source or "an unnamed map"
 
 
 def _material(body: Material) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from roughcontact.elastoplastic import plausibility
-from roughcontact.elastoplastic.rolling import RollingResult, Shakedown
+from roughcontact.elastoplastic.rolling import RollingResult, Shakedown, to_dataset
 from roughcontact.formats import export
 from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
@@ -129,6 +129,7 @@ def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
 KIND = Kind(
     RollingResult, rolling_table.ROLLING, rolling_table.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
+    dataset=lambda rolling: to_dataset(rolling)[0],
     blocks=shown, problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
     question=question, meaning=rolling_table.criterion, inputs=_inputs,
     case=lambda rolling: assumptions.of_volume(rolling.result), method=_method, checked=_checked,

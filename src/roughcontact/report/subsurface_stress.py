@@ -6,7 +6,7 @@ from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.contact.subsurface_stress import StressResult, to_dataset
 from roughcontact.plots import subsurface_stress as draw
 from roughcontact.report import (
     blocks,
@@ -112,7 +112,8 @@ def shown(stress: StressResult, onset: StressResult | None = None) -> Blocks:
 KIND = Kind(
     StressResult, contact_fields.STRESS, figures=figures.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
-    contact=attrgetter("solution"), works=citations.of_stress, blocks=shown,
+    contact=attrgetter("solution"), works=citations.of_stress,
+    dataset=to_dataset, blocks=shown,
     problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, details=_details, method=_method,
 )  # fmt: skip

@@ -17,7 +17,7 @@ from roughcontact.request import memory, options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Values
-from roughcontact.surface import nominal_bodies, placement
+from roughcontact.surface import placement
 from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
@@ -50,7 +50,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         pixel = pixel_of(requested[options.SIZE], points)
         maps.insert(0, requested.needed(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
-        maps[0] = _on_form(maps[0], form)
+        maps[0] = maps[0].with_form(form.on(maps[0]))
     if request.aligned:
         say("aligning the maps")
         offset, angle = (
@@ -63,11 +63,9 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     counter_form = requested.get(options.COUNTER_BODY)
     if counter_form is not None:
         if len(maps) == 2:
-            maps[1] = _on_form(maps[1], counter_form)
+            maps[1] = maps[1].with_form(counter_form.on(maps[1]))
         else:
-            if maps[0].is_profile:
-                counter_form = nominal_bodies.across(counter_form)
-            maps.append(counter_form(shape=maps[0].shape, pixel=maps[0].pixel))
+            maps.append(counter_form.on(maps[0]))
     return maps
 
 
@@ -95,12 +93,6 @@ def resolution_cautions(request: Request, maps: Sequence[Surface]) -> tuple[Caut
         ],
         "maps",
     )
-
-
-def _on_form(surface: Surface, form: nominal_bodies.Body) -> Surface:
-    if surface.is_profile:
-        form = nominal_bodies.across(form)
-    return surface.with_form(form(shape=surface.shape, pixel=surface.pixel))
 
 
 def _prepared(request: Request, requested: Values, surface: Surface, path: Path) -> Surface:

@@ -19,7 +19,7 @@ from roughcontact.errors import ArgumentRef, InputError, require_count
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
     from roughcontact.material.material import Material
-    from roughcontact.surface.nominal_bodies import Body
+    from roughcontact.surface.nominal_bodies import NominalBody
 
 
 class Hardening(NamedTuple):
@@ -194,7 +194,7 @@ def _modulus(words: list[str], argument: str) -> float:
     return units.parse(" ".join(words), "pressure", argument)
 
 
-def body(text: str, argument: str) -> Body:
+def body(text: str, argument: str) -> NominalBody:
     """Return a nominal body."""
     from roughcontact.surface import nominal_bodies
 

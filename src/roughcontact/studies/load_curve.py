@@ -22,7 +22,7 @@ from roughcontact.checkpoints import Place
 from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
@@ -234,7 +234,7 @@ def sweep(
     loads: Quantities | Sequence[Quantity | Load] | None = None,
     approaches: Quantities | None = None,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
@@ -298,7 +298,7 @@ max_iterations, precision
             "give either ", ArgumentRef("loads"), " or ", ArgumentRef("approaches"),
             ", and only one of them",
         )  # fmt: skip
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
     listed = [] if loads is None else _listed(pair, loads)
     resolved = [resolve_force(load, pair, "loads") for load in listed]

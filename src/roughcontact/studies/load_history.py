@@ -24,7 +24,7 @@ from roughcontact.contact import load_case, plausibility
 from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.sliding_pair import SlidingPair, facing, indented
 from roughcontact.contact.solve import press
@@ -37,7 +37,6 @@ from roughcontact.errors import (
     Sentence,
     require_count,
 )
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Status, Step, Tell, numbered, shows_progress_bar
@@ -355,7 +354,7 @@ def history(
     shift: Quantities = (0.0, 0.0),
     material: Material,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float = TOLERANCE,
@@ -438,7 +437,7 @@ def history(
     """
     one_pass = _stages(path)
     requested = repeat_stages(one_pass, passes, shift)
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a load history")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     way = _way(pair, requested, terms, len(one_pass))

@@ -21,7 +21,7 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import LoadCase
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
@@ -29,7 +29,6 @@ from roughcontact.contact.validation import check, check_holes, touchable_gap
 from roughcontact.deprecated import Renamed
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import stress_summary
-from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
@@ -272,7 +271,7 @@ def find_load(
     mean_gap: Quantity | Quantities | None = None,
     first_yield: bool = False,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
@@ -332,7 +331,7 @@ max_iterations
     """
     began = time.perf_counter()
     targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a search of loads")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     finder, elastic = (_Finder(pair, t) for t in (terms, replace(terms, ceiling=None)))

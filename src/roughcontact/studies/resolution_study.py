@@ -28,7 +28,7 @@ from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.memory import Room
-from roughcontact.contact.pair import Pair
+from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check
@@ -287,7 +287,7 @@ def resolution_study(
     material: Material,
     load: Quantity | Load,
     counter_material: Material = RIGID,
-    counter_surface: Surface | None = None,
+    counter_surface: CounterSurface | None = None,
     ceiling: Quantity | ArrayLike | None = "auto",
     boundary: str = "free",
     tolerance: float | None = None,
@@ -335,7 +335,7 @@ precision
     Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
 contact area, contact area without rim excess, maximum pressure, mean pressure.
     """
-    pair = Pair(surface, material, counter_surface, counter_material, Boundary(boundary))
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(
         load=resolve_force(load, pair)[0], ceiling=ceiling, tolerance=tolerance, precision=precision
     )

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,17 +22,20 @@ from roughcontact.units import Quantities, quantity
 Array = NDArray[np.float64]
 
 
-class Body(Protocol):
-    """A nominal body that can be made on any grid, as `parse` returns it."""
+class NominalBody(partial[Surface]):
+    """A nominal body without a grid: called with ``shape`` and ``pixel`` it gives a surface."""
 
-    def __call__(
-        self,
-        *,
-        shape: tuple[int, int],
-        pixel: tuple[float, float],
-        center: tuple[float, float] | None = None,
-    ) -> Surface:
-        """Return the body on a grid."""
+    def on(self, surface: Surface) -> Surface:
+        """Return the body on the grid of a map; on that of a profile, the profile across it."""
+        values = self.keywords
+        if surface.is_profile and self.func is not flat:
+            if self.func not in (cylinder, wedge) or values["angle"] not in (0.0, 90.0):
+                raise InputError(
+                    "a profile takes 'flat', a cylinder such as 'cylinder 5 mm' or a wedge such as "
+                    "'wedge 0.01', which go on alike across it"
+                )
+            values = {**values, "angle": 90.0}
+        return self.func(shape=surface.shape, pixel=surface.pixel, **values)
 
 
 def flat(
@@ -57,9 +60,40 @@ def _edge(edge_radius: float) -> str:
 
 # Arguments without a unit.
 _PLAIN = ("slope", "angle")
+_OPTIONS = {
+    "": "",
+    "angle": "; ``angle`` [degrees], counter-clockwise from x, 0 by default",
+    "edge_radius": "; ``edge_radius`` [m], 0 by default",
+}
+
+_CONTRACT = """Return a nominal {word}, on a grid or to be put on that of a rough map.
+
+Parameters
+----------
+size : float, str, quantity of pint or a pair of them
+    {size_text}, also by the name ``{size}``.
+shape : (int, int), optional
+    Grid points ``(ny, nx)``.
+pixel : (float, float), optional
+    Pixel edges ``(dy, dx)`` [m]; given with ``shape``.
+center : (float, float), optional
+    Place of the axis ``(row, column)``; the middle of the grid without it.
+**given
+    ``{size}`` without ``size``{option}.
+
+Returns
+-------
+Surface or NominalBody
+    Heights on the grid; without ``shape`` and ``pixel`` a body for ``counter_surface``.
+
+Raises
+------
+InputError
+    If an argument cannot be used.
+"""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Form:
     """A kind of nominal body: called with its size, ``shape`` and ``pixel`` it gives a surface."""
 
@@ -72,28 +106,60 @@ class Form:
     count: int = 1  # Numbers that the size consists of, along y first
     curvatures: Callable[[Any], tuple[float, float]] | None = None  # [1/m]
 
-    def __reduce__(self) -> str:
+    def __post_init__(self) -> None:
+        """Say what a call takes."""
+        about = _CONTRACT.format(
+            word=self.word, size=self.size, size_text=self.size_text.capitalize(),
+            option=_OPTIONS[self.option],
+        )  # fmt: skip
+        object.__setattr__(self, "__doc__", about)
+
+    def __repr__(self) -> str:
         """Return the name by which other processes find it."""
         return self.name
+
+    __reduce__ = __repr__
 
     @property
     def word(self) -> str:
         """Its name in texts; both punches share one."""
         return self.name.rpartition("_")[2]
 
+    @overload
     def __call__(
         self,
+        size: Any = None,
+        /,
         *,
         shape: tuple[int, int],
         pixel: Quantities,
         center: tuple[float, float] | None = None,
         **given: Any,
-    ) -> Surface:
-        """Return the body on a grid."""
+    ) -> Surface: ...
+
+    @overload
+    def __call__(
+        self, size: Any = None, /, *, center: tuple[float, float] | None = None, **given: Any
+    ) -> NominalBody: ...
+
+    def __call__(
+        self,
+        size: Any = None,
+        /,
+        *,
+        shape: tuple[int, int] | None = None,
+        pixel: Quantities | None = None,
+        center: tuple[float, float] | None = None,
+        **given: Any,
+    ) -> Surface | NominalBody:
+        """Return the body: on a grid, or without one."""
+        given = self._checked([*([] if size is None else [(self.size, size)]), *given.items()])
+        if shape is None and pixel is None:
+            return NominalBody(self, center=center, **given)
+        if shape is None or pixel is None:
+            missing = "shape" if shape is None else "pixel"
+            raise InputError("is needed for a grid; leave out both for none", argument=missing)
         edges = quantity(pixel, "length", "pixel")
-        given = ({self.option: 0.0} if self.option else {}) | given
-        for name in given.keys() - set(_PLAIN):
-            given[name] = quantity(given[name], "length", name)
         heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **given)
         sizes = {name: given[name] for name in (self.size, self.option) if name}
         beyond = int(np.count_nonzero(np.isnan(heights)))
@@ -104,6 +170,19 @@ class Form:
         )
         about = Provenance(f"nominal {self.description(**sizes)}", origin=origin)
         return Surface(heights, edges, about, holes_masked=beyond > 0)
+
+    def _checked(self, specified: list[tuple[str, Any]]) -> dict[str, Any]:
+        """Return size and option in SI units; refuse other names, and none or two sizes."""
+        names, options = [name for name, _ in specified], [self.option] if self.option else []
+        if names.count(self.size) != 1 or not {*names} <= {self.size, *options}:
+            raise InputError(
+                f"a nominal {self.word} takes {' and '.join([self.size, *options])}, "
+                f"got {', '.join(names) or 'nothing'}"
+            )
+        return dict.fromkeys(options, 0.0) | {
+            name: value if name in _PLAIN else quantity(value, "length", name)
+            for name, value in specified
+        }
 
 
 sphere = Form(
@@ -158,7 +237,7 @@ FORMS = ("flat", *(text for form in BODIES.values() for text in form.examples))
 """Every form that `parse` takes, by example."""
 
 
-def parse(text: str, name: str = "body") -> Body:
+def parse(text: str, name: str = "body") -> NominalBody:
     """Return the nominal body that a text describes."""
     examples = ", ".join(repr(form) for form in FORMS)
     wrong = InputError(f"must read like one of {examples}, got {text!r}", argument=name, value=text)
@@ -179,27 +258,15 @@ def parse(text: str, name: str = "body") -> Body:
     if not read_whole or not all(map(math.isfinite, specified.values())):
         raise wrong
     if word == "flat" and not parts:
-        return flat
+        return NominalBody(flat)
     for form in forms:
         if len(parts) == form.count:
             measured = _slope if form.size == "slope" else _measured
             values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
             size = values[0] if form.count == 1 else tuple(values)
-            return partial(form, **{form.size: size, **specified})
+            body: NominalBody = form(size, **specified)
+            return body
     raise wrong
-
-
-def across(body: Body) -> Body:
-    """Return a body of `parse` as the profile across it has it."""
-    if body is flat:
-        return body
-    if isinstance(body, partial) and body.func in (cylinder, wedge):
-        if body.keywords["angle"] in (0.0, 90.0):
-            return partial(body.func, **{**body.keywords, "angle": 90.0})
-    raise InputError(
-        "a profile takes 'flat', a cylinder such as 'cylinder 5 mm' or a wedge such as 'wedge "
-        "0.01', which go on alike across it"
-    )
 
 
 def _measured(text: str, name: str, what: str) -> float:
