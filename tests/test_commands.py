@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import importlib
 import re
+import shlex
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from roughcontact.cli import app
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -107,3 +110,24 @@ def test_every_page_that_shows_a_command_is_run(commands: ModuleType) -> None:
     for page in DOCS.rglob("*.md"):
         if "_build" not in page.parts and "```console" in page.read_text(encoding="utf-8"):
             assert page in run
+
+
+@pytest.mark.long
+def test_the_console_answers_in_twenty_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "README.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    typed = [line.strip() for line in page.splitlines() if line.strip().startswith("roughcontact ")]
+    words = [["demo", "--points", "128", "--folder", "."]]
+    for line in typed:
+        each = [line.replace("$seed", seed) for seed in "123"] if "$seed" in line else [line]
+        words += [shlex.split(command)[1:] for command in each]
+    assert len(words) > 15
+    for command in words:
+        if "--report" in command:
+            del command[command.index("--report") :][:2]
+        assert app.main(command) == app.SOLVED, command
+        shown = capsys.readouterr().out.partition("\nwritten:\n")[0].rstrip().splitlines()
+        assert len(shown) <= 20, "\n".join(shown)
+        assert max(map(len, shown)) <= 80, command

@@ -268,7 +268,7 @@ def show_generated(surface: Surface, written: Sequence[Path]) -> None:
 
 
 def show_demo(
-    results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[Cells]
+    results: Sequence[ContactResult], labels: Sequence[str], folder: Path, files: Sequence[str]
 ) -> None:
     """Print both solutions of the example, the files, and what to do next."""
     from dataclasses import replace
@@ -283,9 +283,8 @@ def show_demo(
     ]
     first = kinds.headline(limited)
     _print_headline(replace(first, heads=("", *labels), rows=rows, remarks=first.remarks[-1:]))
-    _print_messages(limited.cautions)
-    _print_written([folder], "written to:")
-    _print_table(files)
+    print(f"written to:\n{terminal.printable(str(folder))}")
+    _print_lines(", ".join(files))
     print('Next: roughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4 \\')
     print("          --boundary periodic")
 

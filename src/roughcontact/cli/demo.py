@@ -26,10 +26,9 @@ def run(folder: Path, points: int) -> None:
         say("generating the surface")
         results = _solved(points, say)
         folder.mkdir(exist_ok=True)
-        described = _files(folder, results)
-        outputs.write([(path, write) for path, write, _ in described], say)
-    files = [(path.name, text) for path, _, text in described]
-    console.show_demo(results, _LABELS, folder, files)
+        files = _files(folder, results)
+        outputs.write(files, say)
+    console.show_demo(results, _LABELS, folder, [path.name for path, _ in files])
 
 
 def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
@@ -71,33 +70,17 @@ def _check_folder(folder: Path) -> None:
 
 def _files(
     folder: Path, results: Sequence[ContactResult]
-) -> list[tuple[Path, Callable[[Path], object], str]]:
+) -> list[tuple[Path, Callable[[Path], object]]]:
     from roughcontact.plots import maps, sections
 
     elastic, limited = results
     pair, names = list(results), list(_LABELS)
     return [
-        (folder / "ground.x3p", limited.surface.save, "the generated map, to go on with"),
-        (folder / "elastic.nc", elastic.save, "elastic solution: all maps and what went in"),
-        (folder / "ceiling.nc", limited.save, "solution with the ceiling"),
-        (
-            folder / "surface.png",
-            outputs.saver(lambda: maps.surface(limited.surface)),
-            "the generated heights",
-        ),
-        (
-            folder / "comparison.png",
-            outputs.saver(lambda: maps.comparison(pair, names)),
-            "both pressure maps, same colours",
-        ),
-        (
-            folder / "histogram.png",
-            outputs.saver(lambda: sections.pressure_histogram(pair, names)),
-            "how often each pressure occurs",
-        ),
-        (
-            folder / "overview.png",
-            outputs.saver(lambda: maps.overview(limited)),
-            "with the ceiling: heights, pressure, contact, histogram",
-        ),
+        (folder / "ground.x3p", limited.surface.save),
+        (folder / "elastic.nc", elastic.save),
+        (folder / "ceiling.nc", limited.save),
+        (folder / "surface.png", outputs.saver(lambda: maps.surface(limited.surface))),
+        (folder / "comparison.png", outputs.saver(lambda: maps.comparison(pair, names))),
+        (folder / "histogram.png", outputs.saver(lambda: sections.pressure_histogram(pair, names))),
+        (folder / "overview.png", outputs.saver(lambda: maps.overview(limited))),
     ]

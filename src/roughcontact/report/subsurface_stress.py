@@ -83,7 +83,6 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
     if not solution.pair.is_profile:
         shear = (kind.row(stress, f"max_orthogonal_shear_along_{axis}") for axis in "yx")
         rows.append(("Orthogonal shear", "; ".join(f"±{row.text}" for row in shear)))
-    rows.append(("Contact", contact.answer(solution)))
     return (), rows
 
 
