@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from multiprocessing import resource_tracker
 from pathlib import Path
 
 import numpy as np
@@ -220,6 +221,8 @@ def test_a_process_that_dies_is_a_failure(folder: Path) -> None:
     # A spawned process imports this module first.
     (folder / "sitecustomize.py").write_text(child, encoding="utf-8")
     before = os.environ.get("PYTHONPATH")
+    # Python's own helper would die of it, too, and be missed by the next test.
+    resource_tracker.ensure_running()
     os.environ["PYTHONPATH"] = str(folder)
     try:
         reports = runner.run(entries, lambda report: None)

@@ -60,7 +60,7 @@ def cells(rows: Iterable[Row]) -> list[Cells]:
 
 
 # Steps that are shown of many: so many of the first, and so many of the last.
-_ENDS = 4
+_ENDS = 3
 
 
 def some(rows: Sequence[Cells]) -> Sequence[Cells]:
