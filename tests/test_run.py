@@ -195,7 +195,7 @@ def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path
     # The half of the map that is kept.
     assert "20 MPa on the whole map, 2400 µm², are 48 mN" in text
     assert "--load '20 MPa'" in text
-    assert "Smooth beside rough" in text
+    assert "Compared with the smooth bodies" in text
 
 
 def test_time_left_is_told_from_the_first_finished_part_on(

@@ -159,7 +159,7 @@ def test_an_array_in_memory_has_to_be_supplied(folder: Path) -> None:
     surface = rc.Surface(heights, pixel, about).leveled()
     result = rc.solve(surface, counter_surface=counter, material=STEEL, load=0.1)
     text = python_script.repeating(result)
-    assert "supply it as surface.npy, 32 × 32 heights in metres" in text
+    assert "supply it as surface.npy, 32 × 32 heights in meters" in text
     assert "supply it as counter_surface.npy" in text
     np.save("surface.npy", heights)
     np.save("counter_surface.npy", 1e-9 * np.arange(1024.0).reshape(32, 32))
@@ -173,7 +173,7 @@ def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
     forms = [rc.Surface(z * surface.heights[::-1], surface.pixel) for z in (0.5, 0.25)]
     whole = surface.with_form(forms[0]).with_form(forms[1].leveled())
     text = python_script.preparing(whole)
-    assert "supply it as form.npy, 48 × 48 heights in metres, SHA-256 of its bytes" in text
+    assert "supply it as form.npy, 48 × 48 heights in meters, SHA-256 of its bytes" in text
     for name, form in zip(("form.npy", "form_2.npy"), forms, strict=True):
         np.save(name, form.heights)
     names: dict[str, Any] = {}

@@ -38,7 +38,7 @@ def test_every_figure_is_rendered_without_warnings(light, heavy):
     cases = [
         light,
         heavy,
-        below(0.2, friction=0.5, body="counter_body"),
+        below(0.2, friction=0.5, in_body="counter_body"),
         below(0.2, shape=(12, 90)),
         below(0.2, shape=(90, 12)),
         below(0.2, material=rc.Material(210e9, 0.3)),
@@ -169,7 +169,7 @@ def test_map_shows_the_peak_and_what_yields(light, heavy):
 
 def test_bodies_are_told_apart(light):
     assert "counter-body" not in texts(plots.stress_map(light))
-    assert "counter-body" in texts(plots.stress_map(below(0.2, body="counter_body")))
+    assert "counter-body" in texts(plots.stress_map(below(0.2, in_body="counter_body")))
 
 
 def test_bad_arguments(light):

@@ -90,7 +90,7 @@ def text_of(markup: str) -> str:
 def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple[str, str, Any]:
     """Return what console and report tell of a kind of result, and what JSON keeps."""
     result = request.getfixturevalue(kind)
-    console.show_result(result, solve.TASK)
+    console.show_all(result, solve.TASK)
     shown = " ".join(capsys.readouterr().out.split())
     kept = json.loads(json.dumps(result.summary(), default=str))
     return shown, text_of(kinds.render(result)), kept

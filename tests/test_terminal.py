@@ -130,30 +130,24 @@ def test_poor_terminals(run: Run, settings: dict[str, str]) -> None:
         f"{SOLVE} && {shlex.quote(sys.executable)} -m roughcontact info grüße.npy", **settings
     )
     assert done.returncode == app.BAD_INPUT
-    assert "largest pressure" in done.stdout
+    assert "Contact pressure" in done.stdout
     assert done.stderr.startswith("roughcontact: error: gr")
     assert done.stderr.count("\n") == 1
 
 
-def test_a_long_name_leaves_room_for_the_numbers(capsys: pytest.CaptureFixture[str]) -> None:
-    told = {
-        "load": 0.0123, "max_pressure": 3.1e9, "contact_fraction": 0.0123, "ceiling": 3e9,
-        "saturated_fraction": 0.00456, "certificate": 1e-7,
-    }  # fmt: skip
+def test_a_long_name_leaves_room_for_the_answer(capsys: pytest.CaptureFixture[str]) -> None:
+    told = {"answer": "3.5 % of the face is in contact (3.4 to 4.2 %)."}
     long = "the sample that was ground twice, lapped once and measured in the middle"
     names = ["short", "x" * 45, long, "é" * 200]
     console.show_reports([Report(name, "solved", told) for name in names], Path("results"))
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
-    numbers = ("solved", "12.3 mN", "3.1 GPa", "1.23 %", "0.456 %", "1e-07")
-    rows = [line for line in out.splitlines() if "1e-07" in line]
-    assert len(rows) == len(names)
-    assert all(number in row for row in rows for number in numbers)
+    assert out.startswith("4 contacts: 4 solved\n")
     assert "".join(out.split()).count("x") == 45
     assert out.endswith("written to:\nresults\n\n")
+    assert all(word in out for word in long.replace(",", "").split())
     console.show_reports([Report("one", "failed", {}, "why")], Path("results"))
     assert "results" not in capsys.readouterr().out
-    assert all(word in out for word in long.replace(",", "").split())
 
 
 THROUGH_C = """

@@ -54,13 +54,13 @@ def show(outcome: Outcome, display: Display) -> None:
     result, task = outcome.found, outcome.request.task
     _print_headline(kinds.headline(result, **outcome.beside))
     if display is Display.VERBOSE:
-        _print_all(result, task, **outcome.beside)
+        show_all(result, task, **outcome.beside)
     else:
         _print_messages(result.cautions, task)
     _print_written(outcome.written)
 
 
-def _print_all(result: Any, task: Command, **reference: Any) -> None:
+def show_all(result: Any, task: Command, **reference: Any) -> None:
     """Print all there is to tell of a result."""
     from roughcontact.report import kinds
     from roughcontact.report.blocks import Block, Lines
@@ -134,7 +134,7 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
     _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
     print()
     rows = [(report.name, str(report.told.get("answer", report.state))) for report in reports]
-    _print_table(rows, heads=("contact", "answer"), indent=_INDENT)
+    _print_table(rows, heads=("contact", "answer"), fold=True, indent=_INDENT)
     told = [(report.name, map(from_summary, report.told.get("cautions", ()))) for report in reports]
     _print_messages(of_several(told, "contacts"))
     # Where nothing else is written, the numbers of each contact are.
