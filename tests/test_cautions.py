@@ -334,7 +334,7 @@ def test_the_caveat_of_a_material_goes_where_the_material_goes(tmp_path: Path) -
     bearing = catalog.material("PTFE")
     result = rc.solve(ball(), material=bearing, counter_material=bearing, load=1e-2)
     (told,) = (caution for caution in result.cautions if caution.kind == Kind.MATERIAL)
-    assert told.severity is Severity.CAUTION
+    assert told.severity is Severity.WARNING
     assert told.text.startswith("PTFE is viscoelastic: ")
     result.save(tmp_path / "result.nc")
     again = rc.read_result(tmp_path / "result.nc")

@@ -206,7 +206,7 @@ def materials(result: ContactResult) -> Caution | None:
         f"{' and '.join(bodies)} {'is' if len(bodies) == 1 else 'are'} {caveat}"
         for caveat, bodies in names.items()
     )
-    return as_caution(
+    return as_warning(
         Kind.MATERIAL, f"{text[0].upper()}{text[1:]}. Numbers hold for the constants given."
     )
 
