@@ -58,7 +58,7 @@ def test_numbers_are_shown_where_a_file_cannot_be_written(
         monkeypatch.setattr(f"roughcontact.{kind}.save", full)
     assert app.main([*command, "--output", str(output)]) == app.BAD_INPUT
     out, err = capsys.readouterr()
-    assert "load" in out
+    assert "Solved: " in out
     assert f"out.{suffix} cannot be written (No space left on device)" in err
     assert err.count("\n") == 1
 
