@@ -42,7 +42,8 @@ nitpicky = True
 nitpick_ignore_regex = [
     (
         "py:.*",
-        r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io)\..*",
+        r"(numpy|np|matplotlib|xarray|typer|pathlib|enum|collections|concurrent|typing|io|functools)"
+        r"\..*",
     ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),
     ("py:.*", r".*\.T_co"),

@@ -118,13 +118,22 @@ def test_the_console_answers_in_twenty_lines(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     page = (ROOT / "README.md").read_text(encoding="utf-8").replace("\\\n", " ")
-    typed = [line.strip() for line in page.splitlines() if line.strip().startswith("roughcontact ")]
+    scripts = "".join(re.findall(r"^```sh\n(.*?)^```$", page, re.DOTALL | re.MULTILINE))
+    typed = re.findall(r"^\s*(roughcontact .*)", scripts, re.MULTILINE)
     words = [["demo", "--points", "128", "--folder", "."]]
     for line in typed:
         each = [line.replace("$seed", seed) for seed in "123"] if "$seed" in line else [line]
         words += [shlex.split(command)[1:] for command in each]
     assert len(words) > 15
-    for command in words:
+    for typed_words in words:
+        # As a shell does.
+        command = [
+            name
+            for word in typed_words
+            for name in (
+                sorted(map(str, Path().glob(word))) if word.startswith("ground-?") else [word]
+            )
+        ]
         if "--report" in command:
             del command[command.index("--report") :][:2]
         assert app.main(command) == app.SOLVED, command

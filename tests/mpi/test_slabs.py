@@ -139,7 +139,7 @@ def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
 def test_a_nominal_pressure_is_told_as_it_was_given(tmp_path, folder):
     report = tmp_path / "out.html"
     words = ["solve", folder / "map.npy", *GIVEN["npy"], "--load", "80 MPa", *OPTIONS[2:]]
-    run = command(2, *words, "--report", report)
+    run = command(2, *words, "--verbose", "--report", report)
     assert run.returncode == 0, run.stderr
     told = "nominal pressure: 80 MPa on the whole map, 5760 µm², are 460.8 mN"
     assert told in " ".join(run.stdout.split())
@@ -155,7 +155,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     rough = rng.normal(size=(64, 64))
     np.save(tmp_path / "map.npy", rough)
     monkeypatch.chdir(tmp_path)
-    run = command(2, *shlex.split(words.replace("\\\n", " ")))
+    run = command(2, *shlex.split(words.replace("\\\n", " ")), "--verbose")
     assert run.returncode == 0, run.stderr
     assert "ranks" in run.stdout
     first = rc.read_result("contact.nc", verify=True)

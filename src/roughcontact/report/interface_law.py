@@ -241,7 +241,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
 
 
 # Rows of many that are said first.
-_MOST = 7
+_MOST = 5
 
 
 def _ends(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:

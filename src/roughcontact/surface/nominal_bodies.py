@@ -190,6 +190,7 @@ sphere = Form(
     lambda radius: f"sphere of radius {_length(radius)}",
     ("sphere 10 mm",), curvatures=lambda radius: (1 / radius, 1 / radius),
 )  # fmt: skip
+"""Sphere of a radius: a nominal body, or a surface with ``shape`` and ``pixel``."""
 ellipsoid = Form(
     "ellipsoid", "radii", "each radius of curvature",
     lambda radii, angle: (
@@ -206,6 +207,7 @@ cylinder = Form(
     ),
     ("cylinder 5 mm 90 deg",), "angle", curvatures=lambda radius: (1 / radius, 0.0),
 )  # fmt: skip
+"""Cylinder of a radius and the angle of its axis, as `sphere`."""
 punch = Form(
     "punch", "radius", "the radius",
     lambda radius, edge_radius: f"round punch of radius {_length(radius)}{_edge(edge_radius)}",
