@@ -47,7 +47,7 @@ nitpick_ignore_regex = [
     ),
     ("py:.*", r"(panel|bokeh|tornado)\..*"),
     ("py:.*", r".*\.T_co"),
-    # The fields that some results share stand in a base that no user names.
+    # Private base classes have no page.
     ("py:class", r"roughcontact\..*\._[A-Z]\w*"),
     ("py:.*", r"(ValueError|MemoryError|RuntimeError|Exception|NamedTuple|Protocol|Enum|Path)"),
 ]

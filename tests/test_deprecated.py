@@ -54,6 +54,25 @@ def test_an_old_argument_and_value_warn_and_work() -> None:
         _ = result.nonsense  # type: ignore[attr-defined]
 
 
+def test_old_attributes_of_every_result_warn_and_work() -> None:
+    surface = rc.Surface(*rc.reference_map(32))
+    curve = rc.sweep(surface, loads=["10 MPa", "20 MPa"], material=STEEL)
+    history = rc.history(surface, ["20 MPa", 0.0], material=STEEL)
+    wanted = rc.find_load(surface, contact_fraction=0.02, material=STEEL)
+    conductor = rc.Conductor(1e-7, 50.0)
+    joint = rc.conductance(history.largest, conductor, conductor)
+    for owner, old in (
+        (curve, "given"), (curve, "found"), (curve, "remarks"),
+        (curve.steps[0], "corrected_contact_area"), (history, "given"),
+        (history, "recommended"), (history, "shaken_down"), (wanted, "remarks"),
+        (wanted.answers[0], "below"), (joint, "beside"), (joint, "found"), (STEEL, "at_odds"),
+    ):  # fmt: skip
+        new = deprecated.ATTRIBUTES[old]
+        with pytest.warns(DeprecationWarning, match=f"{type(owner).__name__}.{old} is {new}"):
+            assert getattr(owner, old) == getattr(owner, new)
+    assert not hasattr(surface, "given")
+
+
 def test_an_old_option_is_read_and_told(capsys: pytest.CaptureFixture[str]) -> None:
     assert app.main(["solve", *BALL, "--holes", "mask"]) == app.SOLVED
     out, err = capsys.readouterr()

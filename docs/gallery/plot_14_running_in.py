@@ -62,7 +62,7 @@ number = np.arange(1, PASSES + 1)
 adding.semilogy(
     number, [100 * one.strain_added for one in rolled.passes], "o-", label="largest, added"
 )
-adding.axhline(100 * rolled.strain_threshold, color="0.4", ls="-.", label="counts as none")
+adding.axhline(100 * rolled.strain_threshold, color="0.4", ls="-.", label="negligible")
 adding.set(xlabel="pass", ylabel="plastic strain by the pass [%]")
 adding.legend(frameon=False)
 for name, colour in (("Sq", "tab:blue"), ("Spk", "tab:orange")):

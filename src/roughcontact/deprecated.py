@@ -59,38 +59,29 @@ ARGUMENTS = {
 """Of a function: old argument to new argument."""
 
 ATTRIBUTES = {
-    "ContactResult": {
-        "centre_of_pressure": "center_of_pressure",
-        "corrected_contact_area": "perimeter_corrected_area", "given": "specified_load",
-        "recommended": "calibration", "remarks": "extra_cautions", "smooth": "hertz",
-        "unsealed": "without_checksums",
-    },
-    "ElastoplasticResult": {"flowed": "yielded", "travelled": "has_moved"},
-    "InterfaceLaw": {"found": "messages"},
-    "Leakage": {"beside": "with_coarser_grid", "film_ratio": "gap_ratio"},
-    "LoadAnswer": {"above": "bracket_high", "below": "bracket_low"},
-    "LoadHistory": {"shaken_down": "is_elastic_now"},
-    "Material": {"at_odds": "tabor_ratio"},
-    "Pass": {"flow": "strain_added", "gain": "strain_net"},
-    "RollingResult": {
-        "answer": "outcome_text", "least_strain": "strain_threshold",
-        "to_and_fro": "reciprocating",
-    },
-    "StressResult": {"place": "max_von_mises_at"},
+    "above": "bracket_high", "answer": "outcome_text", "at_odds": "tabor_ratio",
+    "below": "bracket_low", "beside": "with_coarser_grid",
+    "centre_of_pressure": "center_of_pressure",
+    "corrected_contact_area": "perimeter_corrected_area", "film_ratio": "gap_ratio",
+    "flow": "strain_added", "flowed": "yielded", "found": "messages", "gain": "strain_net",
+    "given": "specified_load", "least_strain": "strain_threshold", "place": "max_von_mises_at",
+    "recommended": "calibration", "remarks": "extra_cautions", "shaken_down": "is_elastic_now",
+    "smooth": "hertz", "to_and_fro": "reciprocating", "travelled": "has_moved",
+    "unsealed": "without_checksums",
 }  # fmt: skip
-"""Of a class: old attribute to new attribute."""
+"""Of any result that has the new attribute: old attribute to new attribute."""
 
 
 class Renamed:
-    """A class some of whose attributes had other names; its own name is that of their table."""
+    """A class some of whose attributes had other names."""
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Return what an old name means now."""
-            new = ATTRIBUTES.get(type(self).__name__, {}).get(name)
-            if new is None:
-                # Raises what a property raised, or that there is no such attribute.
+            """Return the attribute that replaced an old one."""
+            new = ATTRIBUTES.get(name)
+            if new is None or not (hasattr(type(self), new) or new in vars(self)):
+                # Raises the error of a property, or that there is no such attribute.
                 return object.__getattribute__(self, name)
             _warn(f"{type(self).__name__}.{name} is {new} now")
             return getattr(self, new)
@@ -139,17 +130,17 @@ def current_value(name: str, value: Any, warn: Warn | None = None) -> Any:
     return value if new is None else new
 
 
-def current_words(words: Iterable[str], warn: Warn) -> list[str]:
-    """Return the words of a command line as they are written now."""
+def current_command_line(arguments: Iterable[str], warn: Warn) -> list[str]:
+    """Return the arguments of a command line under their new names."""
     command, option, result = "", "", []
-    for word in words:
-        name, equals, value = word.partition("=")
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
         if name.startswith("--"):
             option = current_option(command, name[2:], warn)
             result.append(f"--{option}{equals}{current_value(option, value, warn)}")
             continue
-        command = command or word
-        result.append(current_value(option, word, warn))
+        command = command or argument
+        result.append(current_value(option, argument, warn))
         option = ""
     return result
 

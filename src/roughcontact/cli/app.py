@@ -74,7 +74,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
     written: Sequence[Path] = ()
     try:
-        arguments = deprecated.current_words(
+        arguments = deprecated.current_command_line(
             arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
         )
         status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)

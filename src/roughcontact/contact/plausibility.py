@@ -424,14 +424,18 @@ def implausible_slope(slope: float) -> Caution | None:
     )
 
 
+def _beyond(value: float, ends: tuple[float, float], low: str, high: str) -> str:
+    """Return the adjective of a value outside a range; nothing inside."""
+    return low if value < ends[0] else high if value > ends[1] else ""
+
+
 def _units(result: ContactResult) -> Caution | None:
     """Return which number looks as if it were in another unit than the one it is taken in."""
     for body in (result.material, result.counter_material):
         E, strength = body.young, body.yield_strength
         if math.isinf(E):
             continue
-        if not MODULI[0] <= E <= MODULI[1]:
-            kind = "soft" if E < MODULI[0] else "stiff"
+        if kind := _beyond(E, MODULI, "soft", "stiff"):
             return as_warning(
                 Kind.UNITS,
                 f"Young's modulus is {engineering(E, 'Pa', 3)}: no solid is this {kind}. Give the "
@@ -439,8 +443,7 @@ def _units(result: ContactResult) -> Caution | None:
                 young=E,
             )
         share = STRENGTHS[0] if strength is None else strength / E
-        if not STRENGTHS[0] <= share <= STRENGTHS[1]:
-            kind = "weak" if share < STRENGTHS[0] else "strong"
+        if kind := _beyond(share, STRENGTHS, "weak", "strong"):
             return as_warning(
                 Kind.UNITS,
                 f"Yield strength is {share:.2g} of Young's modulus: no solid is this {kind}. "

@@ -282,7 +282,7 @@ def rolling_cautions(
 
 
 def _coarse(stride: float, half: float, steps: int) -> Caution:
-    """Return the message on steps of so many half-widths."""
+    """Return the message on the step length over the half-width of the contact."""
     apart = stride > LONGEST_STEP
     return (as_warning if apart else as_caution)(
         Kind.STEP_LENGTH,

@@ -176,7 +176,7 @@ def quantities(rows: Iterable[Row]) -> list[Block]:
 
 
 def steps(kind: Kind, result: Any, count: int = _MANY) -> list[Block]:
-    """Return the block of the steps of a result: of many so many, evenly spaced."""
+    """Return the block of the steps of a result, at most ``count`` of them, evenly spaced."""
     head, rows = kind.listing(result)
     chosen = spaced(rows, count)
     blocks = table(chosen, head)
@@ -186,7 +186,7 @@ def steps(kind: Kind, result: Any, count: int = _MANY) -> list[Block]:
 
 
 def spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
-    """Return rows, of many so many, evenly spaced, the first and the last among them."""
+    """Return at most ``count`` rows, evenly spaced, with the first and the last."""
     if len(rows) <= count:
         return list(rows)
     return [rows[round(index * (len(rows) - 1) / (count - 1))] for index in range(count)]

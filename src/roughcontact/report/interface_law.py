@@ -13,7 +13,7 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.interface_law import interface_law
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, phrases, problem
+from roughcontact.report import chapters, contact_fields, figures, phrases, problem
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, quantity_of
 from roughcontact.report.kind import CellTable, Kind, Use
@@ -205,6 +205,9 @@ def sentences(law: InterfaceLaw) -> tuple[str, ...]:
 
 # --- What is said first ---
 
+# Pressures on the screen.
+_MOST = 5
+
 
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
@@ -237,18 +240,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
         row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
         rows.append(tuple(row))
-    return tuple(heads), _ends(rows)
-
-
-# Rows of many that are said first.
-_MOST = 5
-
-
-def _ends(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
-    """Return some of many rows, evenly spaced, with both ends."""
-    if len(rows) <= _MOST:
-        return rows
-    return [rows[round(i * (len(rows) - 1) / (_MOST - 1))] for i in range(_MOST)]
+    return tuple(heads), chapters.spaced(rows, _MOST)
 
 
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check, check_profile
+from roughcontact.deprecated import Renamed
 from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence, require_count
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
@@ -49,7 +50,7 @@ LOW_SATURATION = 0.1
 
 
 @dataclass(frozen=True)
-class LoadStep:
+class LoadStep(Renamed):
     """The scalars of one solved load."""
 
     load: float  # W [N]
