@@ -46,7 +46,7 @@ from roughcontact.report.figure_data import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy
-from roughcontact.studies.uncertainty import Interval
+from roughcontact.studies.uncertainty import Cause, Interval
 from roughcontact.units import changed_by, counted, engineering
 
 
@@ -272,7 +272,8 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
 
 
 def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
-    if interval is None or interval.low == interval.high:
+    # What plasticity may move by an unknown amount has no interval.
+    if interval is None or Cause.YIELDING in interval.unknown or interval.low == interval.high:
         return ""
     if math.isinf(interval.high):
         return " (depends on the pixel, no limit)"

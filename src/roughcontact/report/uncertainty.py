@@ -94,7 +94,8 @@ def sources(interval: Interval) -> str:
         else:
             ends = dict.fromkeys(changed_by(end) for end in (item.low, item.high) if end)
             known.append(f"{name} {' to '.join(ends)}" if ends else f"{name} none")
-    text = f"Interval from: {', '.join(known)}" if known else ""
+    head = "No interval, known are" if Cause.YIELDING in interval.unknown else "Interval from"
+    text = f"{head}: {', '.join(known)}" if known else ""
     other = f"{' and '.join(unknown)} not studied" if unknown else ""
     if "pixel" in unknown:
         other += " (--study)"
