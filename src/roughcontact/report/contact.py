@@ -342,7 +342,9 @@ def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> Cell
 def _upper(result: ContactResult) -> str:
     """Return the ceiling that is reached, or the largest pressure below it."""
     if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
-        return f"{problem.size(result.max_pressure, 'Pa')} peak"
+        edge = result.ceiling is None and result.totals.edge_load is not None
+        limit = ", no limit at the map edge" if edge else ""
+        return f"{problem.size(result.max_pressure, 'Pa')} peak{limit}"
     assert result.ceiling is not None
     return f"ceiling {problem.size(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
 
