@@ -27,6 +27,7 @@ from roughcontact.elastoplastic.rolling import (
 )
 from roughcontact.plots import rolling as movie
 from roughcontact.report import kinds, rolling_table
+from roughcontact.request import rolling as request
 from roughcontact.surface import nominal_bodies
 
 GRID: Any = {"shape": (8, 24), "pixel": (8e-6, 8e-6)}
@@ -342,6 +343,18 @@ def test_what_cannot_be_rolled_is_refused(
     assert (out, err.count("\n")) == ("", 1)
     assert said in err
     assert not list(home.iterdir())
+
+
+def test_a_run_of_more_than_a_day_has_to_be_wanted(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(request, "_LONG", 0.0)
+    words = [*WORDS, "--passes", "2", "--folder", "steps"]
+    assert app.main(words) == app.BAD_INPUT
+    assert "--yes is needed: 6 steps take about" in capsys.readouterr().err
+    first = [path.name for path in home.rglob("*.nc")]
+    assert len(first) == 1, first
+    assert app.main([*words, "--yes"]) == 0
 
 
 @needs_reader

@@ -214,9 +214,9 @@ def test_time_left_is_told_from_the_first_finished_part_on(
     assert told(4, 10, 0.0, kept=True) == ""
     assert told(5, 10, 0.0) == ""
     assert told(5, 10, 50.0) == ""
-    assert told(6, 10, 50.0) == phrases.time_remaining_text(1, 5, 100.0)
-    assert told(6, 10, 300.0) == phrases.time_remaining_text(1, 5, 100.0)
-    assert told(7, 10, 0.0) == phrases.time_remaining_text(2, 4, 400.0)
+    assert told(6, 10, 50.0) == phrases.time_remaining_text(500.0)
+    assert told(6, 10, 300.0) == phrases.time_remaining_text(500.0)
+    assert told(7, 10, 0.0) == phrases.time_remaining_text(800.0)
     # Another series.
     assert told(1, 3, 5.0) == ""
-    assert told(2, 3, 7.0) == phrases.time_remaining_text(1, 2, 7.0)
+    assert told(2, 3, 7.0) == phrases.time_remaining_text(14.0)

@@ -398,7 +398,8 @@ def _worked_through(
         def told(report: plan.Report) -> None:
             states.append(report.state)
             fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
-            remaining = phrases.time_remaining_text(fresh, to_do, time.monotonic() - start)
+            seconds = (time.monotonic() - start) / fresh * to_do if fresh else 0.0
+            remaining = phrases.time_remaining_text(seconds)
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
             of = f"{len(states)} of {len(entries)} done{failed}"
             say(f"{of}, {report.name} {report.state}{remaining}{dashboard}")

@@ -67,7 +67,11 @@ class Forecast:
         self._start = self._begun = 0.0
 
     def __call__(self, at: Progress) -> str:
-        """Return the words of `left`; called with every `Progress`."""
+        """Return the time that is left as text; called with every `Progress`."""
+        return time_remaining_text(self.seconds(at))
+
+    def seconds(self, at: Progress) -> float:
+        """Return the time that is left [s], 0 where nothing is known; called as the other."""
         now = time.monotonic()
         if at.kept or at.count != self._count or at.number < self._at:
             # What was kept tells no time.
@@ -76,18 +80,20 @@ class Forecast:
         elif at.number > self._at:
             self._at, self._begun = at.number, now
         done, to_do = self._at - self._first, self._count - self._at + 1
-        return time_remaining_text(done, to_do, self._begun - self._start)
+        return (self._begun - self._start) / done * to_do if done else 0.0
 
 
-def time_remaining_text(done: int, to_do: int, seconds: float) -> str:
-    """Return how long it will take until all of many like things are done."""
-    if not done or not to_do:
-        return ""
-    guess = seconds / done * to_do
-    for unit, size in (("h", 3600), ("min", 60)):
-        if guess >= 1.5 * size:
-            return f", about {guess / size:.0f} {unit} left"
-    return f", about {max(1.0, guess):.0f} s left"
+def time_remaining_text(seconds: float) -> str:
+    """Return how long something will still take; nothing where that is not known."""
+    return f", about {rounded_time(seconds)} left" if seconds else ""
+
+
+def rounded_time(seconds: float) -> str:
+    """Return a time in a unit that people plan with."""
+    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{max(1.0, seconds):.0f} s"
 
 
 # --- Materials, laws and ceilings in a few words ---

@@ -24,9 +24,10 @@ from roughcontact.request.option import (
     files,
     flag,
 )
-from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
+from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
     from roughcontact.elastoplastic.rolling import Frame
@@ -86,7 +87,11 @@ FIGURES = Option(
     "Figures: folder or file prefix; add .svg or .pdf for the format.", parsing.words, None,
     suffixes=PICTURES,
 )  # fmt: skip
+YES = flag("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
+
+# A run that takes longer [s] than this has to be wanted.
+_LONG = 86400.0
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -119,7 +124,7 @@ def _run(request: Request, work: Work) -> Outcome:
             start_at_center=request[TRAVEL] is not None,
             friction=request[FRICTION],
             folder=request[FOLDER],
-            progress=watch,
+            progress=watch if request[YES] else _limited(watch),
             on_step=picture if shown else None,
         )
     last = replace(
@@ -128,6 +133,25 @@ def _run(request: Request, work: Work) -> Outcome:
     result = replace(result, result=replace(result.result, solution=last))
     extras = {"frames": tuple(frames), "reused": max(reused, default=0)}
     return Outcome(request, result, last, extras)
+
+
+def _limited(look: Look) -> Look:
+    """Return what stops a run after its first step where the whole would take long."""
+    from roughcontact.report.phrases import Forecast, rounded_time
+
+    forecast = Forecast()
+
+    def watch(state: Progress) -> None:
+        seconds = forecast.seconds(state)
+        if seconds > _LONG:
+            took = f"{state.count} steps take about {rounded_time(seconds)}"
+            raise InputError(
+                f"is needed: {took}. Crop, coarsen (", ArgumentRef("pixel"), ") or reduce ",
+                ArgumentRef("passes"), argument="yes",
+            )  # fmt: skip
+        look(state)
+
+    return watch
 
 
 def _leaves_series(request: Request) -> bool:
@@ -178,7 +202,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     (
         *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,
         FRICTION, *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY,
-        *_SOLVER, OUTPUT, FOLDER, MOVIE, FIGURES, *options.OUTPUT,
+        *_SOLVER, YES, OUTPUT, FOLDER, MOVIE, FIGURES, *options.OUTPUT,
     ),
     (
         options.HERTZ, options.COUNTER_BODY, PASSES, TRAVEL, options.MATERIAL, options.HARDENING,
