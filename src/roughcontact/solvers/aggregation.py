@@ -1,7 +1,7 @@
 """Multigrid by aggregation: conjugate gradients for networks of conductances.
 
 A network has nodes, conductances between them, and conductances from nodes to the ground. What
-couples strongly is taken together, pair by pair and twice a level, whatever the shape of the
+couples strongly is taken together, pair by pair and thrice a level, whatever the shape of the
 network: conductances of twenty orders of magnitude, holes, narrow channels and dead ends are
 followed, where a coarse grid of squares would bridge the barriers.
 """
@@ -26,6 +26,9 @@ _COARSEST = 2000
 """Nodes that are solved for directly."""
 
 _MOST_LEVELS = 30
+
+_PAIRINGS = 3
+"""Rounds of pairing from level to level: with two, coarse levels take most of the time."""
 
 _STRONG = 0.1
 """Conductance over the smaller sum at its ends from which two nodes may be taken together."""
@@ -144,8 +147,8 @@ class Multigrid:
 
     Notes
     -----
-    Pairs of nodes that couple strongly are taken together, and pairs of pairs again; the coarser
-    network has one node for each, its conductances are the sums. On every level two Chebyshev
+    Pairs of nodes that couple strongly are taken together, pairs of pairs, and pairs of those; the
+    coarser network has one node for each, its conductances are the sums. On every level two Chebyshev
     steps smooth before and after; a coarse network is solved by one or two steps of conjugate
     gradients with the still coarser ones as preconditioner, which is why it does not matter that
     the corrections are constant on an aggregate.
@@ -165,13 +168,14 @@ class Multigrid:
             self.levels.append(level)
             if network.nodes <= _COARSEST or len(self.levels) == _MOST_LEVELS:
                 break
-            group, middle = _paired(network, level.diagonal, random)
-            # A pool with narrow ends is not taken together with what lies beyond them: of its
-            # links, those inside count as well.
-            inner = _summed(group, level.diagonal, middle.nodes)
-            second, coarse = _paired(middle, inner, random)
-            self._groups.append(second[group])
-            network = coarse
+            group, network = _paired(network, level.diagonal, random)
+            for _ in range(_PAIRINGS - 1):
+                # A pool with narrow ends is not taken together with what lies beyond them: of
+                # its links, those inside count as well.
+                inner = _summed(group, level.diagonal, network.nodes)
+                second, network = _paired(network, inner, random)
+                group = second[group]
+            self._groups.append(group)
         self._factors = self.levels[-1].factors()
 
     def __call__(self, residual: Array) -> Array:
