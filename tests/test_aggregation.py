@@ -40,7 +40,7 @@ def pools(n: int, rng: np.random.Generator) -> Array:
     return np.concatenate([along_x.ravel(), along_y.ravel()])
 
 
-@pytest.mark.parametrize(("kind", "most"), [("even", 25), ("pools", 25), ("six decades", 60)])
+@pytest.mark.parametrize(("kind", "most"), [("even", 25), ("pools", 25), ("six decades", 70)])
 def test_few_steps_whatever_the_size(kind: str, most: int) -> None:
     steps = []
     for n in (64, 128, 256):
