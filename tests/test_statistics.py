@@ -48,6 +48,17 @@ def test_intervals_are_those_of_scipy() -> None:
         assert one.excludes_zero == (one.p < 0.05)
 
 
+def test_several_p_are_corrected_as_in_the_literature() -> None:
+    # Neuhaus et al. 1992, as in Benjamini and Hochberg 1995, section 4.1: three of 15 stay.
+    p = [0.0001, 0.0004, 0.0019, 0.0095, 0.0201, 0.0278, 0.0298, 0.0344, 0.0459, 0.3240,
+         0.4262, 0.5719, 0.6528, 0.7590, 1.0]  # fmt: skip
+    corrected = statistics.holm([*p[::-1], math.nan])
+    assert corrected[14:10:-1] == pytest.approx([0.0015, 0.0056, 0.0247, 0.1140])
+    assert np.count_nonzero(corrected < 0.05) == 3
+    assert (corrected[0], math.isnan(corrected[15])) == (1.0, True)
+    assert statistics.holm([0.04, 0.03, 0.01, 0.005]) == pytest.approx([0.06, 0.06, 0.03, 0.02])
+
+
 def test_what_has_no_scatter_or_no_second_measurement() -> None:
     alone = statistics.mean([2.0])
     assert alone.value == 2.0

@@ -59,7 +59,6 @@ class Kind(StrEnum):
     CEILING_EXTRAPOLATED = "ceiling-extrapolated"
     FEW_PARTS = "few-parts"
     PARTS = "parts"
-    MULTIPLE = "multiple"
     PIXEL_SCATTER = "pixel-scatter"
     ONE_ROUGH_FACE = "one-rough-face"
     LAW_MARGIN = "law-margin"

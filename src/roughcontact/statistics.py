@@ -71,7 +71,7 @@ class Difference:
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether the interval lies on one side of zero."""
+        """Whether the interval is on one side of zero."""
         return self.known and (self.low > 0 or self.high < 0)
 
 
@@ -150,6 +150,16 @@ def _difference(first: Array, second: Array, groups: int) -> Difference:
     else:
         width, p = _of_range(groups, freedom, abs(value) / error)
     return Difference(value, value - width * error, value + width * error, p)
+
+
+def holm(p: ArrayLike) -> Array:
+    """Return p of several tests, corrected so that all hold together (Holm 1979); NaN stays."""
+    values = np.asarray(p, dtype=np.float64)
+    order, count = np.argsort(values), np.count_nonzero(~np.isnan(values))
+    raised = values[order] * np.maximum(count - np.arange(values.size), 1)
+    result = np.empty_like(values)
+    result[order] = np.minimum(np.maximum.accumulate(raised), 1.0)
+    return result
 
 
 @lru_cache(maxsize=1024)

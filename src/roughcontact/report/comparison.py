@@ -140,16 +140,18 @@ def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 
 
 def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of the differences, or only of those clear of zero: a pair a row."""
+    """Return head and rows of the differences, or only of the significant: one row per pair."""
     several = len(comparison.groups) > 2
     rows = []
     for name in comparison.names:
         for (first, second), result in comparison.differences(name).items():
-            if clear and not result.excludes_zero:
+            significant = comparison.is_significant(name, (first, second))
+            if clear and not significant:
                 continue
             base = comparison.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
-            rows.append((name_of(name), *pair, *_difference(name, result, base)))
+            said = ("yes" if significant else "no") if result.known else "not known"
+            rows.append((name_of(name), *pair, *_difference(name, result, base), said))
     pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
     return (*pairs, "difference", f"{LEVEL} interval", "relative", "significant"), rows
 
@@ -165,9 +167,8 @@ def _difference(name: str, result: Difference, base: float) -> Cells:
     change = changed_by(result.value / base) if base > 0 and name != "Ssk" else ABSENT
     value = told(name, result.value, digits=3)
     if not result.known:
-        return value, "not known", change, "not known"
-    ends = told(name, result.low, result.high, digits=3)
-    return value, ends, change, "yes" if result.excludes_zero else "no"
+        return value, "not known", change
+    return value, told(name, result.low, result.high, digits=3), change
 
 
 def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
@@ -185,7 +186,7 @@ def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 
 
 def tables_of(comparison: Comparison) -> list[tuple[Cells, list[Cells]]]:
-    """Return heads and rows that a console has room for: of many pairs those clear of zero."""
+    """Return heads and rows that a console has room for: of many pairs the significant ones."""
     result = [means(comparison)]
     if len(comparison.groups) > 1:
         result.append(differences(comparison, clear=len(comparison.groups) > 2))
@@ -200,7 +201,7 @@ def excluded_maps(comparison: Comparison) -> str:
         return ""
     clear = len(differences(comparison, clear=True)[1])
     return (
-        f"{clear} of {pairs * len(comparison.names)} differences exclude zero and are shown; "
+        f"{clear} of {pairs * len(comparison.names)} differences are significant and shown; "
         "report, CSV and JSON have all."
     )
 
@@ -241,6 +242,8 @@ def _differences(comparison: Comparison) -> list[dict[str, Any]]:
             "second": comparison.groups[second].name,
             **asdict(result),
             "excludes_zero": result.excludes_zero,
+            "p_corrected": comparison.corrected[name, (first, second)],
+            "significant": comparison.is_significant(name, (first, second)),
         }
         for name in comparison.names
         for (first, second), result in comparison.differences(name).items()
@@ -325,7 +328,7 @@ def _told(comparison: Comparison) -> list[str]:
         ]
         if len(comparison.groups) > 1:
             for gap in comparison.differences(name).values():
-                value, ends, _, _ = _difference(name, gap, 0.0)
+                value, ends, _ = _difference(name, gap, 0.0)
                 result.append(f"{value} ({ends})")
     return result
 
@@ -482,11 +485,9 @@ def _meaning(result: Comparison) -> str:
     text = []
     for first, second in result.differences(result.names[0]):
         differ = [
-            name_of(name)
-            for name in result.names
-            if result.differences(name)[first, second].excludes_zero
+            name_of(name) for name in result.names if result.is_significant(name, (first, second))
         ]
-        text.append(f"{capital(pair_of(result, first, second))}: significant ({LEVEL}) "
+        text.append(f"{capital(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
                     f"in {', '.join(differ) or 'nothing'}.")  # fmt: skip
     return " ".join(text)
 
@@ -605,7 +606,7 @@ def _change(result: Comparison, name: str) -> str:
     value, low, high = (
         f"{100 * end / base:+.2g}" for end in (difference.value, difference.low, difference.high)
     )
-    mark = " *" if difference.excludes_zero else ""
+    mark = " *" if result.is_significant(name) else ""
     return f"{value} % ({low} to {high} %){mark}".replace("-", "−")
 
 
@@ -620,8 +621,11 @@ def _first_answer(result: Comparison | SamplingStudy) -> str:
     pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
     if not change:
         return f"Too few maps to compare {pair}."
-    if result.differences(name)[0, 1].excludes_zero:
+    if result.is_significant(name):
         return f"The contact area differs: {pair} {change.removesuffix(' *')}, {LEVEL}."
+    if result.differences(name)[0, 1].excludes_zero:
+        alone = f"only if tested alone, not with all {len(result.names)} quantities"
+        return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."
     return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
 
 
@@ -651,7 +655,7 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
     if isinstance(result, SamplingStudy):
         return ()
     count = len(result.names)
-    mark = "* significant (95 %); " if len(result.groups) > 1 else ""
+    mark = f"* significant ({LEVEL}, Holm-corrected); " if len(result.groups) > 1 else ""
     return (f"{mark}±: half of the {LEVEL} interval; {count} quantities: --verbose",)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -107,6 +108,20 @@ class Comparison(Result):
             return {(0, 1): statistics.paired(*pairs.T)}
         return statistics.differences([group.values(name) for group in self.groups])
 
+    @cached_property
+    def corrected(self) -> dict[tuple[str, Pair], float]:
+        """Values p of all `differences` by name and pair, corrected for their number (Holm)."""
+        alone = {
+            (name, pair): item.p
+            for name in self.names
+            for pair, item in self.differences(name).items()
+        }
+        return dict(zip(alone, statistics.holm([*alone.values()]).tolist(), strict=True))
+
+    def is_significant(self, name: str, pair: Pair = (0, 1)) -> bool:
+        """Return whether two groups differ in a number, by the corrected p."""
+        return self.corrected[name, pair] < 1 - statistics.LEVEL
+
     def components(self, name: str) -> Components | None:
         """Return how the scatter of a number splits into that between and that within groups.
 
@@ -135,7 +150,7 @@ class Comparison(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        own = [*self._alike(), *self._sampled(), *self._many()]
+        own = [*self._alike(), *self._sampled()]
         shared = of_samples(self.samples)
         studied = of_samples(self.sampling)
         known = {caution.kind for caution in (*shared, *own)}
@@ -193,19 +208,6 @@ class Comparison(Result):
                 "Groups are parts of one map: scatter excludes other places, pieces and "
                 "measurements.",
             )
-
-    def _many(self) -> Iterable[Caution]:
-        """Yield the number of intervals, any of which may miss."""
-        number, pairs = len(self.names), len(self.groups) * (len(self.groups) - 1) // 2
-        if not pairs:
-            return
-        yield as_note(
-            Kind.MULTIPLE,
-            f"{number} comparisons: expect {number * (1 - statistics.LEVEL):.1f} false positives. "
-            "Decide beforehand which number counts.",
-            numbers=number,
-            pairs=pairs,
-        )
 
 
 def _differ(values: Sequence[float], part: float = _ALIKE) -> bool:
