@@ -20,12 +20,12 @@ from roughcontact.plots.style import (
     MISSING,
     OPEN,
     SATURATED,
-    TITLE,
     cell_share,
     colour_bar,
     draw_map,
     listed,
     mixed,
+    name_axes,
     prefixed,
     reduced,
     single_axes,
@@ -194,5 +194,5 @@ def _map(
     image.set_cmap(colours)
     image.set_clim(low * factor, high * factor)
     colour_bar(axes, image, f"{name} [{named}]", "neither")
-    axes.set_title(name.capitalize(), fontsize=TITLE)
+    name_axes(axes, title=name.capitalize())
     return figure

@@ -10,14 +10,13 @@ import numpy as np
 
 from roughcontact import statistics
 from roughcontact.plots.style import (
-    DPI,
-    LABEL,
     NEUTRAL,
     SERIES,
     TICK,
-    TITLE,
-    layout,
+    name_axes,
+    panels,
     plain_axes,
+    plain_legend,
     prefixed,
     shared_legend,
 )
@@ -89,19 +88,16 @@ def _figure(
     title: Name,
     unit: Name,
 ) -> Figure:
-    from matplotlib.figure import Figure
-
     columns = 2 if followed and not compared else _COLUMNS
     rows = math.ceil((len(followed) + len(compared)) / columns)
     width = _PANEL[0] * (1.45 if columns == 2 else 1.0)
-    figure = Figure(figsize=(columns * width, rows * _PANEL[1] + 0.5), dpi=DPI, layout=layout())
-    grid = figure.subplots(rows, columns, squeeze=False)
-    panels = iter(grid.ravel())
+    figure, grid = panels(columns * width, rows * _PANEL[1] + 0.5, rows, columns, squeeze=False)
+    free = iter(grid.ravel())
     for name in followed:
-        _draw_curves(next(panels), comparison, name, title, unit)
+        _draw_curves(next(free), comparison, name, title, unit)
     for name in compared:
-        _draw_numbers(next(panels), comparison, name, title, unit)
-    for axes in panels:
+        _draw_numbers(next(free), comparison, name, title, unit)
+    for axes in free:
         axes.set_axis_off()
     if len(comparison.groups) > 1 and followed:
         shared_legend(figure, grid)
@@ -138,7 +134,7 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, uni
     axes.set_xscale("log")
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
-    axes.set_xlabel(f"nominal pressure [{pressure_unit}]", fontsize=LABEL)
+    name_axes(axes, f"nominal pressure [{pressure_unit}]")
     _named(axes, title(name), symbol)
 
 
@@ -189,8 +185,7 @@ def _short(name: str) -> str:
 
 
 def _named(axes: Axes, title: str, symbol: str) -> None:
-    axes.set_title(f"{title} [{symbol}]" if symbol else title, fontsize=TITLE)
-    plain_axes(axes)
+    plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 
 def sampling(study: SamplingStudy, title: Name) -> Figure:
@@ -209,10 +204,7 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
         Over the side of a square: the interval of a single part of each size (dots), and the line
         through that of the whole, which falls with the root of the area, down to 5 %.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 5.2)
     area = study.whole.curve.nominal_area
     side = math.sqrt(area)
     sizes = np.array([side / divisions for divisions in study.levels])
@@ -237,11 +229,13 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
     axes.set_yscale("log")
     _plain_ticks(axes.xaxis)
     _plain_ticks(axes.yaxis)
-    axes.set_xlabel(f"side of a square [{unit}]; dotted: this map", fontsize=LABEL)
-    axes.set_ylabel(f"half of the {100 * statistics.LEVEL:.0f} % interval [%]", fontsize=LABEL)
-    plain_axes(axes)
+    plain_axes(
+        axes,
+        f"side of a square [{unit}]; dotted: this map",
+        f"half of the {100 * statistics.LEVEL:.0f} % interval [%]",
+    )
     axes.tick_params(which="minor", labelsize=TICK - 2)
-    axes.legend(fontsize=TICK, frameon=False)
+    plain_legend(axes)
     return figure
 
 

@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 
 from roughcontact.joint.conductance import CASES, CORRELATED
 from roughcontact.plots.style import (
-    DPI,
-    LABEL,
     NEUTRAL,
     SERIES,
-    TICK,
-    TITLE,
-    layout,
+    blank,
     plain_axes,
+    plain_legend,
     prefixed,
 )
 
@@ -59,8 +56,6 @@ def conductance(found: Conductance) -> Figure:
         stand the estimates from radii and places of the spots, and from roughness, slope and
         nominal pressure, the latter with the scatter that it had on other maps.
     """
-    from matplotlib.figure import Figure
-
     kinds = [
         (title, unit, kind)
         for title, unit, kind in (
@@ -68,7 +63,7 @@ def conductance(found: Conductance) -> Figure:
         )
         if not np.isnan(found.resistance(kind)).all()
     ]  # fmt: skip
-    figure = Figure(figsize=(5.6 * len(kinds), 4.6), dpi=DPI, layout=layout())
+    figure = blank(5.6 * len(kinds), 4.6)
     load = found.column("load")
     factor, load_unit = prefixed(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(
@@ -83,10 +78,7 @@ def conductance(found: Conductance) -> Figure:
                 axes.set_yscale("log")
         _band(axes, load * factor, found.resistance(kind, "correlation_length"))
         axes.set_xscale("log")
-        axes.set_xlabel(f"load [{load_unit}]", fontsize=LABEL)
-        axes.set_ylabel(f"resistance [{unit}]", fontsize=LABEL)
-        axes.set_title(title, fontsize=TITLE)
-        plain_axes(axes)
+        plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:
-            axes.legend(fontsize=TICK, frameon=False)
+            plain_legend(axes)
     return figure

@@ -19,7 +19,6 @@ from roughcontact.plots.style import (
     CELLS_ALONE,
     DPI,
     ELASTIC,
-    LABEL,
     NEUTRAL,
     OPEN,
     SERIES,
@@ -32,9 +31,10 @@ from roughcontact.plots.style import (
     colour_bar,
     doubt,
     draw_map,
-    layout,
     listed,
+    name_axes,
     outline,
+    panels,
     plain_axes,
     prefixed,
     prefixed_area,
@@ -107,7 +107,7 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
     )
     outline(axes, touching, y, x, NEUTRAL)
     largest = engineering(float(values.max()), "m", 3)
-    axes.set_title(f"Residual displacement, up to {largest}{doubt(result)}", fontsize=TITLE)
+    name_axes(axes, title=f"Residual displacement, up to {largest}{doubt(result)}")
     cell_note(figure, blocks, "the mean displacement in it")
     return figure
 
@@ -173,9 +173,9 @@ def section(
         mesh = _draw_field(axes, field, cut, factor)
         axes.tick_params(labelsize=TICK, labelbottom=row == 1)
         _few_levels(axes, height)
-        axes.set_xlabel(f"{along} [{unit}]" if row else "", fontsize=LABEL)
+        name_axes(axes, f"{along} [{unit}]" if row else "")
         down = f"{'depth' if height > 0.8 else 'z'} [{unit}]"
-        axes.set_ylabel("" if column else down, fontsize=LABEL)
+        name_axes(axes, y="" if column else down)
         _bar(_panel(figure, column, top, height, _PANEL + 0.1, 0.14), mesh, height)
     where = f"at {'y' if along == 'x' else 'x'} = {engineering(plane.across, 'm', 4)}"
     title = f"Section{_which(result, body)} along {along} {where}, {_state(result, body)}"
@@ -263,18 +263,15 @@ def profile(
     InputError
         If there is no such body, or the point does not lie on the map.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     answer = depth.profile(result, point, body)
-    figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
+    figure, grid = panels(10.8, 5.6, 1, 3, sharey=True)
     length, length_unit = prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length
     _steps(grid[0], 100 * answer.accumulated, depths, SERIES[0], "-", "")
     grid[0].set_xlim(left=0)
-    grid[0].set_xlabel("accumulated plastic strain [%]", fontsize=LABEL)
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    name_axes(grid[0], "accumulated plastic strain [%]", f"depth [{length_unit}]")
     _draw_strength(grid[1], answer, depths, loaded=bool(result.solution.load))
     _draw_residual(grid[2], answer, depths)
     for axes in grid:
@@ -304,7 +301,7 @@ def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool
     for values, colour, line, name in lines:
         _steps(axes, values * factor, depths, colour, line, name)
     axes.set_xlim(left=0)
-    axes.set_xlabel(f"von Mises stress [{unit}]", fontsize=LABEL)
+    name_axes(axes, f"von Mises stress [{unit}]")
 
 
 def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
@@ -314,7 +311,7 @@ def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
         values = residual[:, "xyz".index(axis)] * factor
         _steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
     axes.axvline(0, color="#000000", linewidth=0.9)
-    axes.set_xlabel(f"residual stress [{unit}], tension > 0", fontsize=LABEL)
+    name_axes(axes, f"residual stress [{unit}], tension > 0")
 
 
 def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
@@ -338,12 +335,10 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     InputError
         If there is no such body.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     answer = depth.layers(result, body)
-    figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
+    figure, grid = panels(10.8, 5.6, 1, 3, sharey=True)
     length, length_unit = prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length
     for axes, values, name in (
@@ -351,17 +346,17 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
         (grid[1], answer.max_accumulated, "largest plastic strain [%]"),
     ):
         _steps(axes, 100 * values, depths, SERIES[0], "-", "")
-        axes.set_xlabel(name, fontsize=LABEL)
+        name_axes(axes, name)
     factor, unit = prefixed(float(answer.max_von_mises.max()), "Pa")
     _steps(grid[2], answer.max_residual_von_mises * factor, depths, SERIES[1], "--", "residual")
     if result.solution.load:
         _steps(grid[2], answer.max_von_mises * factor, depths, SERIES[0], "-", "under load")
-    grid[2].set_xlabel(f"largest von Mises stress [{unit}]", fontsize=LABEL)
+    name_axes(grid[2], f"largest von Mises stress [{unit}]")
     for axes in grid:
         axes.set_xlim(left=0)
         plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(4))
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    name_axes(grid[0], y=f"depth [{length_unit}]")
     grid[0].set_ylim(_shown_depth(answer.faces, answer.max_accumulated) * length, 0)
     grid[2].legend(
         loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=TICK, frameon=False
@@ -384,11 +379,8 @@ def path(result: ElastoplasticResult) -> Figure:
         Approach, contact area, largest pressure and largest plastic strain, from the first touch
         on; loading and unloading have colours of their own, a ring marks the end.
     """
-    from matplotlib.figure import Figure
-
     steps = result.increments
-    figure = Figure(figsize=(10.8, 8.2), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex=True)
+    figure, grid = panels(10.8, 8.2, 2, 2, sharex=True)
     load = np.array([0.0, *(step.load for step in steps)])
     factor, unit = prefixed(float(load.max()), "N")
     abscissa, over = load * factor, f"load [{unit}]"
@@ -421,16 +413,14 @@ def path(result: ElastoplasticResult) -> Figure:
         axes.plot(x[1:], y[1:], "o", color=NEUTRAL, markersize=4)
         axes.plot(x[-1:], y[-1:], "o", color=NEUTRAL, markersize=9, markerfacecolor="none",
                   label="end")  # fmt: skip
-        axes.set_ylabel(f"{name} [{shown}]", fontsize=LABEL)
         axes.set_xlim(0, 1.05 * float(x.max()) or 1.0)
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
-        plain_axes(axes)
+        plain_axes(axes, y=f"{name} [{shown}]")
     for axes in grid[1]:
-        axes.set_xlabel(over, fontsize=LABEL)
-    shared_legend(figure, grid)
+        name_axes(axes, over)
     count = counted(len(steps), "increment")
-    figure.suptitle(
-        f"Path{'' if result.has_moved else ' of loads'}, {count}{doubt(result)}", fontsize=TITLE
+    shared_legend(
+        figure, grid, f"Path{'' if result.has_moved else ' of loads'}, {count}{doubt(result)}"
     )
     return figure
 
@@ -448,10 +438,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
     Figure
         One line an increment, one after the other, and the tolerance.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.6, 4.4), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.6, 4.4)
     largest = max((max(step.residuals) for step in result.increments), default=1.0)
     # Where nothing yields the residual is 0, which no logarithm shows.
     axes.set_yscale("log")
@@ -464,13 +451,10 @@ def convergence(result: ElastoplasticResult) -> Figure:
         )
         first += step.iterations
     axes.axhline(result.tolerance, color=NEUTRAL, linewidth=1.2, linestyle=":", label="tolerance")
-    axes.set_xlabel("iteration, all increments together", fontsize=LABEL)
-    axes.set_ylabel("residual of the plastic strain", fontsize=LABEL)
     axes.set_xlim(0, first)
-    plain_axes(axes)
-    shared_legend(figure, np.array([axes]))
+    plain_axes(axes, "iteration, all increments together", "residual of the plastic strain")
     count = counted(len(result.increments), "increment")
-    figure.suptitle(f"Convergence, {count}{doubt(result)}", fontsize=TITLE)
+    shared_legend(figure, np.array([axes]), f"Convergence, {count}{doubt(result)}")
     return figure
 
 

@@ -12,16 +12,13 @@ from roughcontact.contact.nominal_hertz import LINE, Smooth
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
 from roughcontact.plots.style import (
-    DPI,
     ELASTIC,
-    LABEL,
     NEUTRAL,
     SATURATED,
-    TITLE,
     doubt,
-    layout,
     legend_below,
     load_text,
+    panels,
     plain_axes,
     prefixed,
 )
@@ -54,8 +51,6 @@ def versus_hertz(result: ContactResult) -> Figure:
     InputError
         If the bodies have no contact of Hertz's to stand beside.
     """
-    from matplotlib.figure import Figure
-
     smooth = result.hertz
     if smooth is None:
         raise InputError("has no nominal bodies that Hertz's theory knows", argument="result")
@@ -65,8 +60,7 @@ def versus_hertz(result: ContactResult) -> Figure:
     ends = _ends(distance, largest, half, line)
     factor, unit = prefixed(max(map(abs, ends)), "m")
     scale, pressure_unit = prefixed(max(float(largest.max()), smooth.max_pressure), "Pa")
-    figure = Figure(figsize=(7.2, 5.0), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 5.0)
     where = "along the axis" if line else "on the ring"
     axes.plot(
         distance * factor, largest * scale, color=SATURATED, linewidth=1.0,
@@ -82,10 +76,12 @@ def versus_hertz(result: ContactResult) -> Figure:
     name = "distance across from the middle" if line else "distance from the middle"
     if smooth.shape.kind == "ellipse":
         name += " along the longer side"
-    axes.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
-    axes.set_title(f"Beside Hertz at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    plain_axes(axes)
+    plain_axes(
+        axes,
+        f"{name} [{unit}]",
+        f"pressure [{pressure_unit}]",
+        f"Beside Hertz at {load_text(result)}{doubt(result)}",
+    )
     legend_below(axes, columns=1)
     return figure
 

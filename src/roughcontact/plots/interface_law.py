@@ -9,16 +9,14 @@ import numpy as np
 from roughcontact.joint.interface_law import LOADING, UNLOADING, InterfaceLaw
 from roughcontact.joint.law_curve import between
 from roughcontact.plots.style import (
-    DPI,
     ELASTIC,
-    LABEL,
     NEUTRAL,
     SATURATED,
     SERIES,
-    TICK,
-    TITLE,
-    layout,
+    name_axes,
+    panels,
     plain_axes,
+    plain_legend,
     prefixed,
 )
 
@@ -46,10 +44,7 @@ def interface_law(law: InterfaceLaw) -> Figure:
         the maps, thin ones single maps; Persson's theory of the elastic joint is dashed, and
         pressures that the maps do not resolve are grey.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = panels(11.0, 9.4, 2, 2)
     _draw_separation(grid[0, 0], law)
     _draw_areas(grid[0, 1], law)
     _draw_stiffness(grid[1, 0], law)
@@ -57,11 +52,11 @@ def interface_law(law: InterfaceLaw) -> Figure:
     factor, unit = _pressure(law)
     for axes in (grid[0, 1], grid[1, 0], grid[1, 1]):
         axes.set_xscale("log")
-        axes.set_xlabel(f"nominal pressure [{unit}]", fontsize=LABEL)
+        name_axes(axes, f"nominal pressure [{unit}]")
         axes.set_xlim(*(law.pressures()[[0, -1]] * factor * np.array([0.9, 1.1])))
     for axes in grid.ravel():
         plain_axes(axes)
-        axes.legend(fontsize=TICK, frameon=False)
+        plain_legend(axes)
     return figure
 
 
@@ -93,9 +88,12 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
         if last > first:
             axes.axhspan(first * factor, last * factor, color=NEUTRAL, alpha=0.12, linewidth=0)
     axes.set_yscale("log")
-    axes.set_xlabel(f"separation of the mean planes [{length}]", fontsize=LABEL)
-    axes.set_ylabel(f"nominal pressure [{unit}]", fontsize=LABEL)
-    axes.set_title("Pressure and separation", fontsize=TITLE)
+    name_axes(
+        axes,
+        f"separation of the mean planes [{length}]",
+        f"nominal pressure [{unit}]",
+        "Pressure and separation",
+    )
 
 
 def _shade(axes: Axes, law: InterfaceLaw) -> None:
@@ -135,8 +133,7 @@ def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
             label="contact, unloading",
         )  # fmt: skip
     axes.set_yscale("log")
-    axes.set_ylabel("share of the area [%]", fontsize=LABEL)
-    axes.set_title("Contact and saturated area", fontsize=TITLE)
+    name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
 
 def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
@@ -158,8 +155,7 @@ def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
         line = law.pressures() / law.persson_length * scale
         axes.plot(law.pressures() * factor, line, "--", color=NEUTRAL, label="p̄/u₀, Persson")
     axes.set_yscale("log")
-    axes.set_ylabel(f"stiffness per area [{unit}]", fontsize=LABEL)
-    axes.set_title("Stiffness", fontsize=TITLE)
+    name_axes(axes, y=f"stiffness per area [{unit}]", title="Stiffness")
 
 
 def _draw_gap(axes: Axes, law: InterfaceLaw) -> None:
@@ -183,5 +179,8 @@ def _draw_gap(axes: Axes, law: InterfaceLaw) -> None:
             axes.fill_between(
                 pressures, mean - half, mean + half, color=_COLOURS[branch], alpha=0.2, linewidth=0
             )
-    axes.set_ylabel(f"separation, mean gap [{unit}]", fontsize=LABEL)
-    axes.set_title("Separation of the mean planes and mean open gap", fontsize=TITLE)
+    name_axes(
+        axes,
+        y=f"separation, mean gap [{unit}]",
+        title="Separation of the mean planes and mean open gap",
+    )

@@ -10,19 +10,18 @@ from roughcontact.plots.cells import closed_cover, gap_limit, open_gap, shares
 from roughcontact.plots.style import (
     CELLS_IN_PANEL,
     CLOSED,
-    DPI,
-    LABEL,
     MISSING,
     SERIES,
-    TICK,
-    TITLE,
+    blank,
     cell_max,
     cell_size,
     colour_bar,
     draw_map,
-    layout,
     load_text,
+    name_axes,
+    panels,
     plain_axes,
+    plain_legend,
     prefixed,
     prefixed_window,
     shown_aspect,
@@ -55,11 +54,9 @@ def leak(found: Leakage) -> Figure:
         the narrowest place of the widest way. A cell of several points shows the largest of its
         flow densities.
     """
-    from matplotlib.figure import Figure
-
     flows = [flow for flow in found.flows if flow.percolates]
     aspect = shown_aspect(found.largest.pair.size)
-    figure = Figure(figsize=(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect), dpi=DPI, layout=layout())
+    figure = blank(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect)
     first, *others = figure.subplots(1, 1 + len(flows), squeeze=False)[0]
     _draw_gap(first, found, bool(flows))
     for axes, flow in zip(others, flows, strict=True):
@@ -81,10 +78,7 @@ def flow_factors(found: Leakage) -> Figure:
         Pressure-flow factors φ = k/ū³ over ū/σ, and the gap at the narrowest place beside the mean
         gap.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.2, 4.6), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(11.2, 4.6, 1, 2)
     load = found.column("load")
     mean = found.column("mean_gap")
     load_factor, load_unit = prefixed(float(load.max()), "N")
@@ -103,11 +97,8 @@ def flow_factors(found: Leakage) -> Figure:
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
             axes.set_yscale("log")
-        axes.set_xlabel(x, fontsize=LABEL)
-        axes.set_ylabel(y, fontsize=LABEL)
-        axes.set_title(title, fontsize=TITLE)
-        plain_axes(axes)
-        axes.legend(fontsize=TICK, frameon=False)
+        plain_axes(axes, x, y, title)
+        plain_legend(axes)
     right.set_xscale("log")
     return figure
 
@@ -134,7 +125,7 @@ def _draw_gap(axes: Axes, answer: Leakage, flows: bool) -> None:
     for axis in answer.axes:
         _mark(axes, answer, axis)
     more = "" if flows else ", no way through"
-    axes.set_title(f"Gap and contact at {load_text(result)}{more}", fontsize=TITLE)
+    name_axes(axes, title=f"Gap and contact at {load_text(result)}{more}")
 
 
 def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
@@ -154,7 +145,7 @@ def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
     image.set_norm(LogNorm(maximum * 10.0**-_DECADES, maximum))
     colour_bar(axes, image, "flow density over its mean", "min")
     _mark(axes, answer, flow.axis)
-    axes.set_title(f"Flow along {'yx'[flow.axis]}", fontsize=TITLE)
+    name_axes(axes, title=f"Flow along {'yx'[flow.axis]}")
 
 
 def _mark(axes: Axes, result: Leakage, axis: int) -> None:

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from roughcontact.plots.style import (
-    DPI,
     ELASTIC,
     LABEL,
     NEUTRAL,
     SATURATED,
     SERIES,
     TICK,
-    TITLE,
     in_unit,
-    layout,
+    name_axes,
+    panels,
     plain_axes,
+    plain_legend,
     prefixed,
 )
 from roughcontact.studies.load_curve import LoadCurve
@@ -45,11 +45,9 @@ def hysteresis(history: LoadHistory) -> Figure:
         at one position are elastic, in one colour, and a new indentation has another. Below it the
         dissipated energy of every step and the volume indented so far.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=layout())
-    upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
+    figure, (upper, lower) = panels(7.2, 8.6, 2, 1, height_ratios=(1.7, 1.0))
     _draw_loop(upper, history)
 
     number = np.arange(1, len(history.steps) + 1)
@@ -57,7 +55,7 @@ def hysteresis(history: LoadHistory) -> Figure:
     volume = np.cumsum(history.column("indentation_volume"))
     factor, unit = prefixed(float(energy.max()), "J")
     lower.bar(number, energy * factor, width=0.7, color=SATURATED)
-    lower.set_xlabel("step", fontsize=LABEL)
+    name_axes(lower, "step")
     lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=LABEL, color=SATURATED)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     lower.set_xlim(0.3, number[-1] + 0.7)
@@ -70,10 +68,10 @@ def hysteresis(history: LoadHistory) -> Figure:
     for axes in (lower, total):
         axes.tick_params(labelsize=TICK)
         axes.spines["top"].set_visible(False)
-    lower.set_title(
-        f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
+    name_axes(
+        lower,
+        title=f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
         + ("shaken down" if history.is_elastic_now else "shakedown not shown"),
-        fontsize=TITLE,
     )
     return figure
 
@@ -93,10 +91,7 @@ def load_curve(curve: LoadCurve) -> Figure:
         line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
         ceiling, where a ceiling is reached.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = panels(11.0, 9.4, 2, 2)
     load = curve.column("load")
     factor, unit = prefixed(float(load.max()), "N")
     _draw_areas(grid[0, 0], curve, factor)
@@ -109,27 +104,25 @@ def load_curve(curve: LoadCurve) -> Figure:
     for name, (values, colour, marker) in lengths.items():
         grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
     grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
-    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=LABEL)
-    grid[0, 1].set_title("Approach and mean open gap", fontsize=TITLE)
+    name_axes(
+        grid[0, 1], y=f"approach, mean gap [{length_unit}]", title="Approach and mean open gap"
+    )
     stiffness = curve.column("stiffness")
     # Nothing but saturated pixels has none, full periodic contact has no bound.
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
     grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
     if np.isfinite(stiffness).any():
         grid[1, 0].set_yscale("log")
-    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=LABEL)
-    grid[1, 0].set_title("Contact stiffness", fontsize=TITLE)
+    name_axes(grid[1, 0], y="stiffness dW/dω [N/m]", title="Contact stiffness")
     number = curve.column("spots")
     grid[1, 1].plot(load * factor, number, "o-", color=SERIES[0])
     grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
-    grid[1, 1].set_ylabel("number of contact spots", fontsize=LABEL)
-    grid[1, 1].set_title("Contact spots", fontsize=TITLE)
+    name_axes(grid[1, 1], y="number of contact spots", title="Contact spots")
     for axes in grid.ravel():
         axes.set_xscale("log")
-        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
-        plain_axes(axes)
+        plain_axes(axes, f"load [{unit}]")
     for axes in grid[0]:
-        axes.legend(fontsize=TICK, frameon=False)
+        plain_legend(axes)
     return figure
 
 
@@ -161,8 +154,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     axes.set_yscale("log")
     if computed.size:
         axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
-    axes.set_ylabel("share of the map [%]", fontsize=LABEL)
-    axes.set_title("Contact and saturated area", fontsize=TITLE)
+    name_axes(axes, y="share of the map [%]", title="Contact and saturated area")
 
 
 class State(NamedTuple):
@@ -236,13 +228,11 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
             fontsize=TICK, color=NEUTRAL,
         )  # fmt: skip
     axes.margins(x=0.1)
-    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
-    axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
-    plain_axes(axes)
+    plain_axes(axes, f"approach from first touch [{unit_across}]", f"load [{unit_up}]")
     if any(lines.values()):
         axes.legend(fontsize=TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
     steps = counted(len(history.steps), "step")
-    axes.set_title(f"Load history, {steps}{where}", fontsize=TITLE)
+    name_axes(axes, title=f"Load history, {steps}{where}")

@@ -36,9 +36,7 @@ from roughcontact.plots.style import (
     CELLS_ALONE,
     CELLS_IN_PANEL,
     CLOSED,
-    DPI,
     ELASTIC,
-    LABEL,
     MISSING,
     OPEN,
     OVER,
@@ -55,10 +53,11 @@ from roughcontact.plots.style import (
     doubt,
     draw_map,
     in_unit,
-    layout,
     legend_below,
     listed,
     load_text,
+    name_axes,
+    panels,
     patch_legend,
     plain_axes,
     prefixed,
@@ -95,7 +94,7 @@ def surface(surface: Surface) -> Figure:
     """
     figure, axes = single_axes(surface.size, legend=surface.missing > 0)
     drawn = _draw_surface(axes, surface, CELLS_ALONE)
-    axes.set_title(f"Surface heights, Sq {in_unit(surface.Sq, drawn.scale, 'm')}", fontsize=TITLE)
+    name_axes(axes, title=f"Surface heights, Sq {in_unit(surface.Sq, drawn.scale, 'm')}")
     cell_note(figure, drawn.cell, "the mean height in it")
     return figure
 
@@ -127,10 +126,10 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
     figure, axes = single_axes(result.surface.size, legend=False)
     drawn = _draw_pressure(axes, result, top, CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
-    axes.set_title(
-        f"Contact pressure at {load_text(result)}, largest "
+    name_axes(
+        axes,
+        title=f"Contact pressure at {load_text(result)}, largest "
         f"{in_unit(result.max_pressure, drawn.scale, 'Pa')}{doubt(result)}",
-        fontsize=TITLE,
     )
     cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
     return figure
@@ -153,7 +152,7 @@ def contact(result: ContactResult) -> Figure:
     """
     figure, axes = single_axes(result.surface.size, bar=False)
     drawn = _draw_contact(axes, result, CELLS_ALONE)
-    axes.set_title(f"Contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
+    name_axes(axes, title=f"Contact at {load_text(result)}{doubt(result)}")
     cell_note(figure, drawn.cell, _IN_SHARES)
     return figure
 
@@ -194,11 +193,8 @@ def gap(result: ContactResult) -> Figure:
     if lost:
         entries.append((MISSING, f"missing {percent(lost)}"))
     patch_legend(axes, entries)
-    axes.set_title(
-        f"Open gap at {load_text(result)}, mean {in_unit(result.mean_gap, (factor, unit), 'm')}"
-        f"{doubt(result)}",
-        fontsize=TITLE,
-    )
+    mean = in_unit(result.mean_gap, (factor, unit), "m")
+    name_axes(axes, title=f"Open gap at {load_text(result)}, mean {mean}{doubt(result)}")
     cell_note(figure, blocks, "the mean of its open gap, and its closed share")
     return figure
 
@@ -228,24 +224,20 @@ def comparison(
     InputError
         If there is no result, the labels do not fit, or the limit is not positive and finite.
     """
-    from matplotlib.figure import Figure
-
     names = result_names(results, labels)
     top = pressure_limit(results, limit)
     aspect = max(shown_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
     height += 1.4 if aspect <= UPRIGHT else 0.0
-    figure = Figure(figsize=(width, height), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, len(results), squeeze=False)
+    figure, grid = panels(width, height, 2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
     cells = []
     for column, (result, name) in enumerate(zip(results, names, strict=True)):
         upper, lower = grid[:, column]
         drawn = _draw_pressure(upper, result, top, CELLS_IN_PANEL)
         largest = in_unit(result.max_pressure, drawn.scale, "Pa")
-        upper.set_title(
-            f"{name}{doubt(result)}\n{load_text(result)}, largest pressure {largest}",
-            fontsize=TITLE,
+        name_axes(
+            upper, title=f"{name}{doubt(result)}\n{load_text(result)}, largest pressure {largest}"
         )
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
@@ -267,21 +259,18 @@ def overview(result: ContactResult) -> Figure:
     Figure
         Four panels under the numbers that matter.
     """
-    from matplotlib.figure import Figure
-
     height = 9.6 * max(shown_aspect(result.surface.size), 0.6) + 3.2
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = panels(12.0, height, 2, 2)
     top = pressure_limit([result])
     drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
     name = "Surface" if result.counter_surface is None else "Surface of the body"
     rms = in_unit(result.surface.Sq, drawn.scale, "m")
-    grid[0, 0].set_title(f"{name}, Sq {rms}", fontsize=TITLE)
+    name_axes(grid[0, 0], title=f"{name}, Sq {rms}")
     pressures = _draw_pressure(grid[0, 1], result, top, CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
-    grid[0, 1].set_title("Contact pressure", fontsize=TITLE)
+    name_axes(grid[0, 1], title="Contact pressure")
     _draw_contact(grid[1, 0], result, CELLS_IN_PANEL)
-    grid[1, 0].set_title("Contact", fontsize=TITLE)
+    name_axes(grid[1, 0], title="Contact")
     draw_histogram(grid[1, 1], [result], [""], "linear")
     grid[1, 1].set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
@@ -324,8 +313,6 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     InputError
         If the point does not lie on the map, or the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
-
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
         raise InputError(
@@ -342,8 +329,7 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     corner = rows.start * pixel[0], columns.start * pixel[1]
     size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
     blocks = cell_size(part.shape, size, CELLS_IN_PANEL)
-    figure = Figure(figsize=(10.8, 4.0 * shown_aspect(size) + 2.2), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = panels(10.8, 4.0 * shown_aspect(size) + 2.2, 1, 2)
     top = pressure_limit([result])
     values = cell_max(part, blocks)
     factor, _ = prefixed(top, "Pa")
@@ -351,13 +337,13 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     image = draw_map(left, values, size, blocks, part.shape, corner)
     _colour_pressure(image, top * factor)
     _pressure_bar(left, image, top, over=bool(part.max() > top))
-    left.set_title("Contact pressure", fontsize=TITLE)
+    name_axes(left, title="Contact pressure")
     gap = result.gap[rows, columns]
     shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
     draw_map(right, classes(shares), size, blocks, part.shape, corner)
     entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
     patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
-    right.set_title("Contact", fontsize=TITLE)
+    name_axes(right, title="Contact")
     figure.suptitle(f"Part of the contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
     cell_note(figure, blocks, _PRESSURE_OR_SHARES)
     return figure
@@ -377,11 +363,8 @@ def spots(result: ContactResult) -> Figure:
         Number of spots over area, both logarithmic. Spots of fewer than ten pixels, whose size is
         the grid's, lie on a shaded ground.
     """
-    from matplotlib.figure import Figure
-
     areas = result.spots().area
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 5.2)
     pixel = result.pixel_area
     largest = float(areas.max(initial=pixel))
     factor, unit = prefixed_area(largest)
@@ -408,13 +391,9 @@ def spots(result: ContactResult) -> Figure:
     axes.set_yscale("log")
     axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
-    axes.set_xlabel(f"area A of a spot [{unit}]", fontsize=LABEL)
-    axes.set_ylabel("spots of at least that area", fontsize=LABEL)
+    name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")
     noun = "spot" if areas.size == 1 else "spots"
-    axes.set_title(
-        f"{areas.size} contact {noun} at {load_text(result)}{doubt(result)}", fontsize=TITLE
-    )
-    plain_axes(axes)
+    plain_axes(axes, title=f"{areas.size} contact {noun} at {load_text(result)}{doubt(result)}")
     legend_below(axes, columns=2)
     return figure
 

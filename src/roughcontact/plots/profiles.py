@@ -11,16 +11,14 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import require_positive
 from roughcontact.plots.sections import draw_line_pressure, draw_profile, line_of
 from roughcontact.plots.style import (
-    DPI,
-    LABEL,
     SATURATED,
     SERIES,
-    TICK,
-    TITLE,
     doubt,
-    layout,
     load_text,
+    name_axes,
+    panels,
     plain_axes,
+    plain_legend,
     prefixed,
     prefixed_window,
     shared_legend,
@@ -45,20 +43,14 @@ def heights(surface: Surface) -> Figure:
     Figure
         Heights over the position. They are exaggerated.
     """
-    from matplotlib.figure import Figure
-
     z, spacing = surface.heights[0], surface.pixel[1]
     x = spacing * (np.arange(z.size) + 0.5)
     along, unit_along = prefixed(surface.size[1], "m")
     up, unit_up = prefixed(float(np.nanmax(np.abs(z))), "m")
-    figure = Figure(figsize=(10.6, 3.8), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(10.6, 3.8)
     axes.plot(x * along, z * up, color=SERIES[0], linewidth=0.9)
     axes.set_xlim(0, surface.size[1] * along)
-    axes.set_xlabel(f"x [{unit_along}]", fontsize=LABEL)
-    axes.set_ylabel(f"height [{unit_up}]", fontsize=LABEL)
-    axes.set_title("Profile", fontsize=TITLE)
-    plain_axes(axes)
+    plain_axes(axes, f"x [{unit_along}]", f"height [{unit_up}]", "Profile")
     return figure
 
 
@@ -84,7 +76,6 @@ def pressed(result: ContactResult, width: float | None = None, middle: int | Non
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     if width is not None:
@@ -99,21 +90,18 @@ def pressed(result: ContactResult, width: float | None = None, middle: int | Non
     if line.ceiling is not None:
         top = max([top, *line.ceiling[line.ceiling <= 2 * top]])
     press, unit_press = prefixed(top, "Pa")
-    figure = Figure(figsize=(10.6, 6.8), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1))
+    figure, grid = panels(10.6, 6.8, 2, 1, sharex=True, height_ratios=(1.25, 1))
     draw_profile(grid[0], line, factor, up)
     draw_line_pressure(grid[1], line, top, factor, press)
     for axes in grid:
         axes.xaxis.set_major_locator(MaxNLocator(8))
         plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0].set_ylabel(f"{what} [{unit_up}]", fontsize=LABEL)
-    grid[1].set_ylabel(f"pressure [{unit_press}]", fontsize=LABEL)
+    name_axes(grid[0], y=f"{what} [{unit_up}]")
     grid[1].set_ylim(0, 1.08 * (top or 1.0) * press)
-    grid[1].set_xlabel(f"x [{unit}]", fontsize=LABEL)
+    name_axes(grid[1], f"x [{unit}]", f"pressure [{unit_press}]")
     grid[1].set_xlim(first * factor, last * factor)
-    shared_legend(figure, grid)
-    figure.suptitle(f"Profile under {load_text(result)}{doubt(result)}", fontsize=TITLE)
+    shared_legend(figure, grid, f"Profile under {load_text(result)}{doubt(result)}")
     return figure
 
 
@@ -130,10 +118,7 @@ def load_curve(curve: LoadCurve) -> Figure:
     Figure
         Four panels over the load.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 8.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = panels(11.0, 8.6, 2, 2)
     load = curve.column("load")
     factor, unit = prefixed(float(load.max()), "N/m")
     for key, name, colour in (
@@ -167,11 +152,8 @@ def load_curve(curve: LoadCurve) -> Figure:
         ),
         strict=True,
     ):  # fmt: skip
-        axes.set_title(title, fontsize=TITLE)
-        axes.set_ylabel(label, fontsize=LABEL)
-        axes.set_xlabel(f"load per length [{unit}]", fontsize=LABEL)
         axes.set_xscale("log")
-        plain_axes(axes)
+        plain_axes(axes, f"load per length [{unit}]", label, title)
     for axes in grid[0]:
-        axes.legend(fontsize=TICK, frameon=False)
+        plain_legend(axes)
     return figure

@@ -14,8 +14,6 @@ from roughcontact.elastoplastic.rolling import Frame, RollingResult
 from roughcontact.errors import InputError
 from roughcontact.files import atomic_write, require_suffix
 from roughcontact.plots.style import (
-    DPI,
-    LABEL,
     NEUTRAL,
     OPEN,
     SERIES,
@@ -24,6 +22,8 @@ from roughcontact.plots.style import (
     doubt,
     layout,
     listed,
+    name_axes,
+    panels,
     plain_axes,
     prefixed,
     prefixed_area,
@@ -62,11 +62,9 @@ def passes(rolling: RollingResult) -> Figure:
         Plastic strain that each pass adds and what is left of it, on a logarithmic scale with the
         strain that counts as none; largest pressure; contact area; Sq and Spk of the rough body.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(10.8, 7.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex=True)
+    figure, grid = panels(10.8, 7.6, 2, 2, sharex=True)
     number = np.arange(1, len(rolling.passes) + 1)
     _draw_strains(grid[0, 0], rolling, number)
     for axes, keys, unit, label in (
@@ -79,16 +77,15 @@ def passes(rolling: RollingResult) -> Figure:
         factor, shown = prefixed_area(top or 1.0) if unit == "m²" else prefixed(top, unit)
         for values, line, colour in zip(lines, _STYLES, SERIES, strict=False):
             axes.plot(number, values * factor, line, color=colour)
-        axes.set_ylabel(f"{label} [{shown}]", fontsize=LABEL)
+        name_axes(axes, y=f"{label} [{shown}]")
         axes.set_ylim(0, 1.1 * top * factor or 1.0)
     for axes in grid.ravel():
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         plain_axes(axes)
     for axes in grid[1]:
-        axes.set_xlabel("pass", fontsize=LABEL)
+        name_axes(axes, "pass")
         axes.set_xlim(0.5, number[-1] + 0.5)
-    shared_legend(figure, grid)
-    figure.suptitle(f"{_counted(rolling)}: {rolling.outcome_text}", fontsize=TITLE)
+    shared_legend(figure, grid, f"{_counted(rolling)}: {rolling.outcome_text}")
     return figure
 
 
@@ -112,7 +109,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
     axes.set_yscale("log")
     top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))
-    axes.set_ylabel("plastic strain by the pass", fontsize=LABEL)
+    name_axes(axes, y="plastic strain by the pass")
 
 
 def heights(rolling: RollingResult) -> Figure:
@@ -128,12 +125,9 @@ def heights(rolling: RollingResult) -> Figure:
     Figure
         Along x and y through the deepest residual displacement.
     """
-    from matplotlib.figure import Figure
-
     result = rolling.result
     before, after = result.solution.surface, rolling.rolled_surface
-    figure = Figure(figsize=(10.8, 6.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 1, sharey=True)
+    figure, grid = panels(10.8, 6.4, 2, 1, sharey=True)
     sunk = result.residual_displacement
     row, column = np.unravel_index(int(sunk.argmax()), sunk.shape)
     level = float(np.nanmean(before.heights))
@@ -154,14 +148,12 @@ def heights(rolling: RollingResult) -> Figure:
             where * length, (new - level) * factor, color=SERIES[0], linewidth=1.8,
             label=f"after {len(rolling.passes)}",
         )  # fmt: skip
-        axes.set_xlabel(f"{along} [{length_unit}]", fontsize=LABEL)
-        axes.set_ylabel(f"height [{unit}]", fontsize=LABEL)
+        name_axes(axes, f"{along} [{length_unit}]", f"height [{unit}]")
         axes.set_title(f"at {other} = {engineering(place, 'm', 3)}", fontsize=TICK, loc="left")
         axes.set_xlim(0, float(where[-1] + edge / 2) * length)
         plain_axes(axes)
-    shared_legend(figure, grid)
-    figure.suptitle(
-        f"Heights of the body without load{doubt(result)}, Sq {_sq(rolling)}", fontsize=TITLE
+    shared_legend(
+        figure, grid, f"Heights of the body without load{doubt(result)}, Sq {_sq(rolling)}"
     )
     return figure
 
@@ -188,12 +180,10 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         Shear strain towards where the counter-body moved on the first pass; residual stress along
         the pass and across it. A line a pass, the later the darker.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     faces = np.append(0.0, np.cumsum(rolling.result.bodies[body].thickness))
-    figure = Figure(figsize=(10.8, 5.8), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
+    figure, grid = panels(10.8, 5.8, 1, 3, sharey=True)
     length, length_unit = prefixed(float(faces[-1]), "m")
     for axes, key, name, unit in (
         (grid[0], "shear", "shear strain by the pass [%]", ""),
@@ -212,13 +202,11 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
                 baseline=None, color=colour, linewidth=1.8, label=f"pass {number + 1}",
             )  # fmt: skip
         axes.axvline(0, color="#000000", linewidth=0.9)
-        axes.set_xlabel(f"{name}{shown}", fontsize=LABEL)
-        plain_axes(axes)
+        plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    name_axes(grid[0], y=f"depth [{length_unit}]")
     grid[0].set_ylim(_shown(rolling, body, faces) * length, 0)
-    shared_legend(figure, grid)
-    figure.suptitle(_over_depth(rolling), fontsize=TITLE)
+    shared_legend(figure, grid, _over_depth(rolling))
     return figure
 
 
@@ -361,7 +349,7 @@ def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -
         _touching(frames[0].pressure), origin="lower", cmap=_colours(), vmin=0, vmax=top,
         extent=(0, size[1] * length, 0, size[0] * length), aspect="auto", interpolation="nearest",
     )  # fmt: skip
-    axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
+    name_axes(axes, y=f"y [{unit}]")
     axes.set_title("contact pressure", fontsize=TICK, loc="left")
     bar = axes.figure.colorbar(image, ax=axes, format=lambda value, _: f"{value * factor:.3g}")
     bar.set_label(f"[{shown}]", fontsize=TICK)
@@ -381,8 +369,7 @@ def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> 
         edges, faces, np.zeros((faces.size - 1, points)), cmap=_colours(), vmin=0, vmax=top or 1.0
     )
     axes.set_ylim(faces[-1], 0)
-    axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
+    name_axes(axes, f"{along} [{unit}]", f"depth [{unit}]")
     axes.set_title(
         f"accumulated plastic strain, the largest across {along}", fontsize=TICK, loc="left"
     )

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_positive
 from roughcontact.plots.style import (
-    DPI,
     ELASTIC,
-    LABEL,
     NEUTRAL,
     SATURATED,
     SERIES,
@@ -22,9 +20,10 @@ from roughcontact.plots.style import (
     TITLE,
     doubt,
     in_unit,
-    layout,
     legend_below,
     load_text,
+    name_axes,
+    panels,
     plain_axes,
     prefixed,
     prefixed_window,
@@ -71,15 +70,12 @@ def pressure_histogram(
     InputError
         If there is no result, the labels do not fit, or the scale is unknown.
     """
-    from matplotlib.figure import Figure
-
     if isinstance(results, ContactResult):
         results = [results]
     names = result_names(results, labels)
     if scale not in ("linear", "log"):
         raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 5.2)
     draw_histogram(axes, results, names, scale)
     axes.set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
     return figure
@@ -108,7 +104,6 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     if width is not None:
@@ -119,8 +114,7 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     lines = [line_of(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
     far = max(line.limits[1] for line in lines)
     factor, unit = prefixed_window(far - length, far)
-    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
+    figure, grid = panels(10.6, 7.2, 2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
     tall = max(_largest(line.before, line.under) for line in lines)
     height_factor, height_unit = prefixed(tall, "m")
     top = max(_largest(line.pressure) for line in lines)
@@ -132,23 +126,20 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
         upper, lower = grid[:, column]
         draw_profile(upper, line, factor, height_factor)
         draw_line_pressure(lower, line, top, factor, pressure_factor)
-        upper.set_title(
-            f"along {name}, at {other} = {in_unit(line.across, (factor, unit), 'm')}",
-            fontsize=TITLE,
-        )
-        lower.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
+        where = in_unit(line.across, (factor, unit), "m")
+        name_axes(upper, title=f"along {name}, at {other} = {where}")
+        name_axes(lower, f"{name} [{unit}]")
         lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
         for axes in (upper, lower):
             axes.axvline(line.peak * factor, color=NEUTRAL, linewidth=0.9, linestyle=":")
             axes.xaxis.set_major_locator(MaxNLocator(6))
             plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=LABEL)
-    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
+    name_axes(grid[0, 0], y=f"{what} [{height_unit}]")
+    name_axes(grid[1, 0], y=f"pressure [{pressure_unit}]")
     grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
-    shared_legend(figure, grid)
-    figure.suptitle(
-        f"Sections through the highest peak at {load_text(result)}{doubt(result)}", fontsize=TITLE
+    shared_legend(
+        figure, grid, f"Sections through the highest peak at {load_text(result)}{doubt(result)}"
     )
     return figure
 
@@ -168,13 +159,10 @@ def bearing_curve(surface: Surface) -> Figure:
         equivalent straight line of the core and the triangles of reduced peaks and dales, see
         `roughness.core_parameters`.
     """
-    from matplotlib.figure import Figure
-
     ratio, height, core, upper = bearing_parts(surface)
     lower = upper - core["Sk"]
     scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 5.2)
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
     axes.plot(100 * ratio, height * factor, color=SERIES[0], linewidth=2.2, zorder=3)
     axes.fill(
@@ -200,10 +188,7 @@ def bearing_curve(surface: Surface) -> Figure:
     for value in (upper, lower):
         axes.axhline(value * factor, color=NEUTRAL, linewidth=0.8, linestyle=":")
     axes.set_xlim(0, 100)
-    axes.set_xlabel("material ratio [%]", fontsize=LABEL)
-    axes.set_ylabel(f"height above mean [{unit}]", fontsize=LABEL)
-    axes.set_title("Material ratio curve", fontsize=TITLE)
-    plain_axes(axes)
+    plain_axes(axes, "material ratio [%]", f"height above mean [{unit}]", "Material ratio curve")
     legend_below(axes)
     return figure
 
@@ -371,9 +356,7 @@ def draw_histogram(
         axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=LABEL)
-    plain_axes(axes)
+    plain_axes(axes, f"pressure [{unit}]", f"density of contact area [% per {per}]")
     legend_below(axes)
 
 

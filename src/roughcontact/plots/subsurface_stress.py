@@ -12,13 +12,10 @@ from roughcontact.errors import InputError
 from roughcontact.plots.sections import window
 from roughcontact.plots.style import (
     CELLS_ALONE,
-    DPI,
-    LABEL,
     NEUTRAL,
     OVER,
     SERIES,
     TICK,
-    TITLE,
     UPRIGHT,
     cell_max,
     cell_note,
@@ -29,10 +26,11 @@ from roughcontact.plots.style import (
     draw_map,
     few_ticks,
     in_unit,
-    layout,
     legend_below,
     listed,
     load_text,
+    name_axes,
+    panels,
     patch_legend,
     plain_axes,
     prefixed,
@@ -75,11 +73,8 @@ def stress_depth(result: StressResult) -> Figure:
         the depth, with the yield strength where it is known. The depth axis is logarithmic, but
         for its beginning, if the largest stress would else drown at the surface.
     """
-    from matplotlib.figure import Figure
-
     profile = result.profile
-    figure = Figure(figsize=(7.2, 6.0), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, 6.0)
     strength = profile.yield_strength or 0.0
     factor, unit = prefixed(max(profile.max_tresca, strength), "Pa")
     near = profile.depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]
@@ -120,11 +115,9 @@ def stress_depth(result: StressResult) -> Figure:
     axes.set_xlim(0, float(depths[-1]) or None)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"depth [{length[1]}]", fontsize=LABEL)
-    axes.set_ylabel(f"stress [{unit}]", fontsize=LABEL)
-    plain_axes(axes)
+    plain_axes(axes, f"depth [{length[1]}]", f"stress [{unit}]")
     legend_below(axes)
-    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
+    name_axes(axes, title=_stress_title(result, (factor, unit), length))
     return figure
 
 
@@ -161,8 +154,6 @@ def stress_section(
     InputError
         If ``along`` is something else, depth or width is not positive, or there is but one depth.
     """
-    from matplotlib.figure import Figure
-
     values = result.von_mises_section(along)
     axis = 1 if along == "x" else 0
     edge = result.solution.surface.pixel[axis]
@@ -175,8 +166,7 @@ def stress_section(
     across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge
     aspect = depth / (last - first)
     height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= UPRIGHT else 1.8)
-    figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = panels(7.2, height)
     top, scale = stress_scale(result)
     length = prefixed_window(first, last)
     mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
@@ -186,11 +176,10 @@ def stress_section(
         [place[0]], [place[1]], "+",
         color=SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
     )  # fmt: skip
-    axes.set_xlabel(f"{along} [{length[1]}]", fontsize=LABEL)
-    axes.set_ylabel(f"depth [{length[1]}]", fontsize=LABEL)
+    name_axes(axes, f"{along} [{length[1]}]", f"depth [{length[1]}]")
     few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, scale[1])
-    axes.set_title(_stress_title(result, scale, length), fontsize=TITLE)
+    name_axes(axes, title=_stress_title(result, scale, length))
     return figure
 
 
@@ -283,7 +272,7 @@ def stress_map(result: StressResult) -> Figure:
         patch_legend(axes, [(OVER, f"yield strength exceeded below {share} of the map")])
         black = float(cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
         more = f"That makes {percent(black)} of the picture black."
-    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
+    name_axes(axes, title=_stress_title(result, (factor, unit), length))
     cell_note(figure, blocks, "the largest stress in it", more)
     return figure
 
