@@ -250,7 +250,7 @@ def test_figures_are_named_after_those_of_the_report(
         figure.subplots()
         return figure
 
-    added = figures.Illustration("sketch", sketch, "A sketch.", "What it looks like.")
+    added = figures.Illustration("sketch", sketch, "What it looks like.")
     tell_more(monkeypatch, contact, figures=added)
     assert "What it looks like." in text_of(kinds.render(solved))
     assert figures.names(contact.KIND.figures)[-1] == "sketch"

@@ -195,7 +195,7 @@ def spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
 def pictures(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
     """Return the figures of a table that belong to a chapter."""
     return [
-        Picture(partial(entry.draw, scene), *entry.words(scene), entry.width)
+        Picture(partial(entry.draw, scene), entry.text(scene), entry.width)
         for entry in table
         if entry.chapter == chapter and entry.when(scene)
     ]
@@ -305,7 +305,6 @@ def with_hertz(result: ContactResult) -> list[Block]:
     rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
     picture = Picture(
         partial(versus_hertz, result),
-        "Pressure against the distance from the middle of the contact, here and after Hertz.",
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
         "bodies. Look how far roughness spreads the load.",
         page.HALF,

@@ -673,15 +673,13 @@ def shown(result: Comparison | SamplingStudy) -> Blocks:
 KIND = Kind(
     Comparison, COMPARISON, COMPARISON_COLUMNS, works=citations.of_comparison,
     figures=(
-        Illustration("comparison", overview, "", "", FILES),
+        Illustration("comparison", overview, "", FILES),
         Illustration(
             "", lambda result: draw_numbers(result, name_of, unit_of),
-            "Numbers of each map and means of each group with their intervals.",
             f"Dots are maps, thick lines means, bars their {LEVEL} intervals.", FRONT, WIDE,
         ),
         Illustration(
             "", lambda result: curves(result, name_of, unit_of),
-            "Numbers of each map over the nominal pressure.",
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
             RESULTS, WIDE, lambda result: len(result.pressures) > 1,
         ),
@@ -694,8 +692,7 @@ SAMPLING_KIND = Kind(
     SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
     figures=(
         Illustration(
-            "sampling", sampling, "Half of the interval over the side of a square.",
-            "Half of the interval over the side of a square: parts (dots), this map (squares), "
+            "sampling", sampling, "Half of the interval over the side of a square: parts (dots), this map (squares), "
             f"root of the area (lines). {FIVE} is dashed.", FRONT,
         ),
     ),

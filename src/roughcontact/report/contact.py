@@ -194,7 +194,7 @@ class SharedScene:
 
 
 def _reduced(index: int, caption: str, chapter: str) -> Illustration:
-    return Illustration("", lambda s: s.drawn(index), caption, caption, chapter, HALF)
+    return Illustration("", lambda s: s.drawn(index), caption, chapter, HALF)
 
 
 _SHARED = (

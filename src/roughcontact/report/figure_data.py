@@ -136,16 +136,14 @@ class Illustration:
 
     name: str  # Of its file
     draw: Callable[[Any], Figure]  # `draw(scene)` returns the figure
-    alt: str | Callable[[Any], str]  # Text in place of the figure
-    caption: str | Callable[[Any], str]  # Text below the figure
+    caption: str | Callable[[Any], str]  # Text below the figure, and in place of it
     chapter: str = RESULTS  # Where in a report it is
     width: int = MIDDLE  # In a report [mm]
     when: Callable[[Any], bool] = lambda _: True  # `when(scene)` says whether a report shows it
 
-    def words(self, scene: Any) -> tuple[str, str]:
-        """Return what stands for the figure, and what stands below it."""
-        alt, caption = (w if isinstance(w, str) else w(scene) for w in (self.alt, self.caption))
-        return alt, caption
+    def text(self, scene: Any) -> str:
+        """Return the caption of a scene."""
+        return self.caption if isinstance(self.caption, str) else self.caption(scene)
 
 
 Illustrations = Sequence[Illustration]

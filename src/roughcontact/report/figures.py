@@ -110,8 +110,7 @@ def _within(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
     return replace(
         inner,
         draw=lambda scene: inner.draw(within(scene)),
-        alt=lambda scene: inner.words(within(scene))[0],
-        caption=lambda scene: inner.words(within(scene))[1],
+        caption=lambda scene: inner.text(within(scene)),
         when=lambda scene: inner.when(within(scene)),
     )
 
@@ -127,9 +126,6 @@ def _heights(scene: MapScene) -> str:
 MAP = Illustration(
     "surface",
     lambda s: maps.surface(s.surface),
-    lambda s: (
-        f"Map of the heights{s.of}, root-mean-square height {engineering(s.surface.Sq, 'm', 3)}."
-    ),
     _heights,
     FILES,
     HALF,
@@ -159,13 +155,6 @@ def _classes(scene: ContactScene) -> str:
     )
 
 
-def _classes_alt(scene: ContactScene) -> str:
-    touching, saturated = (
-        percent(share) for share in (scene.result.contact_fraction, scene.result.saturated_fraction)
-    )
-    return f"Map of the contact: {touching} of the map touches, {saturated} is saturated."
-
-
 def _gap(scene: ContactScene) -> str:
     mean = engineering(scene.result.mean_gap, "m", 3)
     return (
@@ -192,11 +181,6 @@ def _close_up(scene: ContactScene, region: Region) -> str:
     )
 
 
-_SECTIONS_ALT = (
-    "Sections along x and y through the highest peak: heights before and under load, pressure"
-)
-
-
 def _sections(scene: ContactScene) -> str:
     what = "profile" if scene.result.counter_surface is None else "sum of both profiles"
     yields = ""
@@ -214,7 +198,6 @@ def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustra
     return Illustration(
         "",
         lambda s: maps.close_up(s.result, *get(s)),
-        lambda s: f"Pressure and contact in {engineering(get(s).width, 'm', 3)} of the map.",
         lambda s: _close_up(s, get(s)),
         chapter,
         MIDDLE,
@@ -228,28 +211,23 @@ CONTACT: Illustrations = (
     Illustration(
         "pressure",
         lambda s: maps.pressure(s.result),
-        lambda s: (
-            f"Map of the contact pressure, largest {engineering(s.result.max_pressure, 'Pa', 3)}."
-        ),
         _pressure,
         width=HALF,
         # A close-up shows it.
         when=lambda s: not s.is_sparse,
     ),
     Illustration(
-        "contact", lambda s: maps.contact(s.result), _classes_alt, _classes, FRONT, HALF
+        "contact", lambda s: maps.contact(s.result), _classes, FRONT, HALF
     ),
     Illustration(
         "gap",
         lambda s: maps.gap(s.result),
-        lambda s: f"Map of the open gap, mean {engineering(s.result.mean_gap, 'm', 3)}.",
         _gap,
         width=HALF,
     ),
     Illustration(
         "histogram",
         lambda s: sections.pressure_histogram(s.result),
-        "Histogram of the contact pressure over the contact area.",
         "Contact area over pressure. The area at the ceiling has no width on this axis: see the "
         "label.",
         FILES,
@@ -259,7 +237,6 @@ CONTACT: Illustrations = (
     Illustration(
         "",
         lambda s: sections.section(s.result, s.around_peak if s.is_part(s.around_peak) else None),
-        f"{_SECTIONS_ALT}.",
         _sections,
         width=WIDE,
         when=lambda s: s.result.load > 0,
@@ -282,7 +259,7 @@ def _of_pressure(name: str) -> Illustration:
 
     def caption(scene: VolumeScene) -> str:
         gone = "" if scene.loaded else " It is the largest load of the path, and is gone."
-        return f"{entry.words(scene)[1]}{gone}"
+        return f"{entry.text(scene)}{gone}"
 
     return replace(entry, caption=caption, when=lambda scene: scene.known)
 
@@ -303,7 +280,6 @@ def _cut(along: str) -> Illustration:
         lambda scene: elastoplastic.section(
             scene.result, along, body=scene.body, width=scene.width
         ),
-        f"{title}: strain, stress under load, residual stress.",
         lambda scene: (
             f"{title}{scene.where}, true to scale. The gray line bounds the plastic zone; the "
             "cross marks the largest plastic strain. Material yields where the stress over the "
@@ -320,11 +296,6 @@ SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(sce
 """The section of an elastoplastic body, around the largest plastic strain where that is small."""
 
 
-def _dent(scene: VolumeScene) -> str:
-    deepest = engineering(float(scene.result.residual_displacement.max()), "m")
-    return f"Map of the residual displacement, up to {deepest}."
-
-
 VOLUME: Illustrations = (
     _of_contact("surface"),
     SECTION,
@@ -332,7 +303,6 @@ VOLUME: Illustrations = (
     Illustration(
         "displacement",
         lambda scene: elastoplastic.residual_displacement(scene.result),
-        _dent,
         _displacement,
         width=HALF,
     ),
@@ -343,7 +313,6 @@ VOLUME: Illustrations = (
     Illustration(
         "profile",
         lambda scene: elastoplastic.profile(scene.result, body=scene.body),
-        "Profiles with depth below the largest plastic strain.",
         "Below the largest plastic strain: the strain (left), von Mises stress and yield strength "
         "(middle), residual normal stresses (right). Steps are layers.",
         BODY,
@@ -352,7 +321,6 @@ VOLUME: Illustrations = (
     Illustration(
         "layers",
         lambda scene: elastoplastic.layers(scene.result, scene.body),
-        "Largest values of each layer over the depth.",
         "Layer by layer: plastic share, largest strain, and largest stresses.",
         FILES,
         WIDE,
@@ -360,7 +328,6 @@ VOLUME: Illustrations = (
     Illustration(
         "path",
         lambda scene: elastoplastic.path(scene.result),
-        "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
         "Approach, contact area, maximum pressure and maximum plastic strain from first contact. "
         "The ring is the state of this report.",
         width=WIDE,
@@ -369,7 +336,6 @@ VOLUME: Illustrations = (
     Illustration(
         "convergence",
         lambda scene: elastoplastic.convergence(scene.result),
-        "Residual of the plastic strain over the iterations",
         "Residual of the plastic strain, increment by increment.",
         FILES,
     ),
@@ -392,19 +358,16 @@ ROLLING: Illustrations = (*rolling_table.FIGURES, *map(_of_rolling, VOLUME))
 STRESS: Illustrations = (
     Illustration(
         "stress-depth", subsurface_stress.stress_depth,
-        "Largest equivalent stresses at each depth.",
         "Largest equivalent stresses at each depth. Look for the depth of the maximum.",
         RESULTS, HALF,
     ),
     Illustration(
         "stress-section", subsurface_stress.stress_section,
-        "Von Mises stress on a plane along x through its maximum.",
         "Von Mises stress on the plane along x through its maximum (cross), true to scale.",
         FRONT, MIDDLE,
     ),
     Illustration(
         "stress-map", subsurface_stress.stress_map,
-        "Largest von Mises stress over all depths, from above.",
         "Largest von Mises stress over all depths, seen from above. The cross marks the maximum.",
         RESULTS, HALF,
     ),
@@ -414,7 +377,6 @@ STRESS: Illustrations = (
 HISTORY: Illustrations = (
     Illustration(
         "history", hysteresis,
-        "Load over approach along the path; energy dissipated and volume indented, step by step.",
         "Top: load over approach; dots are computed, the area between the lines is no measure of "
         "the energy. Bottom: energy dissipated by each step and volume indented so far.",
         FRONT, HALF,
@@ -425,7 +387,6 @@ HISTORY: Illustrations = (
 CURVE: Illustrations = (
     Illustration(
         "curve", load_curve,
-        "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
         "Contact and saturated area with Persson's theory; approach and mean gap; stiffness of the "
         "next small load; contact spots.",
         FRONT, WIDE,
@@ -436,7 +397,6 @@ CURVE: Illustrations = (
 CONDUCTANCE: Illustrations = (
     Illustration(
         "conductance", conductance,
-        "Resistance of the contact over the load, and two estimates.",
         "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
         "spots and the correlation for large flat joints.",
         FRONT, WIDE,
@@ -447,7 +407,6 @@ CONDUCTANCE: Illustrations = (
 LAW: Illustrations = (
     Illustration(
         "law", interface_law,
-        "Four diagrams of the law: pressure over separation, areas, stiffness and gap.",
         "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
         "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
         FRONT, WIDE,
@@ -497,7 +456,6 @@ def _close(scene: ContactScene) -> str:
 PROFILE_MAP = Illustration(
     "surface",
     lambda s: profiles.heights(s.surface),
-    lambda s: f"Heights of the profile{s.of}, Rq {engineering(s.surface.Sq, 'm', 3)}.",
     _trace,
     FILES,
     WIDE,
@@ -509,7 +467,6 @@ PROFILE_CONTACT: Illustrations = (
     Illustration(
         "pressure",
         lambda s: profiles.pressed(s.result),
-        "The profile before and under load, and its pressure; whole length.",
         _pressed,
         FRONT,
         WIDE,
@@ -517,7 +474,6 @@ PROFILE_CONTACT: Illustrations = (
     Illustration(
         "contact",
         lambda s: profiles.pressed(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
-        "The profile before and under load, and its pressure, around the most loaded segment.",
         _close,
         width=WIDE,
     ),
@@ -527,7 +483,6 @@ PROFILE_CONTACT: Illustrations = (
 PROFILE_CURVE: Illustrations = (
     Illustration(
         "curve", profiles.load_curve,
-        "Four diagrams over the load: contact length, approach and gap, stiffness, segments.",
         "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
         FRONT, WIDE,
     ),

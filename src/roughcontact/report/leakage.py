@@ -271,14 +271,12 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
 _FIGURES: Illustrations = (
     Illustration(
         "leak", leak,
-        "Gap and contact, and the flow density through the gap in each direction.",
         "Open gap with the contact, and flow density over its mean (logarithmic) in each "
         "direction. The cross marks the narrowest constriction: most of the pressure falls there.",
         FRONT, WIDE,
     ),
     Illustration(
         "flow-factors", flow_factors,
-        "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
         "Flow factors over mean gap / roughness (left); mean gap and critical gap of the narrowest "
         "constriction over load (right).",
         RESULTS, WIDE, lambda result: len(result.steps) > 1,

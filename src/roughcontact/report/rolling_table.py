@@ -164,21 +164,18 @@ def criterion(rolling: RollingResult) -> str:
 FIGURES: Illustrations = (
     Illustration(
         "passes", plots.passes,
-        "What each pass adds to the plastic strain, largest pressure, contact area, Sq and Spk.",
         "Pass by pass: plastic strain added and net, mean shear, maximum pressure and contact "
         "area, Sq and Spk of the unloaded body. Look whether the strain added falls.",
         FRONT, WIDE,
     ),
     Illustration(
         "depths", plots.depths,
-        "Shear strain that passes add, and residual stress after them, over the depth.",
         "Over the depth: shear strain added by the passes; residual normal stress along and across "
         "the pass. Tension is positive.",
         RESULTS, WIDE,
     ),
     Illustration(
         "heights", plots.heights,
-        "Heights along x and y before the passes and after them.",
         "Heights of the unloaded body before and after the passes, through the deepest residual "
         "displacement.",
         RESULTS, WIDE,
