@@ -15,7 +15,9 @@ from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
 from roughcontact.report.fields import (
     ANSWER,
+    Cells,
     Columns,
+    Headline,
     Row,
     Table,
     csv_text,
@@ -23,6 +25,7 @@ from roughcontact.report.fields import (
     listing_of,
     quantity_of,
     rows_of,
+    some,
     stored,
     stored_columns,
 )
@@ -37,7 +40,6 @@ if TYPE_CHECKING:
     from roughcontact.report.page import Block
 
 Use = tuple[str, tuple[Reference, ...]]
-Cells = tuple[str, ...]
 CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
 
 
@@ -74,7 +76,7 @@ class Kind:
     remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
     sentences: Callable[[Any], tuple[str, ...]] = _none
     meaning: Callable[[Any], str] = _empty  # What they mean, in a sentence or two
-    inputs: Callable[[Any], list[Block]] | None = None  # What went in, besides a contact
+    inputs: Callable[[Any, bool], list[Block]] | None = None  # What went in; whether drawn
     details: Callable[..., list[Block]] = _nothing  # What its report shows besides
     case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
     assumptions: Sequence[Assumption] = ()  # Besides those of a contact
@@ -89,7 +91,6 @@ class Kind:
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     dataset: Callable[[Any], xarray.Dataset] | None = None  # What its NetCDF file holds
-    blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
@@ -100,6 +101,15 @@ class Kind:
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
         """Return what is told of a result; see `fields.rows_of`."""
         return rows_of(self.table, result, part, brief)
+
+    def headline(self, result: Any, **more: Any) -> Headline:
+        """Return what is said first of a result."""
+        listed: CellTable = (
+            self.listing(result, True) if self.numbers is None else self.numbers(result, **more)
+        )
+        heads, rows = listed
+        answer, remarks = self.answer(result, **more), self.remarks(result, **more)
+        return Headline(self.problem(result), answer, heads, some(rows), remarks)
 
     def row(self, result: Any, key: str) -> Row:
         """Return one quantity of a result."""

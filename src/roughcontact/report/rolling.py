@@ -13,7 +13,6 @@ from roughcontact.plots import rolling as plots
 from roughcontact.references import cited
 from roughcontact.report import (
     assumptions,
-    blocks,
     chapters,
     citations,
     elastoplastic,
@@ -23,8 +22,7 @@ from roughcontact.report import (
     python_script,
     rolling_table,
 )
-from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import PROBLEM, tiny
+from roughcontact.report.fields import PROBLEM, some, tiny
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import Block
 from roughcontact.units import counted
@@ -36,10 +34,11 @@ def question(rolling: RollingResult) -> str:
     return f"Does {name} shake down in {rolling_table.counted(rolling)}?"
 
 
-def _inputs(rolling: RollingResult) -> list[Block]:
+def _inputs(rolling: RollingResult, drawn: bool) -> list[Block]:
     state = elastoplastic.KIND.rows(rolling.result, PROBLEM)
     kept = [row for row in state if row.key not in ("turns", "increments")]
-    return elastoplastic.inputs_of(rolling.result, [*KIND.rows(rolling, PROBLEM), *kept])
+    specified = [*KIND.rows(rolling, PROBLEM), *kept]
+    return elastoplastic.inputs_of(rolling.result, specified, drawn)
 
 
 def _checked(rolling: RollingResult) -> tuple[str, ...]:
@@ -95,7 +94,7 @@ def _numbers(rolling: RollingResult) -> CellTable:
         for number, item in enumerate(rolling.passes, 1)
     ]  # fmt: skip
     heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
-    return heads, blocks.some(rows)
+    return heads, some(rows)
 
 
 def _remarks(rolling: RollingResult) -> tuple[str, ...]:
@@ -109,18 +108,6 @@ def _remarks(rolling: RollingResult) -> tuple[str, ...]:
     )
 
 
-def shown(rolling: RollingResult) -> Blocks:
-    """Return what the console shows: problem, passes, answer; how exactly the end is solved."""
-    state = rolling.result
-    requested = blocks.cells(KIND.rows(rolling, PROBLEM, brief=True))
-    return [
-        *blocks.table(blocks.problem(elastoplastic.KIND, state, state.solution), requested),
-        *blocks.steps(KIND, rolling),
-        *blocks.table(blocks.trust(elastoplastic.KIND, state)),
-        Cautions(rolling.cautions),
-    ]
-
-
 def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     of_passes = Path(path).suffix.lower() in (".csv", ".json")
     (KIND.write if of_passes else export.save_rolling)(rolling, path)
@@ -130,7 +117,7 @@ KIND = Kind(
     RollingResult, rolling_table.ROLLING, rolling_table.PASSES, figures=figures.ROLLING,
     plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
     dataset=lambda rolling: to_dataset(rolling)[0],
-    blocks=shown, problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
     question=question, meaning=rolling_table.criterion, inputs=_inputs,
     case=lambda rolling: assumptions.of_volume(rolling.result), method=_method, checked=_checked,
     script=lambda rolling: python_script.repeating_volume(rolling.result),
