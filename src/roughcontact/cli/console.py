@@ -61,20 +61,39 @@ def show(outcome: Outcome, display: Display) -> None:
 
 
 def show_all(result: Any, task: Command, **reference: Any) -> None:
-    """Print the tables and sentences of the report on a result; the head has its first numbers."""
+    """Print the tables and sentences of the report on a result, but for what its head has."""
     from roughcontact.report import kinds
 
+    known = {_lower(row) for row in kinds.headline(result, **reference).rows}
+    title = ""
     for kind, content in kinds.tables(result, **reference):
-        if kind in ("table", "aside"):
+        if kind == "head":
+            title = content
+        elif kind in ("table", "aside"):
             for table in [content] if kind == "table" else content[1]:
                 # There is no room for what the quantities mean.
-                width = -1 if table.head[-1:] == ("meaning",) else None
+                width = (
+                    -1 if table.head[-1:] == ("meaning",) else 2 if table.style == "key" else None
+                )
                 heads = () if table.head[:2] == ("quantity", "value") else table.head[:width]
-                _print_table([row[:width] for row in table.rows], heads=heads)
-        elif kind != "figure":
-            _print_lines(terminal.spelled(content, task))
-            print()
+                rows = [row[:width] for row in table.rows if _lower(row) not in known]
+                if rows:
+                    _print_paragraph(title)
+                    _print_table(rows, heads=heads)
+                    title = ""
+        elif kind == "text":
+            _print_paragraph(terminal.spelled(content, task))
     _print_cautions(result.cautions, task)
+
+
+def _lower(row: Cells) -> Cells:
+    return tuple(cell.lower() for cell in row)
+
+
+def _print_paragraph(text: str) -> None:
+    if text:
+        _print_lines(text)
+        print()
 
 
 def _print_headline(headline: Headline) -> None:
