@@ -102,7 +102,7 @@ def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     )
     console.show(outcome, Display.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
-    for told in ("Loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
+    for told in ("loudest pitch 880 Hz", "440 Hz", "A sentence about squeaks.", "a.json"):
         assert told in shown
     assert "CAUTION edge: It squeaks" in shown
 

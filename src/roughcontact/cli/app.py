@@ -10,13 +10,14 @@ import logging
 import sys
 import textwrap
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import deprecated
+from roughcontact import deprecated, units
 from roughcontact._version import __version__
 from roughcontact.cli import help_format, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, Display
@@ -29,7 +30,7 @@ from roughcontact.errors import (
 )
 from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
-from roughcontact.request import desk, generation as making
+from roughcontact.request import desk, generation as making, options
 from roughcontact.request.option import Option
 from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
 from roughcontact.request.outputs import UnfinishedError
@@ -40,8 +41,11 @@ from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TA
 if TYPE_CHECKING:
     from roughcontact.batch.plan import Report
     from roughcontact.desk.server import Page
+    from roughcontact.ranks import Ranks
+    from roughcontact.request.outcome import Outcome
     from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
+    from roughcontact.solvers.progress import Progress
 
 
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -315,22 +319,89 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
         Request.from_text, task, file, specified, tuple(map(Path, subject)) if several else ()
     )
     if ranks.is_parallel_run():
-        from roughcontact.cli import mpi
-
-        return mpi.carry_out(request, display)
+        return _carry_out_on_ranks(request, display)
     _carry_out_here(request(), display)
 
 
-def _carry_out_here(request: Request, display: Display) -> None:
-    """Carry out a request in this process, and show what it gave."""
-    from roughcontact.cli import result_output
+def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
+    """Carry out a request in this process or on ranks, of which the first shows what it gave."""
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 
+    first = world is None or world.first
     time_left = phrases.Forecast()
-    with terminal.progress(display is Display.QUIET) as say:
-        outcome = run(request, say, lambda state: say(phrases.described(state) + time_left(state)))
-    result_output.show_outcome(outcome, display)
+    with terminal.progress(display is Display.QUIET or not first) as say:
+
+        def look(state: Progress) -> None:
+            say(phrases.described(state) + time_left(state))
+
+        if world is None:
+            outcome = run(request, say, look)
+        else:
+            from roughcontact.request import mpi
+
+            outcome = mpi.run(request, world, say, look)
+    if first:
+        _show_outcome(outcome, display)
+    elif outcome.failure is not None:
+        raise outcome.failure
+    elif not outcome.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
+    """Carry out a request on all ranks that ``mpiexec`` started; they end together."""
+    from roughcontact.ranks import world
+
+    ranks = world()
+    try:
+        _carry_out_here(ask(), display, ranks)
+    except (RoughcontactError, OSError) as error:
+        # Where all have the same error, the first tells it.
+        if not ranks.all_end():
+            terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
+            ranks.abort(BAD_INPUT)
+        if ranks.first:
+            raise
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        # All hear it, one says so.
+        if not ranks.first:
+            terminal.discard_errors()
+        raise
+    except typer.Exit:
+        raise
+    except BaseException:
+        terminal.complain(f"error: rank {ranks.number} failed, and with it all others")
+        traceback.print_exc()
+        ranks.abort(1)
+
+
+def _show_outcome(outcome: Outcome, display: Display) -> None:
+    """Show what a request gave, and end where it gave no solution."""
+    request, folder = outcome.request, outcome.request.get(options.FOLDER)
+    if display is Display.JSON:
+        # Of this run alone: what was solved is the same, taken from a folder or not.
+        about = {} if folder is None else {"reused": outcome.reused}
+        print(to_json({**outcome.record(), **about}))
+    elif display is not Display.QUIET:
+        # What draws tables takes time to import.
+        from roughcontact.cli import console
+
+        console.show(outcome, display)
+        if outcome.reused:
+            loads = units.counted(outcome.reused, "load")
+            print(f"taken from {folder}, solved by an earlier run: {loads}")
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.converged:
+        wanted = any(option.suffixes and request[option] for option in request.task.options)
+        terminal.complain(
+            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
+            + ("; no file was written" if wanted else "")
+            + (f"; the loads before it are kept in {folder}" if folder else "")
+        )
+        raise typer.Exit(NOT_CONVERGED)
 
 
 for _task in TASKS:

@@ -80,7 +80,7 @@ def show_all(result: Any, task: Command, **reference: Any) -> None:
                 if rows:
                     _print_paragraph(title)
                     _print_table(rows, heads=heads)
-                    title = ""
+                title = ""
         elif kind == "text":
             _print_paragraph(terminal.spelled(content, task))
     _print_cautions(result.cautions, task)

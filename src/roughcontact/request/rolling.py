@@ -11,7 +11,7 @@ from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import memory, options, parsing, solve_arguments
+from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import (
     LENGTH,
     ONE_OF,
@@ -187,7 +187,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,
-    memory=memory.require_volume,
+    memory=solve_arguments.require_volume,
     writes=((MOVIE, _movie),),
     figures=_figures,
 )  # fmt: skip
