@@ -32,8 +32,8 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import subtasks
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.project import DASK, LOCAL
 from roughcontact.request.subtasks import with_relocated_files
+from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
 

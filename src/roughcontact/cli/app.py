@@ -30,11 +30,10 @@ from roughcontact.errors import (
 )
 from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
-from roughcontact.request import desk, generation as making, options
+from roughcontact.request import generation as making, options, tasks
 from roughcontact.request.option import Option
 from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.project import COMMAND, ENGINE, SCHEDULER, WORKERS
 from roughcontact.request.task import Command, Task, Values
 from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 
@@ -422,7 +421,7 @@ def _generate(_: Subject, specified: Given) -> None:
         console.show_generated(surface, written)
 
 
-@_command(COMMAND, _argument(Path, "PROJECT", "Project file (TOML)."))
+@_command(tasks.RUN, _argument(Path, "PROJECT", "Project file (TOML)."))
 def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.batch import plan
     from roughcontact.cli import console
@@ -430,7 +429,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
     display = _display(specified)
     with terminal.progress(display is Display.QUIET) as say:
         reports, folder = _worked_through(
-            str(file), COMMAND.read(specified), say, display is Display.QUIET
+            str(file), tasks.RUN.read(specified), say, display is Display.QUIET
         )
     if display is Display.JSON:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
@@ -455,9 +454,9 @@ def _worked_through(
     from roughcontact.report import phrases
 
     load = functools.partial(project.load, file)
-    scheduler, workers = requested[SCHEDULER], requested[WORKERS]
+    scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
     with runner.opened(
-        load, runner.tasks, requested[ENGINE], scheduler=scheduler, workers=workers
+        load, runner.tasks, requested[tasks.ENGINE], scheduler=scheduler, workers=workers
     ) as (
         engine,
         entries,
@@ -482,10 +481,35 @@ def _worked_through(
         return reports, entries[0].summary.parent
 
 
-@_command(desk.COMMAND, _MAP)
+@_command(tasks.DESK, _MAP)
 def _desk(file: Subject, specified: Given) -> None:
+    """Serve the page in the browser until Ctrl-C."""
+    if importlib.util.find_spec("panel") is None:
+        raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
+    from roughcontact.desk import server
+    from roughcontact.formats.source import existing
 
-    run(file, desk.COMMAND.read(specified))
+    requested = tasks.DESK.read(specified)
+    if file is not None:
+        with existing(file):
+            file = Path(file).resolve()
+    settings = server.Settings(
+        file,
+        requested[tasks.ADDRESS],
+        requested[tasks.PORT],
+        requested[tasks.ALLOW_ORIGIN],
+        requested[tasks.PROJECTS_FOLDER],
+        requested[tasks.UPLOAD_LIMIT],
+        not requested[tasks.NO_BROWSER],
+    )
+    server.serve(_page, settings, lambda text: print(text, flush=True))
+
+
+def _page() -> Page:
+    """Return what makes a page, which takes a second to import."""
+    from roughcontact.desk.page import page
+
+    return page
 
 
 @_command(
@@ -559,35 +583,3 @@ def _demo(_: Path | str | None, specified: Given) -> None:
 
     requested = DEMO.read(specified)
     demo.run(requested[FOLDER], requested[POINTS])
-
-
-# --- The desk, started: a page in the browser, served until Ctrl-C ---
-
-
-def run(file: Path | None, requested: Values) -> None:
-    """Serve the page."""
-    if importlib.util.find_spec("panel") is None:
-        raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
-    from roughcontact.desk import server
-    from roughcontact.formats.source import existing
-
-    if file is not None:
-        with existing(file):
-            file = Path(file).resolve()
-    settings = server.Settings(
-        file,
-        requested[desk.ADDRESS],
-        requested[desk.PORT],
-        requested[desk.ALLOW_ORIGIN],
-        requested[desk.FOLDER],
-        requested[desk.UPLOAD_LIMIT],
-        not requested[desk.NO_BROWSER],
-    )
-    server.serve(_page, settings, lambda text: print(text, flush=True))
-
-
-def _page() -> Page:
-    """Return what makes a page, which takes a second to import."""
-    from roughcontact.desk.page import page
-
-    return page

@@ -11,9 +11,17 @@ from typing import Any, cast
 import panel as pn
 
 from roughcontact.contact.subsurface_stress import StressResult
-from roughcontact.desk import controls, controls as headline, style, workers
-from roughcontact.desk.analysis_jobs import JOINTS, QUESTIONS, Answer, answer, answers
-from roughcontact.desk.controls import Control, Run, Working, escaped, spelled
+from roughcontact.desk import controls, style, workers
+from roughcontact.desk.analysis_jobs import (
+    JOINTS,
+    QUESTIONS,
+    Answer,
+    Pair,
+    answer,
+    answers,
+    compare,
+)
+from roughcontact.desk.controls import Control, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.result_plots import Curve, History, Stress, Study
 from roughcontact.desk.session import Session, Value
@@ -23,6 +31,7 @@ from roughcontact.report import estimate
 from roughcontact.report.fields import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
+from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Question, Task
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import LoadHistory
@@ -90,8 +99,8 @@ class Ask:
 
     def _shown(self, result: Answer) -> list[Any]:
         """Return what shows an answer."""
-        cautions = pn.pane.HTML(headline.cautions(result.cautions), **style.WIDE)
-        facts = pn.pane.HTML(headline.table(result.facts), **style.WIDE)
+        cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
+        facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
         view = _view(result.found)
         if view is not None:
             if isinstance(view, Curve):
@@ -102,7 +111,7 @@ class Ask:
             return [*seen, facts] if isinstance(view, (Curve, History)) else seen
         parts: list[Any] = [cautions, *map(picture, result.pictures), facts]
         if result.steps:
-            parts.append(pn.pane.HTML(headline.table(result.steps, result.heads), **style.WIDE))
+            parts.append(pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE))
         return parts
 
 
@@ -287,3 +296,90 @@ class Joint:
             pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
             pn.pane.HTML(f"<pre>{controls.escaped(command)}</pre>", **style.WIDE),
         ]
+
+
+# --- Two states side by side: one is pinned, the other goes on ---
+
+
+_NAMES = ("this state", "pinned state")
+
+
+class Compare:
+    """What is pinned, what differs, and both contacts beside each other."""
+
+    def __init__(
+        self,
+        session: Session,
+        bench: workers.WorkerPool,
+        run: Run,
+        do: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._session = session
+        self._pin = button("Pin this state", lambda: do(session.pin))
+        self._swap = button("Go to the pinned state", lambda: do(session.swap))
+        self._unpin = button("Unpin", lambda: do(session.unpin))
+        self._differences = pn.pane.HTML("", **style.WIDE)
+        self._working = Working(bench, run, "Compare", self._started, session)
+        self._answer = pn.Column(sizing_mode="stretch_both")
+        self.root = pn.Row(
+            pn.Column(
+                pn.Row(self._pin, self._unpin), self._swap, self._differences,
+                self._working.root, width=300, margin=(8, 16, 0, 0),
+            ),
+            self._answer,
+            sizing_mode="stretch_both",
+        )  # fmt: skip
+
+    def show(self) -> None:
+        """Show what is pinned, and in what it differs."""
+        state = self._session.state
+        pinned = state.pinned
+        self._swap.disabled = self._unpin.disabled = pinned is None
+        if pinned is None:
+            text = "<p>Pin a state, then change the load, a body or the map: both are compared.</p>"
+        else:
+            names = sorted(
+                name
+                for name in {*state.given, *pinned}
+                if state.given.get(name) != pinned.get(name)
+            )
+            rows = [
+                (SOLVE.by_name[name].label, _told(state.given.get(name)), _told(pinned.get(name)))
+                for name in names
+            ]
+            same = "<p>Both are the same so far.</p>"
+            text = controls.table(rows, ("what differs", "this", "pinned")) if rows else same
+        self._differences.object = text
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _started(self) -> None:
+        state = self._session.state
+        if state.pinned is None:
+            self._working.refuse("Pin a state first.")
+            return
+        try:
+            requests = state.request(), replace(state, given=state.pinned).request()
+        except RoughcontactError as error:
+            self._working.refuse_error(error)
+            return
+        self._answer[:] = []
+        self._working.begin(compare, self._show, *requests, _NAMES)
+
+    def _show(self, result: Pair) -> None:
+        cautions = "".join(
+            f"<h2>{name}</h2>{controls.cautions(text)}"
+            for name, text in zip(_NAMES, result.cautions, strict=True)
+        )
+        parts: list[Any] = [
+            picture(("both contacts", result.picture)),
+            pn.pane.HTML(controls.table(result.rows, ("", *_NAMES)), **style.WIDE),
+            pn.pane.HTML(cautions, **style.WIDE),
+        ]
+        self._answer[:] = parts
+
+
+def _told(value: str | bool | None) -> str:
+    return "–" if value is None else "yes" if value is True else str(value)

@@ -29,7 +29,6 @@ from roughcontact.report import (
     phrases,
     problem,
     python_script,
-    regimes,
     uncertainty,
 )
 from roughcontact.report.fields import (
@@ -388,7 +387,7 @@ KIND = Kind(
     contact=lambda result: result, save=export.save_contact,
     dataset=archive.to_dataset,
     problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
-    question=question, details=details, meaning=regimes.regime,
+    question=question, details=details, meaning=phrases.regime,
     checked=plausibility.checked, script=python_script.repeating,
 )  # fmt: skip
 PROFILE_KIND = replace(

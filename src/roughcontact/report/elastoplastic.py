@@ -21,7 +21,6 @@ from roughcontact.report import (
     phrases,
     problem,
     python_script,
-    regimes,
 )
 from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
 from roughcontact.report.kind import CellTable, Kind
@@ -157,7 +156,7 @@ KIND = Kind(
     works=citations.of_volume, save=export.save_volume,
     dataset=_dataset,
     problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks, question=question, meaning=regimes.volume_regime,
+    remarks=_remarks, question=question, meaning=phrases.volume_regime,
     inputs=_inputs, details=_details,
     case=assumptions.of_volume, method=method, checked=plausibility.checked,
     script=python_script.repeating_volume,

@@ -21,17 +21,17 @@ from roughcontact.report import (
     elastoplastic,
     estimate,
     figures,
+    inputs,
     interface_law,
     leakage,
     load_curve,
     load_history,
     load_search,
     page,
+    phrases,
     python_script,
-    regimes,
     rolling,
     subsurface_stress,
-    surface,
     uncertainty,
 )
 from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 
 
 KINDS = (
-    surface.PROFILE_KIND,
-    surface.KIND,
+    inputs.PROFILE_KIND,
+    inputs.KIND,
     contact.PROFILE_KIND,
     contact.SHARED_KIND,
     contact.KIND,
@@ -187,7 +187,7 @@ def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Fro
     meaning = kind.meaning(result)
     if not meaning and pressed is not None and result is not pressed and pressed.load:
         under = engineering(pressed.load, pressed.pair.load_unit)
-        meaning = f"{regimes.regime(pressed)} (Under {under}.)"
+        meaning = f"{phrases.regime(pressed)} (Under {under}.)"
     return Front(
         kind.question(result), first.problem, first.answer, numbers,
         [*filter(None, (meaning, *first.remarks))], lead, result.cautions,
