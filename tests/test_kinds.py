@@ -18,7 +18,7 @@ from roughcontact.cli.terminal import Display
 from roughcontact.references import cited
 from roughcontact.report import kinds
 from roughcontact.report.fields import PROBLEM, Column, Quantity
-from roughcontact.report.figure_data import Illustration
+from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import Kind
 from roughcontact.request import solve
 from roughcontact.result import Result

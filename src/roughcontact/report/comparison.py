@@ -40,7 +40,7 @@ from roughcontact.report.fields import (
     stored,
     within,
 )
-from roughcontact.report.figure_data import FILES, FRONT, RESULTS, Illustration
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import WIDE, Block
 from roughcontact.statistics import Difference, Mean

@@ -39,7 +39,7 @@ from roughcontact.report.fields import (
     quantity_of,
     rows_of,
 )
-from roughcontact.report.figure_data import FRONT, RESULTS, Illustration
+from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy

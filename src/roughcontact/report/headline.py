@@ -113,7 +113,7 @@ Draw = Callable[..., "Figure"]
 
 
 class Plots:
-    """The figures of one object, each a function of ``rc.plots`` by its name; the first is usual."""
+    """The figures of one object by their names in ``rc.plots``; the first is the usual one."""
 
     def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
         if not figures:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from roughcontact.report.assumptions import Assumption, Case
-    from roughcontact.report.figure_data import Illustrations
+    from roughcontact.report.figures import Illustrations
     from roughcontact.report.page import Block
 
 Use = tuple[str, tuple[Reference, ...]]
@@ -120,6 +121,11 @@ class Kind:
     ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
         return listing_of(self.columns, result, brief)
+
+    def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:
+        """Return what draws the figures that are written to files, by name."""
+        scene = self.scene(result)
+        return {item.name: partial(item.draw, scene) for item in self.figures if item.name}
 
     def write(self, result: Any, path: str | os.PathLike[str]) -> None:
         """Write the steps of a result as a table, or all of it as JSON."""

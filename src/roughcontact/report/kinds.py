@@ -124,7 +124,7 @@ def tables(result: Any, **more: Any) -> list[Block]:
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
     """Return what draws the figures of a result that are written to files, by name."""
-    return figures.drawings(of(result), result)
+    return of(result).drawings(result)
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:

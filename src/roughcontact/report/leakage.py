@@ -17,7 +17,7 @@ from roughcontact.report import contact_fields, phrases, problem
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
-from roughcontact.report.figure_data import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
 from roughcontact.units import changed_by, engineering, percent, plain

@@ -157,9 +157,9 @@ def _movie(outcome: Outcome, path: Path) -> None:
 
 
 def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.report import figures
+    from roughcontact.report import figures, rolling
 
-    return figures.names(figures.ROLLING)
+    return figures.names(rolling.FIGURES)
 
 
 TASK = Task(
