@@ -786,7 +786,7 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     command = ["solve", str(path), *words, *size, "--override-size", "--verbose"]
     assert app.main(command) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
-    assert "size (y × x) 100 µm × 200 µm" in told
+    assert "Size (y × x) 100 µm × 200 µm" in told
     assert "10 mm × 20 mm, as the file gives them" in told
     assert app.main(["info", str(path), *size, "--override-size", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])

@@ -11,16 +11,7 @@ from typing import Any, cast
 import panel as pn
 
 from roughcontact.contact.subsurface_stress import StressResult
-from roughcontact.desk import controls, style, workers
-from roughcontact.desk.analysis_jobs import (
-    JOINTS,
-    QUESTIONS,
-    Answer,
-    Pair,
-    answer,
-    answers,
-    compare,
-)
+from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import Control, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.result_plots import Curve, History, Stress, Study
@@ -43,7 +34,7 @@ class Ask:
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run) -> None:
         self._session = session
-        names = [question.name for _, question in QUESTIONS]
+        names = [question.name for _, question in analysis_jobs.QUESTIONS]
         self._forms: dict[str, Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
@@ -70,7 +61,7 @@ class Ask:
 
     def _form_of(self, name: str) -> Form:
         if name not in self._forms:
-            result = next(item for item in QUESTIONS if item[1].name == name)
+            result = next(item for item in analysis_jobs.QUESTIONS if item[1].name == name)
             self._forms[name] = Form(*result)
         return self._forms[name]
 
@@ -83,9 +74,9 @@ class Ask:
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.begin(answer, self._show, request)
+        self._working.begin(analysis_jobs.answer, self._show, request)
 
-    def _show(self, result: Answer) -> None:
+    def _show(self, result: analysis_jobs.Answer) -> None:
         if not result.outcome.converged:
             self._working.refuse(spelled(result.outcome.shortfall))
         self._curve = None
@@ -97,7 +88,7 @@ class Ask:
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
 
-    def _shown(self, result: Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
         """Return what shows an answer."""
         cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
         facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
@@ -174,7 +165,7 @@ def picture(figure: tuple[str, bytes]) -> Any:
 
 _UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
 
-_TASK, _ = JOINTS[0]
+_TASK, _ = analysis_jobs.JOINTS[0]
 _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
 """Nominal pressures that are proposed; all questions are asked under the same."""
 
@@ -193,9 +184,11 @@ class Joint:
             control.show(self._range)
         self._boxes = {
             question.name: Check(words=question.name, value=True, **style.BLOCK)
-            for _, question in JOINTS
+            for _, question in analysis_jobs.JOINTS
         }
-        self._forms = {question.name: Form(task, question) for task, question in JOINTS}
+        self._forms = {
+            question.name: Form(task, question) for task, question in analysis_jobs.JOINTS
+        }
         self._working = Working(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(sizing_mode="stretch_both")
@@ -238,7 +231,7 @@ class Joint:
         self._range[name] = text
 
     def _started(self) -> None:
-        wanted = [item for item in JOINTS if self._boxes[item[1].name].value]
+        wanted = [item for item in analysis_jobs.JOINTS if self._boxes[item[1].name].value]
         if not wanted:
             self._working.refuse("Nothing is asked: tick what the joint is asked.")
             return
@@ -254,7 +247,7 @@ class Joint:
                 self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
-        self._working.begin(answers, self._show, *requests)
+        self._working.begin(analysis_jobs.answers, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request with the files that one may take away."""
@@ -268,13 +261,15 @@ class Joint:
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show(self, result: tuple[Answer, ...]) -> None:
+    def _show(self, result: tuple[analysis_jobs.Answer, ...]) -> None:
         self._answers[:] = [part for item in result for part in self._shown(item)]
 
-    def _shown(self, result: Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
         """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
         request = result.outcome.request
-        name = next(question.name for task, question in JOINTS if task is request.task)
+        name = next(
+            question.name for task, question in analysis_jobs.JOINTS if task is request.task
+        )
         text = "".join(f"<p>{controls.escaped(sentence)}</p>" for sentence in result.sentences)
         links = ", ".join(
             f'<a href="{controls.escaped(self._offer(path))}" download>'
@@ -366,9 +361,9 @@ class Compare:
             self._working.refuse_error(error)
             return
         self._answer[:] = []
-        self._working.begin(compare, self._show, *requests, _NAMES)
+        self._working.begin(analysis_jobs.compare, self._show, *requests, _NAMES)
 
-    def _show(self, result: Pair) -> None:
+    def _show(self, result: analysis_jobs.Pair) -> None:
         cautions = "".join(
             f"<h2>{name}</h2>{controls.cautions(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)

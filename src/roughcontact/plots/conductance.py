@@ -8,14 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.joint.conductance import CASES, CORRELATED
-from roughcontact.plots.style import (
-    NEUTRAL,
-    SERIES,
-    blank,
-    plain_axes,
-    plain_legend,
-    prefixed,
-)
+from roughcontact.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,9 +19,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _LINES = (
-    ("length", "o-", SERIES[0], "computed"),
-    ("greenwood_length", "s--", SERIES[1], "Greenwood's formula"),
-    ("correlation_length", ":", NEUTRAL, "correlation for flat joints"),
+    ("length", "o-", style.SERIES[0], "computed"),
+    ("greenwood_length", "s--", style.SERIES[1], "Greenwood's formula"),
+    ("correlation_length", ":", style.NEUTRAL, "correlation for flat joints"),
 )
 
 
@@ -38,7 +31,7 @@ def _band(axes: Axes, load: Array, correlated: Array) -> None:
     if np.count_nonzero(known) > 1:
         low, high = (factor * correlated[known] for factor in CORRELATED)
         label = f"95 % of {CASES} rough maps about it"
-        axes.fill_between(load[known], low, high, color=NEUTRAL, alpha=0.2, lw=0, label=label)
+        axes.fill_between(load[known], low, high, color=style.NEUTRAL, alpha=0.2, lw=0, label=label)
 
 
 def conductance(found: Conductance) -> Figure:
@@ -63,9 +56,9 @@ def conductance(found: Conductance) -> Figure:
         )
         if not np.isnan(found.resistance(kind)).all()
     ]  # fmt: skip
-    figure = blank(5.6 * len(kinds), 4.6)
+    figure = style.blank(5.6 * len(kinds), 4.6)
     load = found.column("load")
-    factor, load_unit = prefixed(float(load.max()), "N")
+    factor, load_unit = style.prefixed(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(
         figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True
     ):
@@ -73,12 +66,12 @@ def conductance(found: Conductance) -> Figure:
             values = found.resistance(kind, name)
             values[~(np.isfinite(values) & (values > 0))] = np.nan
             if not np.isnan(values).all():
-                style = marker if load.size > 1 else "o"
-                axes.plot(load * factor, values, style, color=colour, label=label)
+                line = marker if load.size > 1 else "o"
+                axes.plot(load * factor, values, line, color=colour, label=label)
                 axes.set_yscale("log")
         _band(axes, load * factor, found.resistance(kind, "correlation_length"))
         axes.set_xscale("log")
-        plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
+        style.plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:
-            plain_legend(axes)
+            style.plain_legend(axes)
     return figure

@@ -13,14 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
+from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import AGREEMENT
-from roughcontact.contact.load_case import (
-    NAMES,
-    GivenLoad,
-    HertzPressure,
-    LineLoad,
-    NominalPressure,
-)
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.elastoplastic.result import ElastoplasticResult, PlasticRegime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
@@ -156,9 +150,9 @@ def under(result: ContactResult) -> str:
     if specified is None:
         return f"under {engineering(result.load, result.pair.load_unit)}"
     value = _form(specified.form)
-    if isinstance(specified.form, NominalPressure):
+    if isinstance(specified.form, load_case.NominalPressure):
         return f"at {value}"
-    if isinstance(specified.form, HertzPressure):
+    if isinstance(specified.form, load_case.HertzPressure):
         return f"at a Hertz pressure of {value}"
     return f"under {value}"
 
@@ -173,7 +167,7 @@ def loads(result: Any) -> str:
     """Return the loads of a row of contacts, as a question ends."""
     contact = result.largest
     if contact.specified_load is not None and isinstance(
-        contact.specified_load.form, NominalPressure
+        contact.specified_load.form, load_case.NominalPressure
     ):
         area = contact.nominal_area
         ends = [engineering(step.load / area, "Pa", 3) for step in result.steps]
@@ -182,22 +176,22 @@ def loads(result: Any) -> str:
     return f"under {span([engineering(step.load, unit) for step in result.steps])}"
 
 
-def given_load(specified: GivenLoad, result: ContactResult) -> str:
+def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
     """Return a load in the form in which it was given, and the force that it came to."""
     force = engineering(specified.force, result.pair.load_unit)
-    words = f"{NAMES[type(specified.form)]}: {_form(specified.form)}"
-    if isinstance(specified.form, NominalPressure):
+    words = f"{load_case.NAMES[type(specified.form)]}: {_form(specified.form)}"
+    if isinstance(specified.form, load_case.NominalPressure):
         of_profile = result.pair.is_profile
         what, unit = ("profile", "m") if of_profile else ("map", "m²")
         area = engineering(result.nominal_area, unit)
         return f"{words} on the whole {what}, {area}, are {force}"
     smooth = result.hertz
     match specified.form:
-        case LineLoad() if smooth is not None and smooth.length is not None:
+        case load_case.LineLoad() if smooth is not None and smooth.length is not None:
             return (
                 f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"
             )
-        case HertzPressure() if smooth is not None:
+        case load_case.HertzPressure() if smooth is not None:
             line = ""
             if smooth.length is not None and not result.pair.is_profile:
                 line = f", {_line_load(specified.force / smooth.length)}"
@@ -205,20 +199,19 @@ def given_load(specified: GivenLoad, result: ContactResult) -> str:
     return f"{words}, {force}"
 
 
-def given_loads(specified: Sequence[GivenLoad], unit: str = "N") -> str:
+def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> str:
     """Return several loads in the forms in which they were given, with their forces [``unit``]."""
     parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
         values = [f"{_form(item.form)} ({engineering(item.force, unit)})" for item in group]
         few = len(values) <= _FEW_LOADS
-        parts.append(
-            f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}"
-        )
+        text = ", ".join(values) if few else f"{values[0]} to {values[-1]}"
+        parts.append(f"{load_case.NAMES[form]} {text}")
     return "; ".join(parts)
 
 
-def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:
-    if isinstance(form, LineLoad):
+def _form(form: load_case.NominalPressure | load_case.LineLoad | load_case.HertzPressure) -> str:
+    if isinstance(form, load_case.LineLoad):
         return _line_load(form.value)
     return engineering(form.value, "Pa")
 
