@@ -34,7 +34,7 @@ import roughcontact as rc
 from roughcontact.batch import runner
 from roughcontact.joint import estimate
 from roughcontact.joint.estimate import LEAST_WAVES
-from roughcontact.request.project import DASK, LOCAL
+from roughcontact.request.tasks import DASK, LOCAL
 from roughcontact.theory import height_distribution
 
 FOLDER = Path(__file__).parent / "atlas"

@@ -14,7 +14,7 @@ from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import ContactResult
 from roughcontact.material.hardening import Swift
-from roughcontact.report import assumptions, regimes
+from roughcontact.report import assumptions, phrases
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
@@ -233,20 +233,20 @@ def test_the_ceiling_is_compared_with_the_body_that_yields() -> None:
 def test_every_regime_is_a_sentence_with_its_numbers() -> None:
     below = solved(ball())
     assert below.regime == "below first yield"
-    assert "Nothing yields" in regimes.regime(below)
-    assert "1.61 GPa" in regimes.regime(below)
+    assert "Nothing yields" in phrases.regime(below)
+    assert "1.61 GPa" in phrases.regime(below)
     beneath = solved(ball(1e-3), load=0.8)
     assert beneath.regime == "yielding below the surface"
-    assert "reaches the ceiling" in regimes.regime(beneath)
+    assert "reaches the ceiling" in phrases.regime(beneath)
     without = solved(ball(1e-3), load=0.8, ceiling=None)
-    assert "reaches three yield strengths" in regimes.regime(without)
+    assert "reaches three yield strengths" in phrases.regime(without)
     saturated = solved(rough(), load=1.0)
     share = saturated.saturated_fraction / saturated.contact_fraction
-    assert f"{100 * share:.1f} %" in regimes.regime(saturated)
+    assert f"{100 * share:.1f} %" in phrases.regime(saturated)
     beyond = solved(rough(), load=1.0, ceiling=None)
-    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in regimes.regime(beyond)
+    assert f"{beyond.max_pressure / 1e9:.3g} times the yield" in phrases.regime(beyond)
     unknown = solved(ball(), material=rc.Material(210e9, 0.3))
-    assert "unknown without a yield strength" in regimes.regime(unknown)
+    assert "unknown without a yield strength" in phrases.regime(unknown)
 
 
 def test_a_hardness_stands_in_for_a_yield_strength() -> None:
@@ -255,10 +255,10 @@ def test_a_hardness_stands_in_for_a_yield_strength() -> None:
     assert saturated.regime == "saturated at the surface"
     assert stated(saturated)["Ceiling for plastic flow"] == "15 GPa, the hardness"
     below = solved(ball(), material=ceramic)
-    assert "stays below the hardness" in regimes.regime(below)
+    assert "stays below the hardness" in phrases.regime(below)
     beyond = solved(rough(), material=ceramic, load=1.0, ceiling=None)
     assert beyond.regime == "elastic pressure beyond the hardness"
-    assert "exceeds the hardness of the softer body, 15 GPa" in regimes.regime(beyond)
+    assert "exceeds the hardness of the softer body, 15 GPa" in phrases.regime(beyond)
     twice = solved(rough(), material=ceramic, load=1.0, ceiling=7.5e9)
     assert stated(twice)["Ceiling for plastic flow"].endswith("0.5 times the hardness")
     both = solved(rough(), material=ceramic, counter_material=STEEL, load=1.0)

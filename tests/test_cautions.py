@@ -27,7 +27,7 @@ from roughcontact.contact.result import Regime
 from roughcontact.errors import ArgumentRef, InputError, render_message
 from roughcontact.material import catalog
 from roughcontact.material.material import contact_modulus
-from roughcontact.report import regimes
+from roughcontact.report import phrases
 from roughcontact.surface import nominal_bodies, provenance, random_surfaces, shapes
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -163,7 +163,7 @@ def test_the_regime_looks_at_both_bodies() -> None:
     between = 0.5 * (first + (weak.first_yield_pressure or 0.0))
     scaled = dataclasses.replace(result, pressure=result.pressure * between / result.max_pressure)
     assert scaled.regime is Regime.YIELDING_BELOW
-    assert "a sphere of the counter-body first yields" in regimes.regime(scaled)
+    assert "a sphere of the counter-body first yields" in phrases.regime(scaled)
     below = dataclasses.replace(result, pressure=scaled.pressure * 0.99 * first / between)
     assert below.regime is Regime.BELOW_FIRST_YIELD
 
@@ -174,7 +174,7 @@ def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
     result = rc.solve(ball(64), material=steel, counter_material=ceramic, load=1e-2, ceiling=None)
     scaled = dataclasses.replace(result, pressure=result.pressure * 1.8e9 / result.max_pressure)
     assert scaled.regime is Regime.YIELDING_BELOW
-    assert "reaches the hardness" in regimes.regime(scaled)
+    assert "reaches the hardness" in phrases.regime(scaled)
     weak = dataclasses.replace(result, pressure=result.pressure * 1.5e9 / result.max_pressure)
     assert weak.regime is Regime.UNKNOWN
 

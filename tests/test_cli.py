@@ -153,18 +153,18 @@ def test_solve_prints_a_table_that_fits_80_columns(
     assert all(line == line.rstrip() for line in lines)
     cells = (re.split(r"  +", line, maxsplit=1) for line in lines)
     shown = {pair[0]: pair[1] for pair in cells if len(pair) == 2}
-    assert shown["grid (y × x)"] == "40 × 64 points"
-    assert shown["pixel (y × x)"] == "2.5 µm × 3.125 µm"
-    assert shown["preparation"] == "leveled: least-squares plane subtracted"
-    assert shown["contact modulus E*"] == "230.8 GPa"
-    assert shown["pressure ceiling"] == "3 GPa, three times the yield strength"
-    assert shown["load W"] == "100 mN (given)"
-    assert shown["status"] == "converged"
-    assert "µm² (" in shown["contact area"]
+    assert shown["Grid (y × x)"] == "40 × 64 points"
+    assert shown["Pixel (y × x)"] == "2.5 µm × 3.125 µm"
+    assert shown["Preparation"] == "leveled: least-squares plane subtracted"
+    assert shown["Contact modulus E*"] == "230.8 GPa"
+    assert shown["Pressure ceiling"] == "3 GPa, three times the yield strength"
+    assert shown["Load W"] == "100 mN (given)"
+    assert shown["Status"] == "converged"
+    assert "µm² (" in shown["Contact area"]
     assert set(shown) >= {
-        "source", "size (y × x)", "body", "counter-body", "boundary", "approach ω",
-        "largest pressure", "saturated area", "mean gap", "residual indentation", "regime",
-        "certificate ε", "load error", "convolutions on the full grid", "time of the solve",
+        "Source", "Size (y × x)", "Young's modulus E", "Boundary", "Approach ω", "Largest pressure",
+        "Saturated area", "Mean gap", "Residual indentation", "Regime", "Certificate ε",
+        "Load error", "Convolutions on the full grid", "Time of the solve",
     }  # fmt: skip
 
 
@@ -293,7 +293,7 @@ def test_a_recommended_ceiling_is_told_beside_three(tmp_path: Path, capsys: Capt
     assert app.main(["solve", *more, "--load", "10 N", "--verbose"]) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
     assert re.search(r"2\.\d+ GPa, calibrated: 2\.\d+ yield strengths at \d+ times first", told)
-    assert re.search(r"with three yield strengths contact area [^(]+µm² \(−\d+ %\), appr", told)
+    assert re.search(r"With three yield strengths contact area [^(]+µm² \(−\d+ %\), appr", told)
     sweep = ("--from", "5 N", "--to", "10 N", "--steps", "2", "--output", str(tmp_path / "c.csv"))
     assert app.main(["sweep", *more, *sweep]) == app.SOLVED
     assert "pressure_ceiling [Pa]" in (tmp_path / "c.csv").read_text(encoding="utf-8")
@@ -786,7 +786,7 @@ def test_a_wrong_size_in_a_file_is_replaced(rough: Path, tmp_path: Path, capsys:
     command = ["solve", str(path), *words, *size, "--override-size", "--verbose"]
     assert app.main(command) == app.SOLVED
     told = " ".join(capsys.readouterr().out.split())
-    assert "size (y × x) 100 µm × 200 µm" in told
+    assert "Size (y × x) 100 µm × 200 µm" in told
     assert "10 mm × 20 mm, as the file gives them" in told
     assert app.main(["info", str(path), *size, "--override-size", "--json"]) == app.SOLVED
     assert json.loads(capsys.readouterr().out)["size"] == pytest.approx([1e-4, 2e-4])

@@ -146,9 +146,7 @@ def test_three_groups_are_compared_in_pairs() -> None:
     assert len(found.corrected) == 14 * 3
     assert told[Kind.FEW_MAPS].numbers == {"maps": 2}
     assert "of a, b, c" in told[Kind.FEW_MAPS].text
-    shown = comparison.differences(found, clear=True)[1]
-    assert all(row[-1] == "yes" for row in shown)
-    assert comparison.excluded_maps(found).startswith(f"{len(shown)} of 42 differences")
+    assert len(comparison.differences(found)[1]) == 42
 
 
 def test_before_and_after_a_first_loading_are_pairs() -> None:

@@ -309,9 +309,9 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert app.main(asked) == app.SOLVED
     out = capsys.readouterr().out
     assert "About 6.7 % (6.7 to 6.8 %) of the face is in contact." in out
-    assert "real contact A/A₀" in out
+    assert "Real contact A/A₀" in out
     assert "Persson's theory" in out
-    assert "mean depth with plastic strain" in out
+    assert "Mean depth with plastic strain" in out
     assert "plastic volume over area" not in out
     assert app.main([*COMMAND, "--pressure", "200 MPa", "--json"]) == app.SOLVED
     told = json.loads(capsys.readouterr().out)

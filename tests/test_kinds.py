@@ -18,7 +18,7 @@ from roughcontact.cli.terminal import Display
 from roughcontact.references import cited
 from roughcontact.report import kinds
 from roughcontact.report.fields import PROBLEM, Column, Quantity
-from roughcontact.report.figure_data import Illustration
+from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import Kind
 from roughcontact.request import solve
 from roughcontact.result import Result
@@ -68,7 +68,7 @@ KIND = Kind(
     answer=lambda found: f"It squeaks at {found.steps[-1].pitch:g} Hz.",
     numbers=lambda found: ((), [("loudest pitch", f"{found.steps[-1].pitch:g} Hz")]),
     sentences=lambda _: ("A sentence about squeaks.",),
-    figures=(Illustration("pitches", pitches, "Pitches.", "Pitch over the step."),),
+    figures=(Illustration("pitches", pitches, "Pitch over the step."),),
     plots=(pitches,),
     contact=lambda found: found.largest,
     works=lambda _: (cited("squeaks", "Johnson1985"),),

@@ -353,7 +353,7 @@ def test_the_command_tells_draws_and_writes(
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "Overclosure is minus the separation." in shown
-    assert "map size" in shown
+    assert "Map size" in shown
     # Two pressures do not tell how well the law is known between them.
     assert "nan" not in re.findall(r"\w+", shown.lower())
     assert all(Path(path).stat().st_size > 500 for path in out)

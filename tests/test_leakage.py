@@ -216,8 +216,8 @@ def test_the_command_tells_in_a_table_and_in_json(
     assert app.main([*words, "--verbose"]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "η 1 mPa s, Δp 100 kPa, width 20 mm, length 2 mm" in shown
-    assert "narrowest place along y" in shown
-    assert "flow out of balance" in shown
+    assert "Narrowest place along y" in shown
+    assert "Flow out of balance" in shown
     assert (tmp_path / "leak.png").stat().st_size > 1000
     assert "How much leaks past" in (tmp_path / "leak.html").read_text("utf-8")
     assert len((tmp_path / "leak.csv").read_text("utf-8").splitlines()) == 3

@@ -180,7 +180,7 @@ def test_no_text_of_a_figure_prints_below_seven_points(
 ) -> None:
     for entry in kinds.of(whole[0]).figures:
         picture = layout.Picture(
-            lambda entry=entry: entry.draw(kinds.of(whole[0]).scene(whole[0])), "", "", width
+            lambda entry=entry: entry.draw(kinds.of(whole[0]).scene(whole[0])), "", width
         )
         figure = picture.drawn()
         printed = width / 25.4 / figure.get_figwidth()
@@ -307,8 +307,8 @@ def test_a_nominal_body_has_no_roughness() -> None:
 def test_a_small_contact_is_shown_closely_first() -> None:
     ball = nominal_bodies.sphere(radius=1e-2, shape=(128, 128), pixel=(2e-6, 2e-6))
     small, large = (report(solved(ball, load=load)).all("img") for load in (0.1, 60.0))
-    assert small[0]["alt"].startswith("Pressure and contact in")
-    assert large[0]["alt"].startswith("Map of the contact")
+    assert small[0]["alt"].startswith("Pressure (left) and state (right) in")
+    assert large[0]["alt"].startswith("Where the bodies touch")
 
 
 @pytest.mark.usefixtures("quick")

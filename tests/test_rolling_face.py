@@ -26,7 +26,7 @@ from roughcontact.elastoplastic.rolling import (
     rolled_surface,
 )
 from roughcontact.plots import rolling as movie
-from roughcontact.report import kinds, rolling_table
+from roughcontact.report import kinds, rolling as rolling_report
 from roughcontact.request import rolling as request
 from roughcontact.surface import nominal_bodies
 
@@ -220,7 +220,7 @@ def test_the_report_leads_with_the_passes(found: rc.RollingResult) -> None:
     text = " ".join(kinds.render(found).split())
     front = text[: text.index('id="messages"')]
     assert "shake down in 2 passes?" in front
-    assert rolling_table.criterion(found) in front
+    assert rolling_report.criterion(found) in front
     for number in range(2):
         assert f'<th scope="row">{number + 1}</th>' in front
     assert "Rolling without slip zones" in text
@@ -228,7 +228,7 @@ def test_the_report_leads_with_the_passes(found: rc.RollingResult) -> None:
 
 def test_every_answer_has_its_criterion(found: rc.RollingResult) -> None:
     for kind in Shakedown:
-        assert rolling_table._CRITERIA[kind].format(least="x")
+        assert rolling_report._CRITERIA[kind].format(least="x")
 
 
 def test_strain_that_is_taken_back_is_not_large(found: rc.RollingResult) -> None:

@@ -15,13 +15,7 @@ from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.plots import elastoplastic as volume_plots
-from roughcontact.report import (
-    assumptions,
-    kinds,
-    phrases,
-    problem,
-    regimes,
-)
+from roughcontact.report import assumptions, kinds, phrases, problem
 from roughcontact.report.page import Edition
 from roughcontact.units import engineering, percent
 
@@ -64,7 +58,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
         engineering(contact.approach, "m", 3),
     ):
         assert value in front
-    assert regimes.volume_regime(pressed) in front
+    assert phrases.volume_regime(pressed) in front
     assert pressed.regime in page
     titles = re.findall(r'<h2 id="chapter-\d+">\d+ ([^<]+)</h2>', text)
     assert titles == [

@@ -37,12 +37,11 @@ def html(shown: object) -> str:
 def plots(shown: object) -> Any:
     """Return the figures as methods."""
     from roughcontact.contact.result import ContactResult
-    from roughcontact.plots import accessor
-    from roughcontact.report import kinds
+    from roughcontact.report import headline, kinds
 
     if isinstance(shown, ContactResult):
         shown.require_whole("figures")
-    return accessor.Plots(shown, kinds.of(shown).plots)
+    return headline.Plots(shown, kinds.of(shown).plots)
 
 
 def explore(shown: Any) -> Any:

@@ -12,8 +12,7 @@ import roughcontact as rc
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
-from roughcontact.desk.contact_view import ContactView
-from roughcontact.desk.page import Page
+from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 import atlas
 import atlas_cases
-from roughcontact.request.project import LOCAL
+from roughcontact.request.tasks import LOCAL
 
 
 def test_cases_come_back_from_other_processes(

@@ -120,12 +120,11 @@ def test_what_is_too_large_to_be_sent_is_said(
     path = write_project(tmp_path / "there", 1)
     far = Elsewhere(tmp_path / "there", monkeypatch)
     engine = Engine(far, lambda: 1, 1, far.shutdown, far=True)
-    monkeypatch.setattr(runner, "MOST", 1000)
+    monkeypatch.setattr(jobs, "MOST", 1000)
     (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
     assert report.state == FAILED
     assert "put the project where all workers see it" in report.reason
-    monkeypatch.setattr(runner, "MOST", 2**20)
-    monkeypatch.setattr(jobs, "MOST", 1000)
+    monkeypatch.setattr(jobs, "MOST", 2**15)
     (report,) = runner.run(project.load(path)[:1], lambda report: None, engine)
     assert "the files that it leaves have" in report.reason
 

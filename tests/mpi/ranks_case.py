@@ -194,16 +194,16 @@ def fail_writing(folder, ranks):
 def fail_alone(folder, ranks):
     """One rank of the command line fails by itself."""
     from roughcontact.cli import app
-    from roughcontact.request import slab_mpi
+    from roughcontact.request import mpi
 
-    run = slab_mpi.run
+    run = mpi.run
 
     def failing(request, ranks, *more):
         if not ranks.first:
             raise MemoryError("no room")
         return run(request, ranks, *more)
 
-    slab_mpi.run = failing
+    mpi.run = failing
     arguments = ["--unit", "m", "--size", "0.1 mm", "--load", "1 N", "--material", "100Cr6"]
     sys.exit(app.main(["solve", str(folder / "map.npy"), *arguments]))
 

@@ -14,26 +14,16 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from roughcontact import files, ranks
-from roughcontact.batch import plan
+from roughcontact.batch import jobs, plan
 from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_processes
-from roughcontact.batch.jobs import (
-    MOST,
-    Answer,
-    FileTransfer,
-    Part,
-    Task,
-    failed_answer,
-    run_task,
-    too_large,
-)
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import subtasks
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.project import DASK, LOCAL
 from roughcontact.request.subtasks import with_relocated_files
+from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
 
@@ -143,7 +133,7 @@ class _Run:
         self._found: dict[int, Report] = {}
         self._waiting = deque(_contacts(entries))
         # With how often they were handed out before.
-        self._ready: deque[tuple[Task, int]] = deque()
+        self._ready: deque[tuple[jobs.Task, int]] = deque()
         # What is found of contacts in pieces, and why others could not be, by number and word.
         self._pieces: dict[int, dict[str, Any]] = {}
         self._failed: dict[int, dict[str, str]] = {}
@@ -153,9 +143,9 @@ class _Run:
         self._digests: dict[int, dict[str, str]] = {}
         # Since when there are no workers, whether that was told, and why nobody works any more.
         self._lonely, self._warned, self._closed = math.inf, False, ""
-        self._under_way: dict[Future[Answer], tuple[Task, int]] = {}
+        self._under_way: dict[Future[jobs.Answer], tuple[jobs.Task, int]] = {}
         # Lost with a worker that had others, too: tried again one by one in the end.
-        self._suspects: deque[Task] = deque()
+        self._suspects: deque[jobs.Task] = deque()
         # Files that some worker does not see are sent to all of them.
         self._sent: set[Path] = set()
         self._checksums: dict[object, str | None] = {}
@@ -207,7 +197,7 @@ class _Run:
         if self._suspects and not self._under_way:
             self._hand_out(self._suspects.popleft(), _ALONE)
 
-    def _left(self, contact: Contact) -> list[Task]:
+    def _left(self, contact: Contact) -> list[jobs.Task]:
         """Return what is to be done of a contact, and tell of what was done before."""
         parts = []
         for number, entry in contact:
@@ -216,12 +206,12 @@ class _Run:
             if before is None:
                 places = tuple(str(path) for _, path in entry.request.places)
                 self._read[number] = {path: self._content(path) for path in entry.request.inputs}
-                parts.append(Part(number, entry, digest, places))
+                parts.append(jobs.Part(number, entry, digest, places))
             else:
                 self._told(number, Report(entry.name, KEPT, before))
         if not parts:
             return []
-        whole = Task(tuple(parts), self._engine.threads)
+        whole = jobs.Task(tuple(parts), self._engine.threads)
         words = _apart(contact)
         if not words:
             return [self._equipped(whole)]
@@ -245,7 +235,7 @@ class _Run:
             self._checksums[key] = plan.content_of(path)
         return self._checksums[key]
 
-    def _equipped(self, task: Task) -> Task:
+    def _equipped(self, task: jobs.Task) -> jobs.Task:
         """Return a task with all that a worker needs that may be on another machine."""
         if not self._engine.far:
             return task
@@ -266,50 +256,52 @@ class _Run:
         known = {path: checksum for path, checksum in sums.items() if checksum is not None}
         mark = self._marks[entries[0].summary.parent]
         return replace(
-            task, parts=parts, journey=FileTransfer(mark, known, tuple(map(_resolved, outputs)))
+            task,
+            parts=parts,
+            journey=jobs.FileTransfer(mark, known, tuple(map(_resolved, outputs))),
         )
 
-    def _hand_out(self, task: Task, tries: int) -> None:
+    def _hand_out(self, task: jobs.Task, tries: int) -> None:
         if self._closed:
-            return self._end(task, failed_answer(task, self._closed))
+            return self._end(task, jobs.failed_answer(task, self._closed))
         try:
             task = self._packed(task)
-            self._under_way[self._engine.executor.submit(run_task, task)] = task, tries
+            self._under_way[self._engine.executor.submit(jobs.run_task, task)] = task, tries
         except OSError as error:
-            self._end(task, failed_answer(task, f"{type(error).__name__}: {error}"))
+            self._end(task, jobs.failed_answer(task, f"{type(error).__name__}: {error}"))
         except Exception as error:
             # Whatever an engine says that takes no more.
-            self._end(task, failed_answer(task, self._engine.lost(error)))
+            self._end(task, jobs.failed_answer(task, self._engine.lost(error)))
 
-    def _packed(self, task: Task) -> Task:
+    def _packed(self, task: jobs.Task) -> jobs.Task:
         """Return a task with the content of those of its files that not all workers see."""
         if task.journey is None:
             return task
         needed = [path for path in (*task.journey.sums, *task.journey.kept) if path in self._sent]
         size = sum(path.stat().st_size for path in needed)
-        if size > MOST:
-            raise OSError(too_large("its files", size))
+        if size > jobs.MOST:
+            raise OSError(jobs.too_large("its files", size))
         content = {path: path.read_bytes() for path in needed}
         return replace(task, journey=replace(task.journey, content=content))
 
-    def _take(self, future: Future[Answer], task: Task, tries: int) -> None:
+    def _take(self, future: Future[jobs.Answer], task: jobs.Task, tries: int) -> None:
         """Take what a worker has told."""
         try:
             answer = future.result()
         except CancelledError as error:
             if tries < _TRIES and not self._closed:
                 return self._ready.append((task, tries + 1))
-            answer = failed_answer(task, self._closed or self._engine.lost(error))
+            answer = jobs.failed_answer(task, self._closed or self._engine.lost(error))
         except Exception as error:
             if tries != _ALONE and self._engine.shared(error):
                 return self._suspects.append(task)
-            answer = failed_answer(task, self._engine.lost(error))
+            answer = jobs.failed_answer(task, self._engine.lost(error))
         if answer.lacking:
             self._sent.update(answer.lacking)
             return self._ready.append((task, tries))
         return self._end(task, answer)
 
-    def _collect(self, task: Task, answer: Answer) -> None:
+    def _collect(self, task: jobs.Task, answer: jobs.Answer) -> None:
         """Take what came of a piece, and go on with the whole where it was the last one."""
         (part,) = task.parts
         number, entry = part.number, self._entries[part.number]
@@ -328,17 +320,19 @@ class _Run:
         else:
             self._ready.appendleft((self._joined(part), 1))
 
-    def _joined(self, part: Part) -> Task:
+    def _joined(self, part: jobs.Part) -> jobs.Task:
         """Return the rest of a contact of which all pieces are found."""
         own = replace(part, entry=self._entries[part.number])
         known = self._pieces.pop(part.number)
-        return self._equipped(Task((own,), self._engine.threads, known=known))
+        return self._equipped(jobs.Task((own,), self._engine.threads, known=known))
 
-    def _end(self, task: Task, answer: Answer) -> None:
+    def _end(self, task: jobs.Task, answer: jobs.Answer) -> None:
         """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
         changed = self._changed(task)
         if changed is not None:
-            answer = failed_answer(task, f"{changed} changed while the project ran; run it again")
+            answer = jobs.failed_answer(
+                task, f"{changed} changed while the project ran; run it again"
+            )
         if task.piece:
             return self._collect(task, answer)
         try:
@@ -350,7 +344,7 @@ class _Run:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 files.write(path, answer.content[path])
         except OSError as error:
-            answer = failed_answer(task, f"{type(error).__name__}: {error}")
+            answer = jobs.failed_answer(task, f"{type(error).__name__}: {error}")
         for number, report in answer.reports.items():
             (part,) = (part for part in task.parts if part.number == number)
             if report.state == FAILED:
@@ -358,7 +352,7 @@ class _Run:
                 report = report if before is None else Report(report.name, SOLVED, before)
             self._told(number, report)
 
-    def _changed(self, task: Task) -> Path | None:
+    def _changed(self, task: jobs.Task) -> Path | None:
         """Return a file that is not any more what it was when the contact was looked at."""
         for part in task.parts:
             for path, checksum in self._read[part.number].items():

@@ -10,13 +10,14 @@ import logging
 import sys
 import textwrap
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import deprecated
+from roughcontact import deprecated, units
 from roughcontact._version import __version__
 from roughcontact.cli import help_format, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, Display
@@ -29,19 +30,21 @@ from roughcontact.errors import (
 )
 from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
-from roughcontact.request import desk, generation as making
+from roughcontact.request import generation as making, options, tasks
 from roughcontact.request.option import Option
 from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.project import COMMAND, ENGINE, SCHEDULER, WORKERS
 from roughcontact.request.task import Command, Task, Values
 from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 
 if TYPE_CHECKING:
     from roughcontact.batch.plan import Report
     from roughcontact.desk.server import Page
+    from roughcontact.ranks import Ranks
+    from roughcontact.request.outcome import Outcome
     from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
+    from roughcontact.solvers.progress import Progress
 
 
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -315,22 +318,89 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
         Request.from_text, task, file, specified, tuple(map(Path, subject)) if several else ()
     )
     if ranks.is_parallel_run():
-        from roughcontact.cli import mpi
-
-        return mpi.carry_out(request, display)
+        return _carry_out_on_ranks(request, display)
     _carry_out_here(request(), display)
 
 
-def _carry_out_here(request: Request, display: Display) -> None:
-    """Carry out a request in this process, and show what it gave."""
-    from roughcontact.cli import result_output
+def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
+    """Carry out a request in this process or on ranks, of which the first shows what it gave."""
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 
+    first = world is None or world.first
     time_left = phrases.Forecast()
-    with terminal.progress(display is Display.QUIET) as say:
-        outcome = run(request, say, lambda state: say(phrases.described(state) + time_left(state)))
-    result_output.show_outcome(outcome, display)
+    with terminal.progress(display is Display.QUIET or not first) as say:
+
+        def look(state: Progress) -> None:
+            say(phrases.described(state) + time_left(state))
+
+        if world is None:
+            outcome = run(request, say, look)
+        else:
+            from roughcontact.request import mpi
+
+            outcome = mpi.run(request, world, say, look)
+    if first:
+        _show_outcome(outcome, display)
+    elif outcome.failure is not None:
+        raise outcome.failure
+    elif not outcome.converged:
+        raise typer.Exit(NOT_CONVERGED)
+
+
+def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
+    """Carry out a request on all ranks that ``mpiexec`` started; they end together."""
+    from roughcontact.ranks import world
+
+    ranks = world()
+    try:
+        _carry_out_here(ask(), display, ranks)
+    except (RoughcontactError, OSError) as error:
+        # Where all have the same error, the first tells it.
+        if not ranks.all_end():
+            terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
+            ranks.abort(BAD_INPUT)
+        if ranks.first:
+            raise
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        # All hear it, one says so.
+        if not ranks.first:
+            terminal.discard_errors()
+        raise
+    except typer.Exit:
+        raise
+    except BaseException:
+        terminal.complain(f"error: rank {ranks.number} failed, and with it all others")
+        traceback.print_exc()
+        ranks.abort(1)
+
+
+def _show_outcome(outcome: Outcome, display: Display) -> None:
+    """Show what a request gave, and end where it gave no solution."""
+    request, folder = outcome.request, outcome.request.get(options.FOLDER)
+    if display is Display.JSON:
+        # Of this run alone: what was solved is the same, taken from a folder or not.
+        about = {} if folder is None else {"reused": outcome.reused}
+        print(to_json({**outcome.record(), **about}))
+    elif display is not Display.QUIET:
+        # What draws tables takes time to import.
+        from roughcontact.cli import console
+
+        console.show(outcome, display)
+        if outcome.reused:
+            loads = units.counted(outcome.reused, "load")
+            print(f"taken from {folder}, solved by an earlier run: {loads}")
+    if outcome.failure is not None:
+        raise outcome.failure
+    if not outcome.converged:
+        wanted = any(option.suffixes and request[option] for option in request.task.options)
+        terminal.complain(
+            f"error: {terminal.spelled(outcome.shortfall, request.task)}"
+            + ("; no file was written" if wanted else "")
+            + (f"; the loads before it are kept in {folder}" if folder else "")
+        )
+        raise typer.Exit(NOT_CONVERGED)
 
 
 for _task in TASKS:
@@ -351,7 +421,7 @@ def _generate(_: Subject, specified: Given) -> None:
         console.show_generated(surface, written)
 
 
-@_command(COMMAND, _argument(Path, "PROJECT", "Project file (TOML)."))
+@_command(tasks.RUN, _argument(Path, "PROJECT", "Project file (TOML)."))
 def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.batch import plan
     from roughcontact.cli import console
@@ -359,7 +429,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
     display = _display(specified)
     with terminal.progress(display is Display.QUIET) as say:
         reports, folder = _worked_through(
-            str(file), COMMAND.read(specified), say, display is Display.QUIET
+            str(file), tasks.RUN.read(specified), say, display is Display.QUIET
         )
     if display is Display.JSON:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
@@ -384,9 +454,9 @@ def _worked_through(
     from roughcontact.report import phrases
 
     load = functools.partial(project.load, file)
-    scheduler, workers = requested[SCHEDULER], requested[WORKERS]
+    scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
     with runner.opened(
-        load, runner.tasks, requested[ENGINE], scheduler=scheduler, workers=workers
+        load, runner.tasks, requested[tasks.ENGINE], scheduler=scheduler, workers=workers
     ) as (
         engine,
         entries,
@@ -412,10 +482,35 @@ def _worked_through(
         return reports, entries[0].summary.parent
 
 
-@_command(desk.COMMAND, _MAP)
+@_command(tasks.DESK, _MAP)
 def _desk(file: Subject, specified: Given) -> None:
+    """Serve the page in the browser until Ctrl-C."""
+    if importlib.util.find_spec("panel") is None:
+        raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
+    from roughcontact.desk import server
+    from roughcontact.formats.source import existing
 
-    run(file, desk.COMMAND.read(specified))
+    requested = tasks.DESK.read(specified)
+    if file is not None:
+        with existing(file):
+            file = Path(file).resolve()
+    settings = server.Settings(
+        file,
+        requested[tasks.ADDRESS],
+        requested[tasks.PORT],
+        requested[tasks.ALLOW_ORIGIN],
+        requested[tasks.PROJECTS_FOLDER],
+        requested[tasks.UPLOAD_LIMIT],
+        not requested[tasks.NO_BROWSER],
+    )
+    server.serve(_page, settings, lambda text: print(text, flush=True))
+
+
+def _page() -> Page:
+    """Return what makes a page, which takes a second to import."""
+    from roughcontact.desk.page import page
+
+    return page
 
 
 @_command(
@@ -489,35 +584,3 @@ def _demo(_: Path | str | None, specified: Given) -> None:
 
     requested = DEMO.read(specified)
     demo.run(requested[FOLDER], requested[POINTS])
-
-
-# --- The desk, started: a page in the browser, served until Ctrl-C ---
-
-
-def run(file: Path | None, requested: Values) -> None:
-    """Serve the page."""
-    if importlib.util.find_spec("panel") is None:
-        raise InputError("the desk needs Panel; run pip install 'roughcontact[desk]'")
-    from roughcontact.desk import server
-    from roughcontact.formats.source import existing
-
-    if file is not None:
-        with existing(file):
-            file = Path(file).resolve()
-    settings = server.Settings(
-        file,
-        requested[desk.ADDRESS],
-        requested[desk.PORT],
-        requested[desk.ALLOW_ORIGIN],
-        requested[desk.FOLDER],
-        requested[desk.UPLOAD_LIMIT],
-        not requested[desk.NO_BROWSER],
-    )
-    server.serve(_page, settings, lambda text: print(text, flush=True))
-
-
-def _page() -> Page:
-    """Return what makes a page, which takes a second to import."""
-    from roughcontact.desk.page import page
-
-    return page

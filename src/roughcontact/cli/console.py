@@ -61,20 +61,39 @@ def show(outcome: Outcome, display: Display) -> None:
 
 
 def show_all(result: Any, task: Command, **reference: Any) -> None:
-    """Print all there is to tell of a result."""
+    """Print the tables and sentences of the report on a result, but for what its head has."""
     from roughcontact.report import kinds
-    from roughcontact.report.blocks import Block, Lines
 
-    for block in kinds.shown(result, **reference):
-        if isinstance(block, Block):
-            _print_table(*block.parts, heads=block.heads)
-        elif isinstance(block, Lines):
-            for sentence in block.sentences:
-                _print(Text(terminal.printable(sentence)))
-            if block.gap:
-                print()
-        else:
-            _print_cautions(block.cautions, task)
+    known = {_lower(row) for row in kinds.headline(result, **reference).rows}
+    title = ""
+    for kind, content in kinds.tables(result, **reference):
+        if kind == "head":
+            title = content
+        elif kind in ("table", "aside"):
+            for table in [content] if kind == "table" else content[1]:
+                # There is no room for what the quantities mean.
+                width = (
+                    -1 if table.head[-1:] == ("meaning",) else 2 if table.style == "key" else None
+                )
+                heads = () if table.head[:2] == ("quantity", "value") else table.head[:width]
+                rows = [row[:width] for row in table.rows if _lower(row) not in known]
+                if rows:
+                    _print_paragraph(title)
+                    _print_table(rows, heads=heads)
+                title = ""
+        elif kind == "text":
+            _print_paragraph(terminal.spelled(content, task))
+    _print_cautions(result.cautions, task)
+
+
+def _lower(row: Cells) -> Cells:
+    return tuple(cell.lower() for cell in row)
+
+
+def _print_paragraph(text: str) -> None:
+    if text:
+        _print_lines(text)
+        print()
 
 
 def _print_headline(headline: Headline) -> None:
@@ -236,7 +255,7 @@ def show_info(measured: Measured, channels: Sequence[Channel], file: str, displa
 
 def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
     """Print all parameters and channels of a file."""
-    from roughcontact.report import blocks, inputs
+    from roughcontact.report import inputs
     from roughcontact.report.fields import rows_of
 
     listed: list[Cells] = []
@@ -245,7 +264,8 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
         listed.append(
             ("" if listed else "channels", name + ("" if entry.is_height else ", no heights"))
         )
-    _print_table(blocks.cells(rows_of(inputs.file_table(measured), measured)), listed)
+    rows = [(row.title, row.text) for row in rows_of(inputs.file_table(measured), measured)]
+    _print_table(rows, listed)
     if measured.surface.is_profile:
         heads = ("after line", "all waves", "without λc", "")
         _print_table(inputs.profile_parameters(measured.leveled), heads=heads)

@@ -12,15 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlencode, urlsplit
 
+from tornado import web
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.routing import AnyMatches, Matcher, Rule, RuleRouter
-from tornado.web import (
-    Application,
-    OutputTransform,
-    RequestHandler,
-    create_signed_value,
-    decode_signed_value,
-)
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """What this machine is called by itself."""
@@ -56,7 +50,7 @@ class AccessPolicy:
     def cookie(self) -> tuple[str, str]:
         """Name and value of the cookie of a browser that has shown the token."""
         name = f"roughcontact-desk-{self.port}"
-        return name, create_signed_value(self.secret, name, _LET_IN).decode("ascii")
+        return name, web.create_signed_value(self.secret, name, _LET_IN).decode("ascii")
 
     def refusal(self, request: HTTPServerRequest) -> str:
         """Return why a request is refused; empty if it is not."""
@@ -83,7 +77,8 @@ class AccessPolicy:
         cookie = request.cookies.get(name)
         if (
             cookie is not None
-            and decode_signed_value(self.secret, name, cookie.value, max_age_days=_DAYS) == _LET_IN
+            and web.decode_signed_value(self.secret, name, cookie.value, max_age_days=_DAYS)
+            == _LET_IN
         ):
             return True
         shown = request.arguments.get(TOKEN, [])
@@ -104,10 +99,10 @@ def guarded(
     door: AccessPolicy, find: Callable[[str], bool], create: Callable[[], str], app: Any
 ) -> Any:
     """Return what stands before an application of Tornado, and lets in who may come in."""
-    refusing = Application(
+    refusing = web.Application(
         [(r".*", _Refused, {"door": door})], transforms=[Guarded], log_function=_quiet
     )
-    entrance = Application(
+    entrance = web.Application(
         [(r".*", _Entrance, {"door": door, "find": find, "create": create})],
         transforms=[Guarded],
         log_function=_quiet,
@@ -121,7 +116,7 @@ def guarded(
     )
 
 
-class Guarded(OutputTransform):
+class Guarded(web.OutputTransform):
     """Has every answer say where its parts may come from, and that it is nobody's frame."""
 
     def transform_first_chunk(
@@ -160,7 +155,7 @@ def told_of(request: Any, name: str) -> str:
     return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 
 
-class _Refused(RequestHandler):
+class _Refused(web.RequestHandler):
     def initialize(self, door: AccessPolicy) -> None:
         self._door = door
 
@@ -170,7 +165,7 @@ class _Refused(RequestHandler):
         self.finish(f"roughcontact desk: {self._door.refusal(self.request)}\n")
 
 
-class _Entrance(RequestHandler):
+class _Entrance(web.RequestHandler):
     """Leads to a work: the one that is asked for, or a new one."""
 
     def initialize(
@@ -197,5 +192,5 @@ class _Entrance(RequestHandler):
         self.redirect(f"/?{urlencode({WORK: key or self._create()})}")
 
 
-def _quiet(handler: RequestHandler) -> None:
+def _quiet(handler: web.RequestHandler) -> None:
     """Log nothing."""

@@ -19,9 +19,8 @@ from roughcontact.report import contact_fields, kinds
 from roughcontact.report.fields import ANSWER, PROBLEM, TRUST, side_by_side
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
-from roughcontact.request.resolution_study import STUDY
 from roughcontact.request.run import run, shared_runner
-from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.request.solve import STUDY, TASK as SOLVE
 from roughcontact.request.task import Question, Task
 from roughcontact.request.tasks import SHARED_TASKS, TASKS
 from roughcontact.solvers.progress import Progress

@@ -11,9 +11,8 @@ from typing import Any, cast
 import panel as pn
 
 from roughcontact.contact.subsurface_stress import StressResult
-from roughcontact.desk import controls, controls as headline, style, workers
-from roughcontact.desk.analysis_jobs import JOINTS, QUESTIONS, Answer, answer, answers
-from roughcontact.desk.controls import Control, Run, Working, escaped, spelled
+from roughcontact.desk import analysis_jobs, controls, style, workers
+from roughcontact.desk.controls import Control, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.result_plots import Curve, History, Stress, Study
 from roughcontact.desk.session import Session, Value
@@ -23,6 +22,7 @@ from roughcontact.report import estimate
 from roughcontact.report.fields import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
+from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Question, Task
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import LoadHistory
@@ -34,7 +34,7 @@ class Ask:
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run) -> None:
         self._session = session
-        names = [question.name for _, question in QUESTIONS]
+        names = [question.name for _, question in analysis_jobs.QUESTIONS]
         self._forms: dict[str, Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
             label="Question", options=names, value=names[0], **style.CONTROL
@@ -61,7 +61,7 @@ class Ask:
 
     def _form_of(self, name: str) -> Form:
         if name not in self._forms:
-            result = next(item for item in QUESTIONS if item[1].name == name)
+            result = next(item for item in analysis_jobs.QUESTIONS if item[1].name == name)
             self._forms[name] = Form(*result)
         return self._forms[name]
 
@@ -74,9 +74,9 @@ class Ask:
             self._working.refuse_error(error, task)
             return
         self._answer[:] = []
-        self._working.begin(answer, self._show, request)
+        self._working.begin(analysis_jobs.answer, self._show, request)
 
-    def _show(self, result: Answer) -> None:
+    def _show(self, result: analysis_jobs.Answer) -> None:
         if not result.outcome.converged:
             self._working.refuse(spelled(result.outcome.shortfall))
         self._curve = None
@@ -88,10 +88,10 @@ class Ask:
         if self._curve is not None and outcome is not None and outcome.contact is not None:
             self._curve.mark(outcome.contact.load)
 
-    def _shown(self, result: Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
         """Return what shows an answer."""
-        cautions = pn.pane.HTML(headline.cautions(result.cautions), **style.WIDE)
-        facts = pn.pane.HTML(headline.table(result.facts), **style.WIDE)
+        cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
+        facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
         view = _view(result.found)
         if view is not None:
             if isinstance(view, Curve):
@@ -102,7 +102,7 @@ class Ask:
             return [*seen, facts] if isinstance(view, (Curve, History)) else seen
         parts: list[Any] = [cautions, *map(picture, result.pictures), facts]
         if result.steps:
-            parts.append(pn.pane.HTML(headline.table(result.steps, result.heads), **style.WIDE))
+            parts.append(pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE))
         return parts
 
 
@@ -165,7 +165,7 @@ def picture(figure: tuple[str, bytes]) -> Any:
 
 _UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
 
-_TASK, _ = JOINTS[0]
+_TASK, _ = analysis_jobs.JOINTS[0]
 _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), strict=True))
 """Nominal pressures that are proposed; all questions are asked under the same."""
 
@@ -184,9 +184,11 @@ class Joint:
             control.show(self._range)
         self._boxes = {
             question.name: Check(words=question.name, value=True, **style.BLOCK)
-            for _, question in JOINTS
+            for _, question in analysis_jobs.JOINTS
         }
-        self._forms = {question.name: Form(task, question) for task, question in JOINTS}
+        self._forms = {
+            question.name: Form(task, question) for task, question in analysis_jobs.JOINTS
+        }
         self._working = Working(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
         self._answers = pn.Column(sizing_mode="stretch_both")
@@ -229,7 +231,7 @@ class Joint:
         self._range[name] = text
 
     def _started(self) -> None:
-        wanted = [item for item in JOINTS if self._boxes[item[1].name].value]
+        wanted = [item for item in analysis_jobs.JOINTS if self._boxes[item[1].name].value]
         if not wanted:
             self._working.refuse("Nothing is asked: tick what the joint is asked.")
             return
@@ -245,7 +247,7 @@ class Joint:
                 self._working.refuse_error(error, task)
                 return
         self._answers[:] = []
-        self._working.begin(answers, self._show, *requests)
+        self._working.begin(analysis_jobs.answers, self._show, *requests)
 
     def _with_files(self, request: Request) -> Request:
         """Return a request with the files that one may take away."""
@@ -259,13 +261,15 @@ class Joint:
             Request.from_text(request.task, request.file, specified), names=request.names
         )
 
-    def _show(self, result: tuple[Answer, ...]) -> None:
+    def _show(self, result: tuple[analysis_jobs.Answer, ...]) -> None:
         self._answers[:] = [part for item in result for part in self._shown(item)]
 
-    def _shown(self, result: Answer) -> list[Any]:
+    def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
         """Return what shows an answer: title, cautions, figures, numbers, files, the command."""
         request = result.outcome.request
-        name = next(question.name for task, question in JOINTS if task is request.task)
+        name = next(
+            question.name for task, question in analysis_jobs.JOINTS if task is request.task
+        )
         text = "".join(f"<p>{controls.escaped(sentence)}</p>" for sentence in result.sentences)
         links = ", ".join(
             f'<a href="{controls.escaped(self._offer(path))}" download>'
@@ -287,3 +291,90 @@ class Joint:
             pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
             pn.pane.HTML(f"<pre>{controls.escaped(command)}</pre>", **style.WIDE),
         ]
+
+
+# --- Two states side by side: one is pinned, the other goes on ---
+
+
+_NAMES = ("this state", "pinned state")
+
+
+class Compare:
+    """What is pinned, what differs, and both contacts beside each other."""
+
+    def __init__(
+        self,
+        session: Session,
+        bench: workers.WorkerPool,
+        run: Run,
+        do: Callable[[Callable[[], None]], None],
+    ) -> None:
+        self._session = session
+        self._pin = button("Pin this state", lambda: do(session.pin))
+        self._swap = button("Go to the pinned state", lambda: do(session.swap))
+        self._unpin = button("Unpin", lambda: do(session.unpin))
+        self._differences = pn.pane.HTML("", **style.WIDE)
+        self._working = Working(bench, run, "Compare", self._started, session)
+        self._answer = pn.Column(sizing_mode="stretch_both")
+        self.root = pn.Row(
+            pn.Column(
+                pn.Row(self._pin, self._unpin), self._swap, self._differences,
+                self._working.root, width=300, margin=(8, 16, 0, 0),
+            ),
+            self._answer,
+            sizing_mode="stretch_both",
+        )  # fmt: skip
+
+    def show(self) -> None:
+        """Show what is pinned, and in what it differs."""
+        state = self._session.state
+        pinned = state.pinned
+        self._swap.disabled = self._unpin.disabled = pinned is None
+        if pinned is None:
+            text = "<p>Pin a state, then change the load, a body or the map: both are compared.</p>"
+        else:
+            names = sorted(
+                name
+                for name in {*state.given, *pinned}
+                if state.given.get(name) != pinned.get(name)
+            )
+            rows = [
+                (SOLVE.by_name[name].label, _told(state.given.get(name)), _told(pinned.get(name)))
+                for name in names
+            ]
+            same = "<p>Both are the same so far.</p>"
+            text = controls.table(rows, ("what differs", "this", "pinned")) if rows else same
+        self._differences.object = text
+
+    def cancel(self) -> None:
+        """End what is under way."""
+        self._working.cancel()
+
+    def _started(self) -> None:
+        state = self._session.state
+        if state.pinned is None:
+            self._working.refuse("Pin a state first.")
+            return
+        try:
+            requests = state.request(), replace(state, given=state.pinned).request()
+        except RoughcontactError as error:
+            self._working.refuse_error(error)
+            return
+        self._answer[:] = []
+        self._working.begin(analysis_jobs.compare, self._show, *requests, _NAMES)
+
+    def _show(self, result: analysis_jobs.Pair) -> None:
+        cautions = "".join(
+            f"<h2>{name}</h2>{controls.cautions(text)}"
+            for name, text in zip(_NAMES, result.cautions, strict=True)
+        )
+        parts: list[Any] = [
+            picture(("both contacts", result.picture)),
+            pn.pane.HTML(controls.table(result.rows, ("", *_NAMES)), **style.WIDE),
+            pn.pane.HTML(cautions, **style.WIDE),
+        ]
+        self._answer[:] = parts
+
+
+def _told(value: str | bool | None) -> str:
+    return "–" if value is None else "yes" if value is True else str(value)

@@ -11,16 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import panel as pn
+from bokeh import models
 from bokeh.layouts import gridplot
-from bokeh.models import (
-    Column,
-    ColumnDataSource,
-    DataTable,
-    NumberFormatter,
-    Range1d,
-    Span,
-    TableColumn,
-)
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
@@ -56,14 +48,18 @@ class Histogram:
     """How the contact area is spread over the pressure, in the bins of the report's figure."""
 
     def __init__(self) -> None:
-        self.source: Any = ColumnDataSource({name: [] for name in ("left", "right", "density")})
-        self.plot: Any = style.chart("Distribution of the contact pressure", x_range=Range1d(0, 1))
+        self.source: Any = models.ColumnDataSource(
+            {name: [] for name in ("left", "right", "density")}
+        )
+        self.plot: Any = style.chart(
+            "Distribution of the contact pressure", x_range=models.Range1d(0, 1)
+        )
         self.plot.y_range.start = 0
         drawn = self.plot.quad(
             left="left", right="right", top="density", bottom=0, source=self.source,
             fill_color=SERIES[0], line_color="white", line_width=0.5,
         )  # fmt: skip
-        self._ceiling: Any = Span(
+        self._ceiling: Any = models.Span(
             dimension="height", line_color=NEUTRAL, line_dash="dashed", line_width=1.5,
             visible=False,
         )  # fmt: skip
@@ -111,9 +107,9 @@ class Bearing:
     """The material ratio curve of a surface, with its core."""
 
     def __init__(self) -> None:
-        self.source: Any = ColumnDataSource({"ratio": [], "height": []})
-        self.core: Any = ColumnDataSource({"ratio": [], "height": []})
-        self.plot: Any = style.chart("Material ratio curve", x_range=Range1d(0, 100))
+        self.source: Any = models.ColumnDataSource({"ratio": [], "height": []})
+        self.core: Any = models.ColumnDataSource({"ratio": [], "height": []})
+        self.plot: Any = style.chart("Material ratio curve", x_range=models.Range1d(0, 100))
         self.plot.xaxis.axis_label = "material ratio [%]"
         drawn = self.plot.line(
             "ratio", "height", source=self.source, line_color=SERIES[0], line_width=2
@@ -156,7 +152,7 @@ class Spectrum:
 
     def __init__(self) -> None:
         names = ("q", "C", "wavelength")
-        self.source: Any = ColumnDataSource({name: [] for name in names})
+        self.source: Any = models.ColumnDataSource({name: [] for name in names})
         self.plot: Any = style.chart("Power spectrum", x_axis_type="log", y_axis_type="log")
         self.plot.xaxis.axis_label = "wave number q [rad/m]"
         self.plot.yaxis.axis_label = "C(q), mean of all directions [m⁴]"
@@ -263,9 +259,9 @@ class Section:
     """Heights of both bodies above, pressure below, along a line from A to B."""
 
     def __init__(self) -> None:
-        self.source: Any = ColumnDataSource(_EMPTY)
-        self.bars: Any = ColumnDataSource(_NO_BARS)
-        self.along: Any = Range1d(start=0, end=1)
+        self.source: Any = models.ColumnDataSource(_EMPTY)
+        self.bars: Any = models.ColumnDataSource(_NO_BARS)
+        self.along: Any = models.Range1d(start=0, end=1)
         self.heights, self.pressure = _plots(self.along, self.source, self.bars)
         self.root = gridplot(
             [[self.heights], [self.pressure]], merge_tools=True, toolbar_location="above",
@@ -355,8 +351,8 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     """Return the figures of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
-        x_range=along, y_range=Range1d(0, 1), height=210, sizing_mode="stretch_width", tools=tools,
-        title="Section", min_border_left=64, min_border_right=8,
+        x_range=along, y_range=models.Range1d(0, 1), height=210, sizing_mode="stretch_width",
+        tools=tools, title="Section", min_border_left=64, min_border_right=8,
     )  # fmt: skip
     heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
     heights.varea(
@@ -372,7 +368,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     text = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
     style.hover(heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
     pressure: Any = figure(
-        x_range=along, y_range=Range1d(0, 1), height=150, sizing_mode="stretch_width",
+        x_range=along, y_range=models.Range1d(0, 1), height=150, sizing_mode="stretch_width",
         tools=tools, title="",
         min_border_left=64, min_border_right=8,
     )  # fmt: skip
@@ -461,22 +457,22 @@ class SpotTable:
     def __init__(self) -> None:
         self._result: ContactResult | None = None
         self._call: Callable[[Box], None] | None = None
-        self.source: Any = ColumnDataSource({name: [] for name in ("number", *_NAMES)})
+        self.source: Any = models.ColumnDataSource({name: [] for name in ("number", *_NAMES)})
         self.columns = {
-            name: TableColumn(
-                field=name, title=title, formatter=NumberFormatter(format="0.[000000]")
+            name: models.TableColumn(
+                field=name, title=title, formatter=models.NumberFormatter(format="0.[000000]")
             )
             for name, title in (("number", "spot"), *_NAMES.items())
         }
-        self.columns["number"].formatter = NumberFormatter(format="0")
+        self.columns["number"].formatter = models.NumberFormatter(format="0")
         self.columns["number"].width = 60
-        self.table: Any = DataTable(
+        self.table: Any = models.DataTable(
             source=self.source, columns=list(self.columns.values()), index_position=None,
             sortable=True, reorderable=False, selectable=True, height=300,
             sizing_mode="stretch_width", autosize_mode="fit_viewport",
         )  # fmt: skip
         self.note: Any = style.markup(sizing_mode="stretch_width")
-        self.root = Column(self.note, self.table, sizing_mode="stretch_width")
+        self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
         self.source.selected.on_change("indices", self._chosen)
 
     def on_spot(self, call: Callable[[Box], None]) -> None:

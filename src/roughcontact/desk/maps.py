@@ -6,24 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from bokeh import models
 from bokeh.core.properties import value
 from bokeh.events import SelectionGeometry
 from bokeh.layouts import gridplot
-from bokeh.models import (
-    BoxAnnotation,
-    BoxSelectTool,
-    BoxZoomTool,
-    Column,
-    ColumnDataSource,
-    CrosshairTool,
-    CustomJS,
-    LinearColorMapper,
-    PanTool,
-    Range1d,
-    ResetTool,
-    Span,
-    WheelZoomTool,
-)
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
@@ -81,11 +67,11 @@ class SectionLine:
         self._line: Line | None = None
         self._drawing = False
         self._call: Callable[[Line], None] | None = None
-        self.source: Any = ColumnDataSource(
+        self.source: Any = models.ColumnDataSource(
             {"x": [], "y": [], "name": [], "beside": []}, syncable=False
         )
         self.ends: list[Any] = [
-            BoxAnnotation(
+            models.BoxAnnotation(
                 left=0, right=1, top=0, bottom=1, visible=False, editable=True, movable="both",
                 resizable="none", use_handles=False, fill_color="white", fill_alpha=0.55,
                 line_color=ACCENT, line_width=2, hover_fill_color="white", hover_fill_alpha=0.9,
@@ -103,7 +89,7 @@ class SectionLine:
             )  # fmt: skip
             for end in self.ends:
                 plot.add_layout(end)
-        follow = CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
+        follow = models.CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
         later = style.Later(plots[0], self._dragged)
         for end in self.ends:
             for edge in ("left", "right", "top", "bottom"):
@@ -177,7 +163,7 @@ class CropBox:
         self._box: Box | None = None
         self._drawing = False
         self._call: Callable[[Box | None], None] | None = None
-        self.frame: Any = BoxAnnotation(
+        self.frame: Any = models.BoxAnnotation(
             left=0, right=1, top=0, bottom=1, visible=False, editable=True,
             fill_color="white", fill_alpha=0.25, line_color=ACCENT, line_width=2,
             hover_fill_color="white", hover_fill_alpha=0.35, hover_line_color=ACCENT,
@@ -186,7 +172,9 @@ class CropBox:
         for plot in plots:
             plot.add_layout(self.frame)
             plot.add_tools(
-                BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
+                models.BoxSelectTool(
+                    renderers=[], description="Draw a box, for example to crop to it"
+                )
             )
             plot.on_event(SelectionGeometry, self._drawn)
         style.on_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
@@ -341,8 +329,8 @@ class Maps:
     """Five maps with one view: who zooms one zooms all."""
 
     def __init__(self) -> None:
-        self.x_range: Any = Range1d(0.0, 1.0)
-        self.y_range: Any = Range1d(1.0, 0.0)
+        self.x_range: Any = models.Range1d(0.0, 1.0)
+        self.y_range: Any = models.Range1d(1.0, 0.0)
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._mean, self._factor = 0.0, 1.0
@@ -351,10 +339,14 @@ class Maps:
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         columns = ("x", "y", "dw", "dh")
-        self.heights: Any = ColumnDataSource({name: [] for name in (*columns, HEIGHTS, "told")})
-        self.contact: Any = ColumnDataSource({n: [] for n in (*columns, *_RESULT_COLUMNS, "told")})
+        self.heights: Any = models.ColumnDataSource(
+            {name: [] for name in (*columns, HEIGHTS, "told")}
+        )
+        self.contact: Any = models.ColumnDataSource(
+            {n: [] for n in (*columns, *_RESULT_COLUMNS, "told")}
+        )
         self.mappers = _mappers()
-        crosshair = [Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
+        crosshair = [models.Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
                           syncable=False) for d in ("width", "height")]  # fmt: skip
         self.figures = {key: self._figure(key, crosshair) for key in NAMES}
         plots = list(self.figures.values())
@@ -365,7 +357,7 @@ class Maps:
         self.readout.syncable = False
         self._read_out()
         first, second, third, fourth, fifth = plots
-        side = Column(self.readout, self.legend, sizing_mode="stretch_width")
+        side = models.Column(self.readout, self.legend, sizing_mode="stretch_width")
         self.root = gridplot(
             [[first, second, third], [fourth, fifth, side]],
             merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
@@ -560,10 +552,11 @@ class Maps:
         self.section.look_from(view)
         self.crop.look_from(view)
 
-    def _figure(self, key: str, crosshair: list[Span]) -> Any:
+    def _figure(self, key: str, crosshair: list[models.Span]) -> Any:
         tools: list[Any] = [
-            PanTool(), WheelZoomTool(zoom_on_axis=False), BoxZoomTool(match_aspect=True),
-            ResetTool(), CrosshairTool(overlay=crosshair),
+            models.PanTool(), models.WheelZoomTool(zoom_on_axis=False),
+            models.BoxZoomTool(match_aspect=True), models.ResetTool(),
+            models.CrosshairTool(overlay=crosshair),
         ]  # fmt: skip
         plot: Any = figure(
             x_range=self.x_range, y_range=self.y_range, title=NAMES[key], tools=tools,
@@ -611,8 +604,8 @@ class Maps:
         """Have the place under the cursor tell its values."""
         style.put(self.readout, _NOTHING)
         args = {"heights": self.heights, "contact": self.contact, "div": self.readout}
-        read = CustomJS(args=args, code=_READ)
-        leave = CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
+        read = models.CustomJS(args=args, code=_READ)
+        leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
         for plot in self.figures.values():
             plot.js_on_event("mousemove", read)
             plot.js_on_event("tap", read)
@@ -624,14 +617,16 @@ def _mappers() -> dict[str, Any]:
 
     steps = np.linspace(0, 1, 256)
     return {
-        HEIGHTS: LinearColorMapper(
+        HEIGHTS: models.LinearColorMapper(
             palette=style.palette(colormaps["viridis"](steps)), nan_color=MISSING
         ),
-        PRESSURE: LinearColorMapper(
+        PRESSURE: models.LinearColorMapper(
             palette=style.palette(pressure_colors()), nan_color=OPEN, high_color=OVER
         ),
-        GAP: LinearColorMapper(palette=style.palette(colormaps["Blues"](steps)), nan_color=MISSING),
-        RESIDUAL: LinearColorMapper(
+        GAP: models.LinearColorMapper(
+            palette=style.palette(colormaps["Blues"](steps)), nan_color=MISSING
+        ),
+        RESIDUAL: models.LinearColorMapper(
             palette=style.palette(colormaps["Reds"](np.linspace(0.25, 1, 256))), nan_color=OPEN
         ),
     }

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 import threading
 import time
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,10 +15,11 @@ import panel as pn
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, inputs_panel, load_panel, style, workers
-from roughcontact.desk.contact_view import ContactView
 from roughcontact.desk.controls import button
-from roughcontact.desk.detail_panel import Numbers, Texture
+from roughcontact.desk.detail_panel import Detail, Numbers, Texture
 from roughcontact.desk.live_solver import Failed, Live, Prepared, Told
+from roughcontact.desk.maps import Maps
+from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Line, Session, State, Value
 from roughcontact.desk.widgets import Views, reload_when_broken, tell_when_lost
@@ -27,6 +29,7 @@ from roughcontact.request import generation
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
+from roughcontact.surface.surface import Surface
 
 _SHORT = 0.6
 """Seconds for which nothing is said of what is under way."""
@@ -314,7 +317,7 @@ class Page:
         return Joint(self.session, self._bench, self._run, visit.folder, visit.offer)
 
     def _compare(self) -> Any:
-        from roughcontact.desk.comparison_panel import Compare
+        from roughcontact.desk.analysis_panel import Compare
 
         return Compare(self.session, self._bench, self._run, self._do)
 
@@ -366,3 +369,76 @@ def _quiet(text: str) -> str:
 def page(visit: Visit) -> Any:
     """Return what a new page shows."""
     return Page(visit).root
+
+
+# --- What one sees of a contact: its maps, what stands beside them, the part of them to keep ---
+
+
+class ContactView:
+    """Maps and what stands beside them, made when there is something to show."""
+
+    def __init__(
+        self,
+        draw: Callable[[Line], None],
+        keep: Callable[[tuple[int, int], tuple[int, int]], None],
+    ) -> None:
+        self._call_draw, self._call_keep = draw, keep
+        self._surface: Surface | None = None
+        self._box: Box | None = None
+        self._keep = button("Crop to selection", self._kept, visible=False)
+        self.root = pn.Column(self._keep, **style.BLOCK)
+
+    @cached_property
+    def maps(self) -> Maps:
+        """The maps."""
+        created = Maps()
+        created.on_section(self._call_draw)
+        created.on_box(self._boxed)
+        return created
+
+    @cached_property
+    def detail(self) -> Detail:
+        """What stands beside the maps."""
+        created = Detail(self.maps.zoom, self._call_draw)
+        self.root.extend([self.maps.root, created.root])
+        return created
+
+    def make(self) -> None:
+        """Have the empty frames there."""
+        _ = self.detail
+
+    def show(self, surface: Surface, result: ContactResult | None, line: Line | None) -> None:
+        """Show a contact, or a surface alone; a line of None is the one that is proposed."""
+        self._surface = surface
+        self.make()
+        with style.together(self.maps.root.document):
+            self.maps.show(surface, result)
+            self.detail.show(surface, result, line)
+            self.maps.section.put(self.detail.line)
+
+    def cut(self, result: ContactResult | None, line: Line | None) -> None:
+        """Show another section, if there is anything to cut."""
+        if self._surface is None:
+            return
+        self.detail.show(self._surface, result, line)
+        self.maps.section.put(self.detail.line)
+
+    def clear(self) -> None:
+        """Show nothing."""
+        if self._surface is not None:
+            self._surface = None
+            self.maps.clear()
+            self.detail.show(None, None, None)
+
+    def _boxed(self, box: Box | None) -> None:
+        self._box = box
+        self._keep.visible = box is not None
+
+    def _kept(self) -> None:
+        surface, box = self._surface, self._box
+        if surface is None or box is None:
+            return
+        dy, dx = surface.pixel
+        rows = math.floor(box.top / dy + 0.5), math.floor(box.bottom / dy + 0.5)
+        columns = math.floor(box.left / dx + 0.5), math.floor(box.right / dx + 0.5)
+        self._call_keep(rows, columns)

@@ -7,17 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from bokeh import models
 from bokeh.layouts import gridplot
-from bokeh.models import (
-    Column,
-    ColumnDataSource,
-    DataRange1d,
-    FactorRange,
-    LinearColorMapper,
-    Range1d,
-    Slider,
-    Span,
-)
 from bokeh.plotting import figure
 from bokeh.transform import dodge
 from numpy.typing import NDArray
@@ -25,6 +16,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import escaped, table
+from roughcontact.plots import subsurface_stress as stress_plots
 from roughcontact.plots.load_curve import branches, states
 from roughcontact.plots.style import (
     ELASTIC,
@@ -35,14 +27,6 @@ from roughcontact.plots.style import (
     cell_max,
     prefixed,
     prefixed_window,
-)
-from roughcontact.plots.subsurface_stress import (
-    SECTION_ROWS,
-    section_rows,
-    shown_columns,
-    shown_depth,
-    stress_colours,
-    stress_scale,
 )
 from roughcontact.report.contact_fields import CURVE_COLUMNS, HISTORY_COLUMNS, STRESS
 from roughcontact.report.fields import listing_of, rows_of
@@ -58,8 +42,8 @@ class Curve:
 
     def __init__(self) -> None:
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
-        self.source: Any = ColumnDataSource({name: [] for name in names})
-        self.now: Any = Span(
+        self.source: Any = models.ColumnDataSource({name: [] for name in names})
+        self.now: Any = models.Span(
             dimension="height", line_color=NEUTRAL, line_width=1.5, line_dash="dashed",
             visible=False,
         )  # fmt: skip
@@ -91,7 +75,7 @@ class Curve:
             toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
-        self.root = Column(grid, self.table, sizing_mode="stretch_width")
+        self.root = models.Column(grid, self.table, sizing_mode="stretch_width")
 
     def clear(self) -> None:
         """Show nothing."""
@@ -138,9 +122,11 @@ class History:
     """A load history: load over approach, and what each step dissipates."""
 
     def __init__(self) -> None:
-        self.points: Any = ColumnDataSource({"approach": [], "load": []})
-        self.lines: Any = ColumnDataSource({"approach": [], "load": [], "kind": [], "colour": []})
-        self.bars: Any = ColumnDataSource({"step": [], "energy": []})
+        self.points: Any = models.ColumnDataSource({"approach": [], "load": []})
+        self.lines: Any = models.ColumnDataSource(
+            {"approach": [], "load": [], "kind": [], "colour": []}
+        )
+        self.bars: Any = models.ColumnDataSource({"step": [], "energy": []})
         self.loop = style.chart("Load history", height=300)
         self.loop.multi_line(
             "approach", "load", source=self.lines, line_color="colour", line_width=2,
@@ -163,7 +149,7 @@ class History:
             sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
-        self.root = Column(grid, self.table, sizing_mode="stretch_width")
+        self.root = models.Column(grid, self.table, sizing_mode="stretch_width")
 
     def clear(self) -> None:
         """Show nothing."""
@@ -202,8 +188,8 @@ class Study:
     """A study of the resolution: contact on each grid, and what that means."""
 
     def __init__(self) -> None:
-        self.source: Any = ColumnDataSource({"case": [], "contact": [], "saturated": []})
-        self.plot = style.chart("Contact on other grids", x_range=FactorRange(), height=240)
+        self.source: Any = models.ColumnDataSource({"case": [], "contact": [], "saturated": []})
+        self.plot = style.chart("Contact on other grids", x_range=models.FactorRange(), height=240)
         for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
             self.plot.vbar(
                 dodge("case", place, range=self.plot.x_range), top=name, width=0.32,
@@ -214,7 +200,7 @@ class Study:
         self.plot.y_range.start = 0
         self.plot.xaxis.major_label_orientation = 0.6
         self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
-        self.root = Column(self.plot, self.table, sizing_mode="stretch_width")
+        self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
 
     def clear(self) -> None:
         """Show nothing."""
@@ -253,23 +239,24 @@ class Stress:
         self._result: StressResult | None = None
         self._call: Callable[[float], None] | None = None
         self._length = 1.0
-        self.slider: Any = Slider(
+        self.slider: Any = models.Slider(
             start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
             sizing_mode="stretch_width", margin=(4, 12),
         )  # fmt: skip
         self.slider.on_change("value", self._slid)
         names = ("depth", "mises", "tresca", "shear")
-        self.source: Any = ColumnDataSource({name: [] for name in names})
-        self.mapper: Any = LinearColorMapper(
-            palette=style.palette(stress_colours()(np.linspace(0, 1, 256))), high_color=OVER,
-        )  # fmt: skip
-        self.depth: Any = Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
-        self.level: Any = Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")
-        self.strength: Any = Span(
+        self.source: Any = models.ColumnDataSource({name: [] for name in names})
+        self.mapper: Any = models.LinearColorMapper(
+            palette=style.palette(stress_plots.stress_colours()(np.linspace(0, 1, 256))),
+            high_color=OVER,
+        )
+        self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
+        self.level: Any = models.Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")
+        self.strength: Any = models.Span(
             dimension="width", line_color=SERIES[1], line_dash="dotted", visible=False
         )
         self.profile = style.chart(
-            "Largest stress at each depth", height=280, x_range=Range1d(0, 1)
+            "Largest stress at each depth", height=280, x_range=models.Range1d(0, 1)
         )
         for name, colour, dash, label in (
             ("mises", SERIES[0], "solid", "von Mises"),
@@ -294,7 +281,7 @@ class Stress:
             toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
         )  # fmt: skip
         grid.cols = "minmax(0, 1fr)"
-        self.root = Column(self.slider, grid, self.table, sizing_mode="stretch_width")
+        self.root = models.Column(self.slider, grid, self.table, sizing_mode="stretch_width")
 
     def on_depth(self, call: Callable[[float], None]) -> None:
         """Have ``call(depth)`` called with a depth [m] that one chooses."""
@@ -311,7 +298,7 @@ class Stress:
         """Show the stress below a contact."""
         self._result = result
         profile = result.profile
-        top, (factor, unit) = stress_scale(result)
+        top, (factor, unit) = stress_plots.stress_scale(result)
         length, length_unit = prefixed(float(profile.depths[-1]), "m")
         with style.together(self.profile.document):
             self.source.data = {
@@ -341,16 +328,16 @@ class Stress:
         """Show the von Mises stress [Pa] at a depth [m], shape (ny, nx)."""
         assert self._result is not None
         with style.together(self.map.document):
-            self._put_map(values, stress_scale(self._result)[1][0])
+            self._put_map(values, stress_plots.stress_scale(self._result)[1][0])
             self.map.title.text = f"At depth {engineering(depth, 'm')}"
 
     def _picture(self, title: str) -> tuple[Any, Any]:
-        source = ColumnDataSource({name: [] for name in ("x", "y", "dw", "dh", "stress")})
+        source = models.ColumnDataSource({name: [] for name in ("x", "y", "dw", "dh", "stress")})
         # The browser itself keeps it true to scale.
         plot: Any = figure(
             title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
-            x_range=DataRange1d(range_padding=0),
-            y_range=DataRange1d(range_padding=0, flipped=True),
+            x_range=models.DataRange1d(range_padding=0),
+            y_range=models.DataRange1d(range_padding=0, flipped=True),
             tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
             min_border_right=64,
         )  # fmt: skip
@@ -362,16 +349,16 @@ class Stress:
     def _show_cut(self, result: StressResult, factor: float) -> None:
         values = result.von_mises_section("x")
         edge = result.solution.surface.pixel[1]
-        columns = shown_columns(result, values, edge, None)
+        columns = stress_plots.shown_columns(result, values, edge, None)
         first, last = columns.start * edge, columns.stop * edge
-        depth = shown_depth(result, values, None, last - first)
-        rows = section_rows(values[:, columns], result.profile.depths, depth)
+        depth = stress_plots.shown_depth(result, values, None, last - first)
+        rows = stress_plots.section_rows(values[:, columns], result.profile.depths, depth)
         length, unit = prefixed_window(first, last)
         left, right, down = first * length, last * length, depth * length
         self._put(self.cut_source, rows * factor, (left, 0.0, right - left, down))
         self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
         self._length = length
-        assert rows.shape[0] == SECTION_ROWS
+        assert rows.shape[0] == stress_plots.SECTION_ROWS
 
     def _put_map(self, values: NDArray[Any], factor: float) -> None:
         assert self._result is not None

@@ -26,15 +26,9 @@ from pathlib import Path
 from typing import Any, cast
 from urllib.parse import urlencode
 
+from tornado import web
 from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
-from tornado.web import (
-    Application,
-    HTTPError,
-    RequestHandler,
-    StaticFileHandler,
-    stream_request_body,
-)
 
 from roughcontact import memory
 from roughcontact.desk import style
@@ -458,7 +452,7 @@ _FOLDER, _NAME = re.compile(r"page-[0-9a-f]{16}"), re.compile(r"[a-z]+-[0-9]+(\.
 _PIECE = 2**20
 
 
-class Offer(RequestHandler):
+class Offer(web.RequestHandler):
     """Answers ``GET /made?work=KEY&page=FOLDER&file=NAME`` with the file, to be saved."""
 
     def initialize(self, works: ProjectStore) -> None:
@@ -480,18 +474,18 @@ class Offer(RequestHandler):
         work = self._works.find(key_of(self.request))
         folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
         if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):
-            raise HTTPError(404)
+            raise web.HTTPError(404)
         path = work.folder / folder / name
         if not path.is_file():
-            raise HTTPError(404)
+            raise web.HTTPError(404)
         return path
 
 
 # --- A file that a page sends: written as it comes, under a name of our own ---
 
 
-@stream_request_body
-class Receive(RequestHandler):
+@web.stream_request_body
+class Receive(web.RequestHandler):
     """Takes ``POST /upload?work=KEY&name=NAME``, the bytes of the file as its body."""
 
     def initialize(self, works: ProjectStore, limit: int, together: int) -> None:
@@ -581,11 +575,15 @@ class Doors(Router):
 
     def __init__(self) -> None:
         self.opened = asyncio.Event()
-        self._app: Any = Application(
+        self._app: Any = web.Application(
             [
                 (r"/", _Waiting, {"opened": self.opened}),
                 *(
-                    (f"/{place}/(.*)", StaticFileHandler, {"path": str(_folder(package, inside))})
+                    (
+                        f"/{place}/(.*)",
+                        web.StaticFileHandler,
+                        {"path": str(_folder(package, inside))},
+                    )
                     for package, inside, place in (_PANEL, _BOKEH)
                 ),
                 (r".*", _Later, {"opened": self.opened}),
@@ -622,7 +620,7 @@ def _folder(package: str, inside: str) -> Path:
     return Path(result.origin).parent / inside
 
 
-class _Waiting(RequestHandler):
+class _Waiting(web.RequestHandler):
     """The page before it is there; it takes its own place."""
 
     def initialize(self, opened: asyncio.Event) -> None:
@@ -643,7 +641,7 @@ class _Waiting(RequestHandler):
         self.finish(_GO_ON)
 
 
-class _Later(RequestHandler):
+class _Later(web.RequestHandler):
     """Anything else: asked again when there is a page."""
 
     def initialize(self, opened: asyncio.Event) -> None:

@@ -15,21 +15,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.plots.style import (
-    ELASTIC,
-    MISSING,
-    OPEN,
-    SATURATED,
-    TITLE,
-    cell_share,
-    colour_bar,
-    draw_map,
-    listed,
-    mixed,
-    prefixed,
-    reduced,
-    single_axes,
-)
+from roughcontact.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
@@ -114,23 +100,27 @@ def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) 
     """Return the shares of each cell that are elastic contact, saturated, missing."""
     missing = np.isnan(gap) & ~contact
     return Shares(
-        cell_share(contact & ~saturated, blocks),
-        cell_share(saturated, blocks),
-        cell_share(missing, blocks),
+        style.cell_share(contact & ~saturated, blocks),
+        style.cell_share(saturated, blocks),
+        style.cell_share(missing, blocks),
     )
 
 
 def classes(result: Shares) -> Array:
     """Return the colours of the classes, in their shares of each cell."""
-    colours = (ELASTIC, result.elastic), (SATURATED, result.saturated), (MISSING, result.missing)
-    return mixed(colours, OPEN)
+    colours = (
+        (style.ELASTIC, result.elastic),
+        (style.SATURATED, result.saturated),
+        (style.MISSING, result.missing),
+    )
+    return style.mixed(colours, style.OPEN)
 
 
 def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
     """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
     is_open = ~contact & np.isfinite(gap)
-    number = reduced(np.add, is_open, blocks, np.float64)
-    total = reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
+    number = style.reduced(np.add, is_open, blocks, np.float64)
+    total = style.reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
     mean: Array = np.where(number > 0, total / np.maximum(number, 1), np.nan)
     return mean
 
@@ -141,7 +131,9 @@ def closed_cover(result: Shares, colour: str) -> Array:
     Red, green, blue and opacity along the end; the opacity is their share of a cell.
     """
     covered = result.touching + result.missing
-    cover = mixed([(MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour)
+    cover = style.mixed(
+        [(style.MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour
+    )
     return np.dstack([cover, np.minimum(covered, 1.0)])
 
 
@@ -165,10 +157,10 @@ def figures(
     heights = heights - np.nanmean(heights)
     low, high, *_ = height_limits(heights)
     top = float(pressure.max()) or 1.0
-    viridis = colormaps["viridis"].with_extremes(bad=MISSING)
+    viridis = colormaps["viridis"].with_extremes(bad=style.MISSING)
     open_gap = np.maximum(gap, 0)
     loaded = np.where(pressure > 0, pressure, np.nan)
-    colours = listed(pressure_colors()).with_extremes(bad=OPEN)
+    colours = style.listed(pressure_colors()).with_extremes(bad=style.OPEN)
     draw = partial(_map, size)
     return {
         "Mean height of each block": partial(draw, heights, "height", "m", low, high, viridis),
@@ -188,11 +180,11 @@ def _map(
     high: float,
     colours: Colormap,
 ) -> Figure:
-    figure, axes = single_axes(size, legend=False)
-    factor, named = prefixed(max(abs(low), abs(high)), unit)
-    image = draw_map(axes, values * factor, size, (1, 1), values.shape)
+    figure, axes = style.single_axes(size, legend=False)
+    factor, named = style.prefixed(max(abs(low), abs(high)), unit)
+    image = style.draw_map(axes, values * factor, size, (1, 1), values.shape)
     image.set_cmap(colours)
     image.set_clim(low * factor, high * factor)
-    colour_bar(axes, image, f"{name} [{named}]", "neither")
-    axes.set_title(name.capitalize(), fontsize=TITLE)
+    style.colour_bar(axes, image, f"{name} [{named}]", "neither")
+    style.name_axes(axes, title=name.capitalize())
     return figure

@@ -9,18 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from roughcontact import statistics
-from roughcontact.plots.style import (
-    DPI,
-    LABEL,
-    NEUTRAL,
-    SERIES,
-    TICK,
-    TITLE,
-    layout,
-    plain_axes,
-    prefixed,
-    shared_legend,
-)
+from roughcontact.plots import style
 from roughcontact.studies.comparison import Comparison
 from roughcontact.studies.sampling_study import CONTACT, WANTED, SamplingStudy
 
@@ -89,22 +78,21 @@ def _figure(
     title: Name,
     unit: Name,
 ) -> Figure:
-    from matplotlib.figure import Figure
-
     columns = 2 if followed and not compared else _COLUMNS
     rows = math.ceil((len(followed) + len(compared)) / columns)
     width = _PANEL[0] * (1.45 if columns == 2 else 1.0)
-    figure = Figure(figsize=(columns * width, rows * _PANEL[1] + 0.5), dpi=DPI, layout=layout())
-    grid = figure.subplots(rows, columns, squeeze=False)
-    panels = iter(grid.ravel())
+    figure, grid = style.panels(
+        columns * width, rows * _PANEL[1] + 0.5, rows, columns, squeeze=False
+    )
+    free = iter(grid.ravel())
     for name in followed:
-        _draw_curves(next(panels), comparison, name, title, unit)
+        _draw_curves(next(free), comparison, name, title, unit)
     for name in compared:
-        _draw_numbers(next(panels), comparison, name, title, unit)
-    for axes in panels:
+        _draw_numbers(next(free), comparison, name, title, unit)
+    for axes in free:
         axes.set_axis_off()
     if len(comparison.groups) > 1 and followed:
-        shared_legend(figure, grid)
+        style.shared_legend(figure, grid)
     return figure
 
 
@@ -112,16 +100,16 @@ def _scale(name: str, largest: float, unit: Name) -> Scale:
     if name in _SHARES:
         return 100.0, "%"
     symbol = unit(name)
-    return (1.0, "") if symbol == "1" else prefixed(largest, symbol)
+    return (1.0, "") if symbol == "1" else style.prefixed(largest, symbol)
 
 
 def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
     pressures = np.array(comparison.pressures)
-    across, pressure_unit = prefixed(float(pressures[-1]), "Pa")
+    across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
     values = [sample.over_pressure(name) for sample in comparison.samples]
     up, symbol = _scale(name, float(np.max(values)), unit)
     for index, group in enumerate(comparison.groups):
-        colour = SERIES[index % len(SERIES)]
+        colour = style.SERIES[index % len(style.SERIES)]
         for sample in group.samples:
             own = np.array(sample.over_pressure(name))
             axes.plot(pressures * across, own * up, color=colour, linewidth=0.7, alpha=0.6)
@@ -138,7 +126,7 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, uni
     axes.set_xscale("log")
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
-    axes.set_xlabel(f"nominal pressure [{pressure_unit}]", fontsize=LABEL)
+    style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
     _named(axes, title(name), symbol)
 
 
@@ -148,9 +136,9 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     if comparison.paired:
         pairs = [[sample.numbers[name] * up for sample in group.samples]
                  for group in comparison.groups]  # fmt: skip
-        axes.plot([0, 1], pairs, color=NEUTRAL, linewidth=0.7, alpha=0.6)
+        axes.plot([0, 1], pairs, color=style.NEUTRAL, linewidth=0.7, alpha=0.6)
     for index, own in enumerate(values):
-        colour = SERIES[index % len(SERIES)]
+        colour = style.SERIES[index % len(style.SERIES)]
         result = comparison.mean(index, name)
         # Beside each other, so that equal ones are seen.
         places = index + np.linspace(-0.14, 0.14, own.size) if own.size > 1 else np.array([index])
@@ -189,8 +177,7 @@ def _short(name: str) -> str:
 
 
 def _named(axes: Axes, title: str, symbol: str) -> None:
-    axes.set_title(f"{title} [{symbol}]" if symbol else title, fontsize=TITLE)
-    plain_axes(axes)
+    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
 
 
 def sampling(study: SamplingStudy, title: Name) -> Figure:
@@ -209,17 +196,14 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
         Over the side of a square: the interval of a single part of each size (dots), and the line
         through that of the whole, which falls with the root of the area, down to 5 %.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = style.panels(7.2, 5.2)
     area = study.whole.curve.nominal_area
     side = math.sqrt(area)
     sizes = np.array([side / divisions for divisions in study.levels])
-    factor, unit = prefixed(side, "m")
+    factor, unit = style.prefixed(side, "m")
     ends = [float(sizes.min()), side]
     for index, item in enumerate(study.errors):
-        colour = SERIES[index % len(SERIES)]
+        colour = style.SERIES[index % len(style.SERIES)]
         parts = [study.values(divisions, item.name) for divisions in study.levels]
         halves = [statistics.single(values) / abs(item.value) for values in parts]
         axes.plot(sizes * factor, np.array(halves) * 100, "o", color=colour, markersize=5)
@@ -231,17 +215,19 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
             label=title(item.name),
         )  # fmt: skip
         axes.plot(side * factor, 100 * item.relative, "s", color=colour, markersize=7)
-    axes.axhline(100 * WANTED, color=NEUTRAL, linewidth=1.0, linestyle="--")
-    axes.axvline(side * factor, color=NEUTRAL, linewidth=1.0, linestyle=":")
+    axes.axhline(100 * WANTED, color=style.NEUTRAL, linewidth=1.0, linestyle="--")
+    axes.axvline(side * factor, color=style.NEUTRAL, linewidth=1.0, linestyle=":")
     axes.set_xscale("log")
     axes.set_yscale("log")
     _plain_ticks(axes.xaxis)
     _plain_ticks(axes.yaxis)
-    axes.set_xlabel(f"side of a square [{unit}]; dotted: this map", fontsize=LABEL)
-    axes.set_ylabel(f"half of the {100 * statistics.LEVEL:.0f} % interval [%]", fontsize=LABEL)
-    plain_axes(axes)
-    axes.tick_params(which="minor", labelsize=TICK - 2)
-    axes.legend(fontsize=TICK, frameon=False)
+    style.plain_axes(
+        axes,
+        f"side of a square [{unit}]; dotted: this map",
+        f"half of the {100 * statistics.LEVEL:.0f} % interval [%]",
+    )
+    axes.tick_params(which="minor", labelsize=style.TICK - 2)
+    style.plain_legend(axes)
     return figure
 
 

@@ -8,17 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.joint.conductance import CASES, CORRELATED
-from roughcontact.plots.style import (
-    DPI,
-    LABEL,
-    NEUTRAL,
-    SERIES,
-    TICK,
-    TITLE,
-    layout,
-    plain_axes,
-    prefixed,
-)
+from roughcontact.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,9 +19,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _LINES = (
-    ("length", "o-", SERIES[0], "computed"),
-    ("greenwood_length", "s--", SERIES[1], "Greenwood's formula"),
-    ("correlation_length", ":", NEUTRAL, "correlation for flat joints"),
+    ("length", "o-", style.SERIES[0], "computed"),
+    ("greenwood_length", "s--", style.SERIES[1], "Greenwood's formula"),
+    ("correlation_length", ":", style.NEUTRAL, "correlation for flat joints"),
 )
 
 
@@ -41,7 +31,7 @@ def _band(axes: Axes, load: Array, correlated: Array) -> None:
     if np.count_nonzero(known) > 1:
         low, high = (factor * correlated[known] for factor in CORRELATED)
         label = f"95 % of {CASES} rough maps about it"
-        axes.fill_between(load[known], low, high, color=NEUTRAL, alpha=0.2, lw=0, label=label)
+        axes.fill_between(load[known], low, high, color=style.NEUTRAL, alpha=0.2, lw=0, label=label)
 
 
 def conductance(found: Conductance) -> Figure:
@@ -59,8 +49,6 @@ def conductance(found: Conductance) -> Figure:
         stand the estimates from radii and places of the spots, and from roughness, slope and
         nominal pressure, the latter with the scatter that it had on other maps.
     """
-    from matplotlib.figure import Figure
-
     kinds = [
         (title, unit, kind)
         for title, unit, kind in (
@@ -68,9 +56,9 @@ def conductance(found: Conductance) -> Figure:
         )
         if not np.isnan(found.resistance(kind)).all()
     ]  # fmt: skip
-    figure = Figure(figsize=(5.6 * len(kinds), 4.6), dpi=DPI, layout=layout())
+    figure = style.blank(5.6 * len(kinds), 4.6)
     load = found.column("load")
-    factor, load_unit = prefixed(float(load.max()), "N")
+    factor, load_unit = style.prefixed(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(
         figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True
     ):
@@ -78,15 +66,12 @@ def conductance(found: Conductance) -> Figure:
             values = found.resistance(kind, name)
             values[~(np.isfinite(values) & (values > 0))] = np.nan
             if not np.isnan(values).all():
-                style = marker if load.size > 1 else "o"
-                axes.plot(load * factor, values, style, color=colour, label=label)
+                line = marker if load.size > 1 else "o"
+                axes.plot(load * factor, values, line, color=colour, label=label)
                 axes.set_yscale("log")
         _band(axes, load * factor, found.resistance(kind, "correlation_length"))
         axes.set_xscale("log")
-        axes.set_xlabel(f"load [{load_unit}]", fontsize=LABEL)
-        axes.set_ylabel(f"resistance [{unit}]", fontsize=LABEL)
-        axes.set_title(title, fontsize=TITLE)
-        plain_axes(axes)
+        style.plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:
-            axes.legend(fontsize=TICK, frameon=False)
+            style.plain_legend(axes)
     return figure

@@ -15,32 +15,7 @@ from numpy.typing import NDArray
 from roughcontact.elastoplastic import result as depth
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import require_positive
-from roughcontact.plots.style import (
-    CELLS_ALONE,
-    DPI,
-    ELASTIC,
-    LABEL,
-    NEUTRAL,
-    OPEN,
-    SERIES,
-    TICK,
-    TITLE,
-    cell_mean,
-    cell_note,
-    cell_share,
-    cell_size,
-    colour_bar,
-    doubt,
-    draw_map,
-    layout,
-    listed,
-    outline,
-    plain_axes,
-    prefixed,
-    prefixed_area,
-    shared_legend,
-    single_axes,
-)
+from roughcontact.plots import style
 from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
@@ -83,32 +58,32 @@ def residual_displacement(result: ElastoplasticResult) -> Figure:
 
     contact, values = result.solution, result.residual_displacement
     size, shape = contact.surface.size, values.shape
-    figure, axes = single_axes(size, legend=False)
-    blocks = cell_size(shape, size, CELLS_ALONE)
-    factor, unit = prefixed(float(np.abs(values).max()), "m")
-    cells = cell_mean(values, blocks) * factor
+    figure, axes = style.single_axes(size, legend=False)
+    blocks = style.cell_size(shape, size, style.CELLS_ALONE)
+    factor, unit = style.prefixed(float(np.abs(values).max()), "m")
+    cells = style.cell_mean(values, blocks) * factor
     deepest, highest = float(cells.max(initial=0.0)), -float(cells.min(initial=0.0))
-    image = draw_map(axes, cells, size, blocks, shape)
+    image = style.draw_map(axes, cells, size, blocks, shape)
     image.set_cmap(colormaps["RdBu_r"])
     # Zero is white, and a hill is as strong a colour as a dent of the same size.
     top = max(deepest, highest) or 1.0
     image.set_norm(TwoSlopeNorm(0.0, -top, top))
     if highest < 0.02 * top:
         image.set_norm(None)
-        image.set_cmap(listed(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
+        image.set_cmap(style.listed(colormaps["RdBu_r"](np.linspace(0.5, 1, 256))))
         image.set_clim(0, top)
-    colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
+    style.colour_bar(axes, image, f"residual displacement [{unit}]", "neither")
     # A cell lies inside the line if half of it touches: the line then encloses about the area.
-    touching = cell_share(contact.contact, blocks) >= 0.5
-    length, _ = prefixed(max(size), "m")
+    touching = style.cell_share(contact.contact, blocks) >= 0.5
+    length, _ = style.prefixed(max(size), "m")
     y, x = (
         np.append(np.arange(0, points, block), points) * edge * length
         for points, block, edge in zip(shape, blocks, contact.surface.pixel, strict=True)
     )
-    outline(axes, touching, y, x, NEUTRAL)
+    style.outline(axes, touching, y, x, style.NEUTRAL)
     largest = engineering(float(values.max()), "m", 3)
-    axes.set_title(f"Residual displacement, up to {largest}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, blocks, "the mean displacement in it")
+    style.name_axes(axes, title=f"Residual displacement, up to {largest}{style.doubt(result)}")
+    style.cell_note(figure, blocks, "the mean displacement in it")
     return figure
 
 
@@ -162,8 +137,8 @@ def section(
     fields, lines = _fields(result, cut), _lines(result, plane)
     lines_tall = (_LINES + _BETWEEN) * bool(lines)
     tall = _ABOVE + lines_tall + 2 * height + _BETWEEN + _BELOW
-    figure = Figure(figsize=(_PAGE, tall), dpi=DPI)
-    factor, unit = prefixed(length, "m")
+    figure = Figure(figsize=(_PAGE, tall), dpi=style.DPI)
+    factor, unit = style.prefixed(length, "m")
     for column, line in enumerate(lines):
         _draw_line(_panel(figure, column, _ABOVE, _LINES), line, cut, factor)
     for number, field in enumerate(fields):
@@ -171,15 +146,15 @@ def section(
         top = _ABOVE + lines_tall + row * (height + _BETWEEN)
         axes = _panel(figure, column, top, height)
         mesh = _draw_field(axes, field, cut, factor)
-        axes.tick_params(labelsize=TICK, labelbottom=row == 1)
+        axes.tick_params(labelsize=style.TICK, labelbottom=row == 1)
         _few_levels(axes, height)
-        axes.set_xlabel(f"{along} [{unit}]" if row else "", fontsize=LABEL)
+        style.name_axes(axes, f"{along} [{unit}]" if row else "")
         down = f"{'depth' if height > 0.8 else 'z'} [{unit}]"
-        axes.set_ylabel("" if column else down, fontsize=LABEL)
+        style.name_axes(axes, y="" if column else down)
         _bar(_panel(figure, column, top, height, _PANEL + 0.1, 0.14), mesh, height)
     where = f"at {'y' if along == 'x' else 'x'} = {engineering(plane.across, 'm', 4)}"
     title = f"Section{_which(result, body)} along {along} {where}, {_state(result, body)}"
-    figure.suptitle(title, fontsize=TITLE, y=1 - 0.1 / tall, va="top")
+    figure.suptitle(title, fontsize=style.TITLE, y=1 - 0.1 / tall, va="top")
     return figure
 
 
@@ -199,7 +174,7 @@ def _panel(
 
 def _bar(axes: Axes, mesh: Any, height: float) -> None:
     axes.figure.colorbar(mesh, cax=axes)
-    axes.tick_params(labelsize=TICK)
+    axes.tick_params(labelsize=style.TICK)
     _few_levels(axes, height)
 
 
@@ -209,12 +184,12 @@ def _limits(cut: _Cut, factor: float) -> list[float]:
 
 def _draw_line(axes: Axes, line: _LineOf, cut: _Cut, factor: float) -> None:
     values, name, lowest = line
-    axes.stairs(values, cut.plane.edges * factor, fill=True, color=ELASTIC)
+    axes.stairs(values, cut.plane.edges * factor, fill=True, color=style.ELASTIC)
     axes.set_xlim(*_limits(cut, factor))
     axes.set_ylim(1.08 * lowest, 1.08 * float(values.max()) or 1.0)
-    axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+    axes.set_title(name, fontsize=style.TICK, loc="left", pad=4)
     axes.tick_params(labelbottom=False)
-    plain_axes(axes)
+    style.plain_axes(axes)
     _few_levels(axes, _LINES)
 
 
@@ -226,15 +201,17 @@ def _draw_field(axes: Axes, field: _FieldOf, cut: _Cut, factor: float) -> Any:
     mesh = axes.pcolormesh(across, down, np.ma.masked_invalid(values), rasterized=True)
     mesh.set_cmap(colours)
     mesh.set_clim(low, high)
-    outline(axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, NEUTRAL)
+    style.outline(
+        axes, plane.accumulated > 0, plane.faces * factor, plane.edges * factor, style.NEUTRAL
+    )
     if plane.accumulated.any():
         layer, pixel = cut.largest
         marker = [plane.place[pixel] * factor], [plane.depth[layer] * factor]
-        for colour, line in (("#ffffff", 4.0), (SERIES[0], 1.8)):
+        for colour, line in (("#ffffff", 4.0), (style.SERIES[0], 1.8)):
             axes.plot(*marker, "+", color=colour, markersize=9, markeredgewidth=line)
     axes.set_xlim(*_limits(cut, factor))
     axes.set_ylim(cut.depth * factor, 0)
-    axes.set_title(name, fontsize=TICK, loc="left", pad=4)
+    axes.set_title(name, fontsize=style.TICK, loc="left", pad=4)
     return mesh
 
 
@@ -263,58 +240,56 @@ def profile(
     InputError
         If there is no such body, or the point does not lie on the map.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     answer = depth.profile(result, point, body)
-    figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
-    length, length_unit = prefixed(float(answer.faces[-1]), "m")
+    figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
+    length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length
-    _steps(grid[0], 100 * answer.accumulated, depths, SERIES[0], "-", "")
+    _steps(grid[0], 100 * answer.accumulated, depths, style.SERIES[0], "-", "")
     grid[0].set_xlim(left=0)
-    grid[0].set_xlabel("accumulated plastic strain [%]", fontsize=LABEL)
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    style.name_axes(grid[0], "accumulated plastic strain [%]", f"depth [{length_unit}]")
     _draw_strength(grid[1], answer, depths, loaded=bool(result.solution.load))
     _draw_residual(grid[2], answer, depths)
     for axes in grid:
-        plain_axes(axes)
+        style.plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(4))
     grid[0].set_ylim(_shown_depth(answer.faces, answer.accumulated) * length, 0)
     for axes in grid[1:]:
         axes.legend(
-            loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, fontsize=TICK, frameon=False,
-            handlelength=1.6, columnspacing=1.0, handletextpad=0.5,
+            loc="lower center", bbox_to_anchor=(0.5, 1), ncols=3, fontsize=style.TICK,
+            frameon=False, handlelength=1.6, columnspacing=1.0, handletextpad=0.5,
         )  # fmt: skip
     y, x = (engineering(place, "m", 4) for place in answer.place)
     figure.suptitle(
-        f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}", fontsize=TITLE
+        f"Below y = {y}, x = {x}{_which(result, body)}, {_state(result, body)}",
+        fontsize=style.TITLE,
     )
     return figure
 
 
 def _draw_strength(axes: Axes, result: DepthProfile, depths: Array, loaded: bool) -> None:
     top = max(float(result.von_mises.max()), float(result.strength[0]))
-    factor, unit = prefixed(top, "Pa")
-    lines = [(result.residual_von_mises, SERIES[1], "--", "residual")]
+    factor, unit = style.prefixed(top, "Pa")
+    lines = [(result.residual_von_mises, style.SERIES[1], "--", "residual")]
     if loaded:
-        lines.append((result.von_mises, SERIES[0], "-", "under load"))
+        lines.append((result.von_mises, style.SERIES[0], "-", "under load"))
     # On top: where the material flows, the stress under load is the yield strength.
-    lines.append((result.strength, NEUTRAL, ":", "yield strength"))
+    lines.append((result.strength, style.NEUTRAL, ":", "yield strength"))
     for values, colour, line, name in lines:
         _steps(axes, values * factor, depths, colour, line, name)
     axes.set_xlim(left=0)
-    axes.set_xlabel(f"von Mises stress [{unit}]", fontsize=LABEL)
+    style.name_axes(axes, f"von Mises stress [{unit}]")
 
 
 def _draw_residual(axes: Axes, result: DepthProfile, depths: Array) -> None:
     residual = np.diagonal(result.residual_stress, axis1=-2, axis2=-1)
-    factor, unit = prefixed(float(np.abs(residual).max()), "Pa")
-    for axis, colour, line in zip("xyz", SERIES, ("-", "--", ":"), strict=False):
+    factor, unit = style.prefixed(float(np.abs(residual).max()), "Pa")
+    for axis, colour, line in zip("xyz", style.SERIES, ("-", "--", ":"), strict=False):
         values = residual[:, "xyz".index(axis)] * factor
         _steps(axes, values, depths, colour, line, rf"$\sigma_{{{axis * 2}}}$")
     axes.axvline(0, color="#000000", linewidth=0.9)
-    axes.set_xlabel(f"residual stress [{unit}], tension > 0", fontsize=LABEL)
+    style.name_axes(axes, f"residual stress [{unit}], tension > 0")
 
 
 def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
@@ -338,35 +313,37 @@ def layers(result: ElastoplasticResult, body: int = 0) -> Figure:
     InputError
         If there is no such body.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     answer = depth.layers(result, body)
-    figure = Figure(figsize=(10.8, 5.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
-    length, length_unit = prefixed(float(answer.faces[-1]), "m")
+    figure, grid = style.panels(10.8, 5.6, 1, 3, sharey=True)
+    length, length_unit = style.prefixed(float(answer.faces[-1]), "m")
     depths = answer.faces * length
     for axes, values, name in (
         (grid[0], answer.plastic_fraction, "plastic share of the layer [%]"),
         (grid[1], answer.max_accumulated, "largest plastic strain [%]"),
     ):
-        _steps(axes, 100 * values, depths, SERIES[0], "-", "")
-        axes.set_xlabel(name, fontsize=LABEL)
-    factor, unit = prefixed(float(answer.max_von_mises.max()), "Pa")
-    _steps(grid[2], answer.max_residual_von_mises * factor, depths, SERIES[1], "--", "residual")
+        _steps(axes, 100 * values, depths, style.SERIES[0], "-", "")
+        style.name_axes(axes, name)
+    factor, unit = style.prefixed(float(answer.max_von_mises.max()), "Pa")
+    _steps(
+        grid[2], answer.max_residual_von_mises * factor, depths, style.SERIES[1], "--", "residual"
+    )
     if result.solution.load:
-        _steps(grid[2], answer.max_von_mises * factor, depths, SERIES[0], "-", "under load")
-    grid[2].set_xlabel(f"largest von Mises stress [{unit}]", fontsize=LABEL)
+        _steps(grid[2], answer.max_von_mises * factor, depths, style.SERIES[0], "-", "under load")
+    style.name_axes(grid[2], f"largest von Mises stress [{unit}]")
     for axes in grid:
         axes.set_xlim(left=0)
-        plain_axes(axes)
+        style.plain_axes(axes)
         axes.xaxis.set_major_locator(MaxNLocator(4))
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    style.name_axes(grid[0], y=f"depth [{length_unit}]")
     grid[0].set_ylim(_shown_depth(answer.faces, answer.max_accumulated) * length, 0)
     grid[2].legend(
-        loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=TICK, frameon=False
+        loc="lower center", bbox_to_anchor=(0.5, 1), ncols=2, fontsize=style.TICK, frameon=False
     )
-    figure.suptitle(f"Layer by layer{_which(result, body)}, {_state(result, body)}", fontsize=TITLE)
+    figure.suptitle(
+        f"Layer by layer{_which(result, body)}, {_state(result, body)}", fontsize=style.TITLE
+    )
     return figure
 
 
@@ -384,13 +361,10 @@ def path(result: ElastoplasticResult) -> Figure:
         Approach, contact area, largest pressure and largest plastic strain, from the first touch
         on; loading and unloading have colours of their own, a ring marks the end.
     """
-    from matplotlib.figure import Figure
-
     steps = result.increments
-    figure = Figure(figsize=(10.8, 8.2), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex=True)
+    figure, grid = style.panels(10.8, 8.2, 2, 2, sharex=True)
     load = np.array([0.0, *(step.load for step in steps)])
-    factor, unit = prefixed(float(load.max()), "N")
+    factor, unit = style.prefixed(float(load.max()), "N")
     abscissa, over = load * factor, f"load [{unit}]"
     if result.has_moved:
         # Under one load all along, points would stand on top of each other.
@@ -406,31 +380,29 @@ def path(result: ElastoplasticResult) -> Figure:
         values = np.array([0.0, *answer])
         top = float(values.max())
         if dimension == "m²":
-            scale, shown = prefixed_area(top or 1.0)
+            scale, shown = style.prefixed_area(top or 1.0)
         else:
-            scale, shown = prefixed(top, dimension) if dimension != "%" else (1.0, "%")
+            scale, shown = style.prefixed(top, dimension) if dimension != "%" else (1.0, "%")
         x, y = abscissa, values * scale
         for kind, colour, line, label in (
-            (False, SERIES[0], "-", "loading"), (True, SERIES[1], "--", "unloading"),
+            (False, style.SERIES[0], "-", "loading"), (True, style.SERIES[1], "--", "unloading"),
         ):  # fmt: skip
             if (unloads == kind).any():
                 gaps = np.full(unloads.size, np.nan)
                 parts = np.where(unloads == kind, [x[:-1], x[1:], gaps], np.nan).T.ravel()
                 heights = np.array([y[:-1], y[1:], gaps]).T.ravel()
                 axes.plot(parts, heights, line, color=colour, linewidth=1.9, label=label)
-        axes.plot(x[1:], y[1:], "o", color=NEUTRAL, markersize=4)
-        axes.plot(x[-1:], y[-1:], "o", color=NEUTRAL, markersize=9, markerfacecolor="none",
+        axes.plot(x[1:], y[1:], "o", color=style.NEUTRAL, markersize=4)
+        axes.plot(x[-1:], y[-1:], "o", color=style.NEUTRAL, markersize=9, markerfacecolor="none",
                   label="end")  # fmt: skip
-        axes.set_ylabel(f"{name} [{shown}]", fontsize=LABEL)
         axes.set_xlim(0, 1.05 * float(x.max()) or 1.0)
         axes.set_ylim(min(0.0, 1.05 * float(y.min())), 1.08 * float(y.max()) or 1.0)
-        plain_axes(axes)
+        style.plain_axes(axes, y=f"{name} [{shown}]")
     for axes in grid[1]:
-        axes.set_xlabel(over, fontsize=LABEL)
-    shared_legend(figure, grid)
+        style.name_axes(axes, over)
     count = counted(len(steps), "increment")
-    figure.suptitle(
-        f"Path{'' if result.has_moved else ' of loads'}, {count}{doubt(result)}", fontsize=TITLE
+    style.shared_legend(
+        figure, grid, f"Path{'' if result.has_moved else ' of loads'}, {count}{style.doubt(result)}"
     )
     return figure
 
@@ -448,10 +420,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
     Figure
         One line an increment, one after the other, and the tolerance.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.6, 4.4), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = style.panels(7.6, 4.4)
     largest = max((max(step.residuals) for step in result.increments), default=1.0)
     # Where nothing yields the residual is 0, which no logarithm shows.
     axes.set_yscale("log")
@@ -460,17 +429,21 @@ def convergence(result: ElastoplasticResult) -> Figure:
     for number, step in enumerate(result.increments):
         iterations = np.arange(first, first + step.iterations)
         axes.plot(
-            iterations, step.residuals, ".-", color=SERIES[number % 2], linewidth=1.4, markersize=4
+            iterations,
+            step.residuals,
+            ".-",
+            color=style.SERIES[number % 2],
+            linewidth=1.4,
+            markersize=4,
         )
         first += step.iterations
-    axes.axhline(result.tolerance, color=NEUTRAL, linewidth=1.2, linestyle=":", label="tolerance")
-    axes.set_xlabel("iteration, all increments together", fontsize=LABEL)
-    axes.set_ylabel("residual of the plastic strain", fontsize=LABEL)
+    axes.axhline(
+        result.tolerance, color=style.NEUTRAL, linewidth=1.2, linestyle=":", label="tolerance"
+    )
     axes.set_xlim(0, first)
-    plain_axes(axes)
-    shared_legend(figure, np.array([axes]))
+    style.plain_axes(axes, "iteration, all increments together", "residual of the plastic strain")
     count = counted(len(result.increments), "increment")
-    figure.suptitle(f"Convergence, {count}{doubt(result)}", fontsize=TITLE)
+    style.shared_legend(figure, np.array([axes]), f"Convergence, {count}{style.doubt(result)}")
     return figure
 
 
@@ -514,7 +487,7 @@ def _lines(result: ElastoplasticResult, plane: DepthSection) -> list[_LineOf]:
         (plane.pressure, "pressure", "Pa"),
         (plane.residual_displacement, "residual displacement", "m"),
     ):
-        factor, shown = prefixed(float(np.abs(values).max()), unit)
+        factor, shown = style.prefixed(float(np.abs(values).max()), unit)
         lines.append((values * factor, f"{name} [{shown}]", min(0.0, float(values.min()) * factor)))
     return lines
 
@@ -525,10 +498,12 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
 
     part, plane = (cut.rows, cut.columns), cut.plane
     # From the lightest on: a field has no ground to drown in.
-    colours = listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(bad=OPEN)
+    colours = style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
+        bad=style.OPEN
+    )
     strain = 100 * plane.accumulated[part]
     residual = plane.residual_von_mises[part]
-    factor, unit = prefixed(float(residual.max()), "Pa")
+    factor, unit = style.prefixed(float(residual.max()), "Pa")
     fields = [
         (
             np.where(strain > 0, strain, np.nan), "accumulated plastic strain [%]", colours,
@@ -547,7 +522,7 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
         number = "xyz".index(axis)
         normal = plane.residual_stress[part][..., number, number]
         top = float(np.abs(normal).max())
-        factor, unit = prefixed(top, "Pa")
+        factor, unit = style.prefixed(top, "Pa")
         name = rf"residual stress $\sigma_{{{axis * 2}}}$ [{unit}], red: tension"
         top = top * factor or 1.0
         fields.append((normal * factor, name, colormaps["RdBu_r"], -top, top))
@@ -577,4 +552,4 @@ def _state(result: ElastoplasticResult, body: int) -> str:
     load = result.solution.load
     state = f"at {engineering(load, 'N', 3)}" if load else "unloaded"
     strain = percent(result.bodies[body].max_plastic_strain)
-    return f"{state}, largest strain {strain}{doubt(result)}"
+    return f"{state}, largest strain {strain}{style.doubt(result)}"

@@ -11,20 +11,7 @@ from roughcontact.contact import hertz_comparison
 from roughcontact.contact.nominal_hertz import LINE, Smooth
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.plots.style import (
-    DPI,
-    ELASTIC,
-    LABEL,
-    NEUTRAL,
-    SATURATED,
-    TITLE,
-    doubt,
-    layout,
-    legend_below,
-    load_text,
-    plain_axes,
-    prefixed,
-)
+from roughcontact.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,8 +41,6 @@ def versus_hertz(result: ContactResult) -> Figure:
     InputError
         If the bodies have no contact of Hertz's to stand beside.
     """
-    from matplotlib.figure import Figure
-
     smooth = result.hertz
     if smooth is None:
         raise InputError("has no nominal bodies that Hertz's theory knows", argument="result")
@@ -63,30 +48,33 @@ def versus_hertz(result: ContactResult) -> Figure:
     distance, mean, largest = _lines(result, smooth) if line else _rings(result, smooth)
     half = smooth.semi_axes[0]
     ends = _ends(distance, largest, half, line)
-    factor, unit = prefixed(max(map(abs, ends)), "m")
-    scale, pressure_unit = prefixed(max(float(largest.max()), smooth.max_pressure), "Pa")
-    figure = Figure(figsize=(7.2, 5.0), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    factor, unit = style.prefixed(max(map(abs, ends)), "m")
+    scale, pressure_unit = style.prefixed(max(float(largest.max()), smooth.max_pressure), "Pa")
+    figure, axes = style.panels(7.2, 5.0)
     where = "along the axis" if line else "on the ring"
     axes.plot(
-        distance * factor, largest * scale, color=SATURATED, linewidth=1.0,
+        distance * factor, largest * scale, color=style.SATURATED, linewidth=1.0,
         label=f"largest {where}",
     )  # fmt: skip
-    axes.plot(distance * factor, mean * scale, color=ELASTIC, linewidth=2.2, label=f"mean {where}")
+    axes.plot(
+        distance * factor, mean * scale, color=style.ELASTIC, linewidth=2.2, label=f"mean {where}"
+    )
     position = np.linspace(-half if line else 0.0, half, 400)
     pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
-    axes.plot(position * factor, pressure * scale, color=NEUTRAL, linewidth=1.8, linestyle="--",
-              label="Hertz, smooth")  # fmt: skip
+    axes.plot(position * factor, pressure * scale, color=style.NEUTRAL, linewidth=1.8,
+              linestyle="--", label="Hertz, smooth")  # fmt: skip
     axes.set_xlim(ends[0] * factor, ends[1] * factor)
     axes.set_ylim(bottom=0)
     name = "distance across from the middle" if line else "distance from the middle"
     if smooth.shape.kind == "ellipse":
         name += " along the longer side"
-    axes.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
-    axes.set_title(f"Beside Hertz at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    plain_axes(axes)
-    legend_below(axes, columns=1)
+    style.plain_axes(
+        axes,
+        f"{name} [{unit}]",
+        f"pressure [{pressure_unit}]",
+        f"Beside Hertz at {style.load_text(result)}{style.doubt(result)}",
+    )
+    style.legend_below(axes, columns=1)
     return figure
 
 

@@ -8,26 +8,14 @@ import numpy as np
 
 from roughcontact.joint.interface_law import LOADING, UNLOADING, InterfaceLaw
 from roughcontact.joint.law_curve import between
-from roughcontact.plots.style import (
-    DPI,
-    ELASTIC,
-    LABEL,
-    NEUTRAL,
-    SATURATED,
-    SERIES,
-    TICK,
-    TITLE,
-    layout,
-    plain_axes,
-    prefixed,
-)
+from roughcontact.plots import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-_COLOURS = {LOADING: SERIES[0], UNLOADING: ELASTIC}
+_COLOURS = {LOADING: style.SERIES[0], UNLOADING: style.ELASTIC}
 _NAMES = {LOADING: "first loading", UNLOADING: "unloading, loading again"}
 
 
@@ -46,10 +34,7 @@ def interface_law(law: InterfaceLaw) -> Figure:
         the maps, thin ones single maps; Persson's theory of the elastic joint is dashed, and
         pressures that the maps do not resolve are grey.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = style.panels(11.0, 9.4, 2, 2)
     _draw_separation(grid[0, 0], law)
     _draw_areas(grid[0, 1], law)
     _draw_stiffness(grid[1, 0], law)
@@ -57,21 +42,21 @@ def interface_law(law: InterfaceLaw) -> Figure:
     factor, unit = _pressure(law)
     for axes in (grid[0, 1], grid[1, 0], grid[1, 1]):
         axes.set_xscale("log")
-        axes.set_xlabel(f"nominal pressure [{unit}]", fontsize=LABEL)
+        style.name_axes(axes, f"nominal pressure [{unit}]")
         axes.set_xlim(*(law.pressures()[[0, -1]] * factor * np.array([0.9, 1.1])))
     for axes in grid.ravel():
-        plain_axes(axes)
-        axes.legend(fontsize=TICK, frameon=False)
+        style.plain_axes(axes)
+        style.plain_legend(axes)
     return figure
 
 
 def _pressure(law: InterfaceLaw) -> tuple[float, str]:
-    return prefixed(float(law.pressures()[-1]), "Pa")
+    return style.prefixed(float(law.pressures()[-1]), "Pa")
 
 
 def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
     factor, unit = _pressure(law)
-    scale, length = prefixed(max(abs(item.first_touch) for item in law.maps), "m")
+    scale, length = style.prefixed(max(abs(item.first_touch) for item in law.maps), "m")
     for branch in law.branches:
         colour = _COLOURS[branch]
         if len(law.maps) > 1:
@@ -86,16 +71,23 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
     fine = between(law.pressures(), 8)
     theory = law.persson(fine)
     if np.isfinite(theory).all():
-        axes.plot(theory * scale, fine * factor, "--", color=NEUTRAL, label="Persson, elastic")
+        axes.plot(
+            theory * scale, fine * factor, "--", color=style.NEUTRAL, label="Persson, elastic"
+        )
     result = law.resolved
     low, high = law.pressures()[[0, -1]]
     for first, last in ((low, result.low), (result.high, high)):
         if last > first:
-            axes.axhspan(first * factor, last * factor, color=NEUTRAL, alpha=0.12, linewidth=0)
+            axes.axhspan(
+                first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, linewidth=0
+            )
     axes.set_yscale("log")
-    axes.set_xlabel(f"separation of the mean planes [{length}]", fontsize=LABEL)
-    axes.set_ylabel(f"nominal pressure [{unit}]", fontsize=LABEL)
-    axes.set_title("Pressure and separation", fontsize=TITLE)
+    style.name_axes(
+        axes,
+        f"separation of the mean planes [{length}]",
+        f"nominal pressure [{unit}]",
+        "Pressure and separation",
+    )
 
 
 def _shade(axes: Axes, law: InterfaceLaw) -> None:
@@ -104,67 +96,78 @@ def _shade(axes: Axes, law: InterfaceLaw) -> None:
     result = law.resolved
     for first, last in ((low, result.low), (result.high, high)):
         if last > first:
-            axes.axvspan(first * factor, last * factor, color=NEUTRAL, alpha=0.12, linewidth=0)
+            axes.axvspan(
+                first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, linewidth=0
+            )
 
 
 def _line(
-    axes: Axes, law: InterfaceLaw, branch: str, name: str, scale: float, **style: Any
+    axes: Axes, law: InterfaceLaw, branch: str, name: str, scale: float, **look: Any
 ) -> NDArray[np.float64]:
     factor, _ = _pressure(law)
     pressures = law.pressures(branch)
     values = law.values(branch, name) * scale
     values[~(np.isfinite(values) & (values > 0))] = np.nan
     if len(law.maps) > 1:
-        axes.plot(pressures * factor, values.T, color=style["color"], linewidth=0.7, alpha=0.5)
+        axes.plot(pressures * factor, values.T, color=look["color"], linewidth=0.7, alpha=0.5)
     mean: NDArray[np.float64] = values.mean(axis=0)
-    axes.plot(pressures * factor, mean, **style)
+    axes.plot(pressures * factor, mean, **look)
     return mean
 
 
 def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
     _shade(axes, law)
-    _line(axes, law, LOADING, "contact_fraction", 100, color=SERIES[0], marker="o", label="contact")
+    _line(
+        axes,
+        law,
+        LOADING,
+        "contact_fraction",
+        100,
+        color=style.SERIES[0],
+        marker="o",
+        label="contact",
+    )
     if not law.is_elastic:
         _line(
-            axes, law, LOADING, "saturated_fraction", 100, color=SATURATED, marker="s",
+            axes, law, LOADING, "saturated_fraction", 100, color=style.SATURATED, marker="s",
             label="saturated",
         )  # fmt: skip
     if UNLOADING in law.branches:
         _line(
-            axes, law, UNLOADING, "contact_fraction", 100, color=ELASTIC, marker="o",
+            axes, law, UNLOADING, "contact_fraction", 100, color=style.ELASTIC, marker="o",
             label="contact, unloading",
         )  # fmt: skip
     axes.set_yscale("log")
-    axes.set_ylabel("share of the area [%]", fontsize=LABEL)
-    axes.set_title("Contact and saturated area", fontsize=TITLE)
+    style.name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
 
 def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
     factor, _ = _pressure(law)
     _shade(axes, law)
     scale, unit = 1e-15, "GPa/µm"
-    _line(axes, law, LOADING, "stiffness", scale, color=SERIES[0], marker="o", label="loading")
+    _line(
+        axes, law, LOADING, "stiffness", scale, color=style.SERIES[0], marker="o", label="loading"
+    )
     if not law.is_elastic:
         _line(
-            axes, law, LOADING, "unloading_stiffness", scale, color=SATURATED, marker="s",
+            axes, law, LOADING, "unloading_stiffness", scale, color=style.SATURATED, marker="s",
             label="as the load begins to fall",
         )  # fmt: skip
     if UNLOADING in law.branches:
         _line(
-            axes, law, UNLOADING, "unloading_stiffness", scale, color=ELASTIC, marker="o",
+            axes, law, UNLOADING, "unloading_stiffness", scale, color=style.ELASTIC, marker="o",
             label="unloading, loading again",
         )  # fmt: skip
     if np.isfinite(law.persson_length):
         line = law.pressures() / law.persson_length * scale
-        axes.plot(law.pressures() * factor, line, "--", color=NEUTRAL, label="p̄/u₀, Persson")
+        axes.plot(law.pressures() * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")
     axes.set_yscale("log")
-    axes.set_ylabel(f"stiffness per area [{unit}]", fontsize=LABEL)
-    axes.set_title("Stiffness", fontsize=TITLE)
+    style.name_axes(axes, y=f"stiffness per area [{unit}]", title="Stiffness")
 
 
 def _draw_gap(axes: Axes, law: InterfaceLaw) -> None:
     factor, _ = _pressure(law)
-    scale, unit = prefixed(max(abs(item.first_touch) for item in law.maps), "m")
+    scale, unit = style.prefixed(max(abs(item.first_touch) for item in law.maps), "m")
     _shade(axes, law)
     for branch in law.branches:
         own = {LOADING: "", UNLOADING: ", unloading"}[branch]
@@ -183,5 +186,8 @@ def _draw_gap(axes: Axes, law: InterfaceLaw) -> None:
             axes.fill_between(
                 pressures, mean - half, mean + half, color=_COLOURS[branch], alpha=0.2, linewidth=0
             )
-    axes.set_ylabel(f"separation, mean gap [{unit}]", fontsize=LABEL)
-    axes.set_title("Separation of the mean planes and mean open gap", fontsize=TITLE)
+    style.name_axes(
+        axes,
+        y=f"separation, mean gap [{unit}]",
+        title="Separation of the mean planes and mean open gap",
+    )

@@ -6,27 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.plots.cells import closed_cover, gap_limit, open_gap, shares
-from roughcontact.plots.style import (
-    CELLS_IN_PANEL,
-    CLOSED,
-    DPI,
-    LABEL,
-    MISSING,
-    SERIES,
-    TICK,
-    TITLE,
-    cell_max,
-    cell_size,
-    colour_bar,
-    draw_map,
-    layout,
-    load_text,
-    plain_axes,
-    prefixed,
-    prefixed_window,
-    shown_aspect,
-)
+from roughcontact.plots import cells, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,11 +35,9 @@ def leak(found: Leakage) -> Figure:
         the narrowest place of the widest way. A cell of several points shows the largest of its
         flow densities.
     """
-    from matplotlib.figure import Figure
-
     flows = [flow for flow in found.flows if flow.percolates]
-    aspect = shown_aspect(found.largest.pair.size)
-    figure = Figure(figsize=(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect), dpi=DPI, layout=layout())
+    aspect = style.shown_aspect(found.largest.pair.size)
+    figure = style.blank(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect)
     first, *others = figure.subplots(1, 1 + len(flows), squeeze=False)[0]
     _draw_gap(first, found, bool(flows))
     for axes, flow in zip(others, flows, strict=True):
@@ -81,33 +59,27 @@ def flow_factors(found: Leakage) -> Figure:
         Pressure-flow factors φ = k/ū³ over ū/σ, and the gap at the narrowest place beside the mean
         gap.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.2, 4.6), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = style.panels(11.2, 4.6, 1, 2)
     load = found.column("load")
     mean = found.column("mean_gap")
-    load_factor, load_unit = prefixed(float(load.max()), "N")
-    factor, unit = prefixed(float(mean.max()), "m")
+    load_factor, load_unit = style.prefixed(float(load.max()), "N")
+    factor, unit = style.prefixed(float(mean.max()), "m")
     right.plot(load * load_factor, mean * factor, "k:", label="mean gap")
     for axis in found.axes:
-        style, colour = ("o-", "s--")[axis], SERIES[axis]
+        line, colour = ("o-", "s--")[axis], style.SERIES[axis]
         label = f"along {'yx'[axis]}"
-        left.plot(found.gap_ratio, _positive(found.flow_factor(axis)), style, color=colour,
+        left.plot(found.gap_ratio, _positive(found.flow_factor(axis)), line, color=colour,
                   label=label)  # fmt: skip
         narrow = _positive(found.critical_gap(axis)) * factor
-        right.plot(load * load_factor, narrow, style, color=colour, label=f"narrowest, {label}")
+        right.plot(load * load_factor, narrow, line, color=colour, label=f"narrowest, {label}")
     for axes, x, y, title in (
         (left, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),
         (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
             axes.set_yscale("log")
-        axes.set_xlabel(x, fontsize=LABEL)
-        axes.set_ylabel(y, fontsize=LABEL)
-        axes.set_title(title, fontsize=TITLE)
-        plain_axes(axes)
-        axes.legend(fontsize=TICK, frameon=False)
+        style.plain_axes(axes, x, y, title)
+        style.plain_legend(axes)
     right.set_xscale("log")
     return figure
 
@@ -121,20 +93,24 @@ def _draw_gap(axes: Axes, answer: Leakage, flows: bool) -> None:
 
     result = answer.largest
     size = result.surface.size
-    blocks = cell_size(result.gap.shape, size, CELLS_IN_PANEL)
-    values = open_gap(result.contact, result.gap, blocks)
-    top = gap_limit(values)
-    factor, unit = prefixed(top, "m")
-    image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
-    image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
+    blocks = style.cell_size(result.gap.shape, size, style.CELLS_IN_PANEL)
+    values = cells.open_gap(result.contact, result.gap, blocks)
+    top = cells.gap_limit(values)
+    factor, unit = style.prefixed(top, "m")
+    image = style.draw_map(axes, values * factor, size, blocks, result.gap.shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
     image.set_clim(0, top * factor)
-    cover = closed_cover(shares(result.contact, result.saturated, result.gap, blocks), CLOSED)
-    draw_map(axes, cover, size, blocks, result.gap.shape)
-    colour_bar(axes, image, f"open gap [{unit}]", "max" if (values > top).any() else "neither")
+    cover = cells.closed_cover(
+        cells.shares(result.contact, result.saturated, result.gap, blocks), style.CLOSED
+    )
+    style.draw_map(axes, cover, size, blocks, result.gap.shape)
+    style.colour_bar(
+        axes, image, f"open gap [{unit}]", "max" if (values > top).any() else "neither"
+    )
     for axis in answer.axes:
         _mark(axes, answer, axis)
     more = "" if flows else ", no way through"
-    axes.set_title(f"Gap and contact at {load_text(result)}{more}", fontsize=TITLE)
+    style.name_axes(axes, title=f"Gap and contact at {style.load_text(result)}{more}")
 
 
 def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
@@ -143,18 +119,18 @@ def _draw_flow(axes: Axes, answer: Leakage, flow: Flow) -> None:
 
     result = answer.largest
     size = result.surface.size
-    blocks = cell_size(flow.density.shape, size, CELLS_IN_PANEL)
+    blocks = style.cell_size(flow.density.shape, size, style.CELLS_IN_PANEL)
     mean = flow.permeability[flow.axis]
-    values = cell_max(flow.density.astype(float), blocks) / mean
+    values = style.cell_max(flow.density.astype(float), blocks) / mean
     maximum = float(values.max())
-    image = draw_map(
+    image = style.draw_map(
         axes, np.maximum(values, maximum * 10.0**-_DECADES), size, blocks, flow.density.shape
     )
     image.set_cmap(colormaps["inferno"])
     image.set_norm(LogNorm(maximum * 10.0**-_DECADES, maximum))
-    colour_bar(axes, image, "flow density over its mean", "min")
+    style.colour_bar(axes, image, "flow density over its mean", "min")
     _mark(axes, answer, flow.axis)
-    axes.set_title(f"Flow along {'yx'[flow.axis]}", fontsize=TITLE)
+    style.name_axes(axes, title=f"Flow along {'yx'[flow.axis]}")
 
 
 def _mark(axes: Axes, result: Leakage, axis: int) -> None:
@@ -163,7 +139,7 @@ def _mark(axes: Axes, result: Leakage, axis: int) -> None:
     if place is None:
         return
     pixel = result.largest.pair.pixel
-    factor, _ = prefixed_window(0.0, max(result.largest.pair.size))
+    factor, _ = style.prefixed_window(0.0, max(result.largest.pair.size))
     y, x = ((index + 0.5) * edge * factor for index, edge in zip(place.place, pixel, strict=True))
-    for colour, width in (("white", 3.0), (SERIES[1], 1.5)):
+    for colour, width in (("white", 3.0), (style.SERIES[1], 1.5)):
         axes.plot([x], [y], "x", color=colour, markersize=9, markeredgewidth=width)

@@ -7,20 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from roughcontact.plots.style import (
-    DPI,
-    ELASTIC,
-    LABEL,
-    NEUTRAL,
-    SATURATED,
-    SERIES,
-    TICK,
-    TITLE,
-    in_unit,
-    layout,
-    plain_axes,
-    prefixed,
-)
+from roughcontact.plots import style
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import NEGLIGIBLE_GROWTH, LoadHistory
 from roughcontact.units import counted
@@ -45,35 +32,35 @@ def hysteresis(history: LoadHistory) -> Figure:
         at one position are elastic, in one colour, and a new indentation has another. Below it the
         dissipated energy of every step and the volume indented so far.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(7.2, 8.6), dpi=DPI, layout=layout())
-    upper, lower = figure.subplots(2, 1, height_ratios=(1.7, 1.0))
+    figure, (upper, lower) = style.panels(7.2, 8.6, 2, 1, height_ratios=(1.7, 1.0))
     _draw_loop(upper, history)
 
     number = np.arange(1, len(history.steps) + 1)
     energy = history.column("dissipated_energy")
     volume = np.cumsum(history.column("indentation_volume"))
-    factor, unit = prefixed(float(energy.max()), "J")
-    lower.bar(number, energy * factor, width=0.7, color=SATURATED)
-    lower.set_xlabel("step", fontsize=LABEL)
-    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=LABEL, color=SATURATED)
+    factor, unit = style.prefixed(float(energy.max()), "J")
+    lower.bar(number, energy * factor, width=0.7, color=style.SATURATED)
+    style.name_axes(lower, "step")
+    lower.set_ylabel(f"dissipated energy [{unit}]", fontsize=style.LABEL, color=style.SATURATED)
     lower.xaxis.set_major_locator(MaxNLocator(integer=True))
     lower.set_xlim(0.3, number[-1] + 0.7)
     lower.set_ylim(0, 1.15 * float(energy.max()) * factor or 1)
     # Cubic micrometres: prefixes of m³ mislead.
     total = lower.twinx()
-    total.plot(number, volume * 1e18, color=SERIES[0], marker="o", markersize=4, linewidth=1.8)
-    total.set_ylabel("indented volume so far [µm³]", fontsize=LABEL, color=SERIES[0])
+    total.plot(
+        number, volume * 1e18, color=style.SERIES[0], marker="o", markersize=4, linewidth=1.8
+    )
+    total.set_ylabel("indented volume so far [µm³]", fontsize=style.LABEL, color=style.SERIES[0])
     total.set_ylim(0, 1.15 * float(volume[-1]) * 1e18 or 1)
     for axes in (lower, total):
-        axes.tick_params(labelsize=TICK)
+        axes.tick_params(labelsize=style.TICK)
         axes.spines["top"].set_visible(False)
-    lower.set_title(
-        f"{in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
+    style.name_axes(
+        lower,
+        title=f"{style.in_unit(history.dissipated_energy, (factor, unit), 'J')} dissipated, "
         + ("shaken down" if history.is_elastic_now else "shakedown not shown"),
-        fontsize=TITLE,
     )
     return figure
 
@@ -93,43 +80,38 @@ def load_curve(curve: LoadCurve) -> Figure:
         line A = κ W/(E* h') through the low loads, see `LoadCurve.low_load_slope`, or load over
         ceiling, where a ceiling is reached.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 9.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = style.panels(11.0, 9.4, 2, 2)
     load = curve.column("load")
-    factor, unit = prefixed(float(load.max()), "N")
+    factor, unit = style.prefixed(float(load.max()), "N")
     _draw_areas(grid[0, 0], curve, factor)
     lengths = {
-        "approach": (curve.column("approach"), SERIES[0], "o-"),
-        "mean gap": (curve.column("mean_gap"), SERIES[1], "s-"),
+        "approach": (curve.column("approach"), style.SERIES[0], "o-"),
+        "mean gap": (curve.column("mean_gap"), style.SERIES[1], "s-"),
     }
     longest = max(float(values.max()) for values, *_ in lengths.values())
-    scale, length_unit = prefixed(longest, "m")
+    scale, length_unit = style.prefixed(longest, "m")
     for name, (values, colour, marker) in lengths.items():
         grid[0, 1].plot(load * factor, values * scale, marker, color=colour, label=name)
     grid[0, 1].set_ylim(0, 1.08 * (longest or 1.0) * scale)
-    grid[0, 1].set_ylabel(f"approach, mean gap [{length_unit}]", fontsize=LABEL)
-    grid[0, 1].set_title("Approach and mean open gap", fontsize=TITLE)
+    style.name_axes(
+        grid[0, 1], y=f"approach, mean gap [{length_unit}]", title="Approach and mean open gap"
+    )
     stiffness = curve.column("stiffness")
     # Nothing but saturated pixels has none, full periodic contact has no bound.
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
-    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
     if np.isfinite(stiffness).any():
         grid[1, 0].set_yscale("log")
-    grid[1, 0].set_ylabel("stiffness dW/dω [N/m]", fontsize=LABEL)
-    grid[1, 0].set_title("Contact stiffness", fontsize=TITLE)
+    style.name_axes(grid[1, 0], y="stiffness dW/dω [N/m]", title="Contact stiffness")
     number = curve.column("spots")
-    grid[1, 1].plot(load * factor, number, "o-", color=SERIES[0])
+    grid[1, 1].plot(load * factor, number, "o-", color=style.SERIES[0])
     grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
-    grid[1, 1].set_ylabel("number of contact spots", fontsize=LABEL)
-    grid[1, 1].set_title("Contact spots", fontsize=TITLE)
+    style.name_axes(grid[1, 1], y="number of contact spots", title="Contact spots")
     for axes in grid.ravel():
         axes.set_xscale("log")
-        axes.set_xlabel(f"load [{unit}]", fontsize=LABEL)
-        plain_axes(axes)
+        style.plain_axes(axes, f"load [{unit}]")
     for axes in grid[0]:
-        axes.legend(fontsize=TICK, frameon=False)
+        style.plain_legend(axes)
     return figure
 
 
@@ -140,14 +122,14 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     # The law is one of elastic contact; the area of a saturated one is load over ceiling.
     law = slope * load / (curve.contact_modulus * curve.rms_gradient)
     low = curve.low_loads.any()
-    lines = [(law, "--", NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
+    lines = [(law, "--", style.NEUTRAL, f"κ W/(E* h′), κ = {slope:.2f}")] if low else []
     if isinstance(curve.ceiling, float) and saturated.any():
-        lines.append((load / curve.ceiling, ":", NEUTRAL, "load / ceiling"))
+        lines.append((load / curve.ceiling, ":", style.NEUTRAL, "load / ceiling"))
     lines += [
-        (contact_theory, "--", SERIES[5], "contact, Persson"),
-        (saturated_theory, "--", SERIES[3], "saturated, Persson"),
-        (contact, "o-", SERIES[0], "contact"),
-        (saturated, "s-", SATURATED, "saturated"),
+        (contact_theory, "--", style.SERIES[5], "contact, Persson"),
+        (saturated_theory, "--", style.SERIES[3], "saturated, Persson"),
+        (contact, "o-", style.SERIES[0], "contact"),
+        (saturated, "s-", style.SATURATED, "saturated"),
     ]
     computed = 100 * np.concatenate([contact, saturated]) / nominal
     computed = computed[computed > 0]
@@ -161,8 +143,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
     axes.set_yscale("log")
     if computed.size:
         axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
-    axes.set_ylabel("share of the map [%]", fontsize=LABEL)
-    axes.set_title("Contact and saturated area", fontsize=TITLE)
+    style.name_axes(axes, y="share of the map [%]", title="Contact and saturated area")
 
 
 class State(NamedTuple):
@@ -215,11 +196,14 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
     approach, load = (
         np.array([getattr(state, name) for state in result]) for name in ("approach", "load")
     )
-    across, unit_across = prefixed(float(np.abs(approach).max()), "m")
-    up, unit_up = prefixed(float(load.max()), "N")
+    across, unit_across = style.prefixed(float(np.abs(approach).max()), "m")
+    up, unit_up = style.prefixed(float(load.max()), "N")
     x, y = approach * across, load * up
     lines = branches(result)
-    for name, colour, width in (("elastic", ELASTIC, 1.8), ("new indentation", SATURATED, 2.2)):
+    for name, colour, width in (
+        ("elastic", style.ELASTIC, 1.8),
+        ("new indentation", style.SATURATED, 2.2),
+    ):
         if not lines[name]:
             continue
         # One line with gaps, so that the legend names each kind once.
@@ -229,20 +213,18 @@ def _draw_loop(axes: Axes, history: LoadHistory) -> None:
             for state in (*branch, None)
         ]
         axes.plot(*np.array(points).T, color=colour, linewidth=width, label=name)
-    axes.plot(x, y, "o", color=NEUTRAL, markersize=4)
+    axes.plot(x, y, "o", color=style.NEUTRAL, markersize=4)
     for place, text, side in ((0, "start ", "right"), (-1, " end", "left")):
         axes.annotate(
             text, (x[place], y[place]), xytext=(0, 3), textcoords="offset points", ha=side,
-            fontsize=TICK, color=NEUTRAL,
+            fontsize=style.TICK, color=style.NEUTRAL,
         )  # fmt: skip
     axes.margins(x=0.1)
-    axes.set_xlabel(f"approach from first touch [{unit_across}]", fontsize=LABEL)
-    axes.set_ylabel(f"load [{unit_up}]", fontsize=LABEL)
     axes.set_ylim(bottom=0)
-    plain_axes(axes)
+    style.plain_axes(axes, f"approach from first touch [{unit_across}]", f"load [{unit_up}]")
     if any(lines.values()):
-        axes.legend(fontsize=TICK, frameon=False, loc="upper left")
+        axes.legend(fontsize=style.TICK, frameon=False, loc="upper left")
     positions = len({stage.shift for stage in history.path})
     where = f", {positions} lateral positions" if positions > 1 else ""
     steps = counted(len(history.steps), "step")
-    axes.set_title(f"Load history, {steps}{where}", fontsize=TITLE)
+    style.name_axes(axes, title=f"Load history, {steps}{where}")

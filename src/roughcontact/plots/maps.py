@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import FEW_PIXELS
 from roughcontact.errors import InputError, require_positive
+from roughcontact.plots import style
 from roughcontact.plots.cells import (
     classes,
     closed_cover,
@@ -32,41 +33,6 @@ from roughcontact.plots.cells import (
     shares as cell_shares,
 )
 from roughcontact.plots.sections import draw_histogram, window
-from roughcontact.plots.style import (
-    CELLS_ALONE,
-    CELLS_IN_PANEL,
-    CLOSED,
-    DPI,
-    ELASTIC,
-    LABEL,
-    MISSING,
-    OPEN,
-    OVER,
-    SATURATED,
-    SERIES,
-    TITLE,
-    UPRIGHT,
-    cell_max,
-    cell_mean,
-    cell_note,
-    cell_points,
-    cell_size,
-    colour_bar,
-    doubt,
-    draw_map,
-    in_unit,
-    layout,
-    legend_below,
-    listed,
-    load_text,
-    patch_legend,
-    plain_axes,
-    prefixed,
-    prefixed_area,
-    result_names,
-    shown_aspect,
-    single_axes,
-)
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 
@@ -93,10 +59,12 @@ def surface(surface: Surface) -> Figure:
         Heights above their mean; the colours span the middle 99 % of them, with arrows where
         there are more.
     """
-    figure, axes = single_axes(surface.size, legend=surface.missing > 0)
-    drawn = _draw_surface(axes, surface, CELLS_ALONE)
-    axes.set_title(f"Surface heights, Sq {in_unit(surface.Sq, drawn.scale, 'm')}", fontsize=TITLE)
-    cell_note(figure, drawn.cell, "the mean height in it")
+    figure, axes = style.single_axes(surface.size, legend=surface.missing > 0)
+    drawn = _draw_surface(axes, surface, style.CELLS_ALONE)
+    style.name_axes(
+        axes, title=f"Surface heights, Sq {style.in_unit(surface.Sq, drawn.scale, 'm')}"
+    )
+    style.cell_note(figure, drawn.cell, "the mean height in it")
     return figure
 
 
@@ -124,15 +92,15 @@ def pressure(result: ContactResult, limit: float | None = None) -> Figure:
         If the limit is not positive and finite.
     """
     top = pressure_limit([result], limit)
-    figure, axes = single_axes(result.surface.size, legend=False)
-    drawn = _draw_pressure(axes, result, top, CELLS_ALONE)
+    figure, axes = style.single_axes(result.surface.size, legend=False)
+    drawn = _draw_pressure(axes, result, top, style.CELLS_ALONE)
     _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
-    axes.set_title(
-        f"Contact pressure at {load_text(result)}, largest "
-        f"{in_unit(result.max_pressure, drawn.scale, 'Pa')}{doubt(result)}",
-        fontsize=TITLE,
+    style.name_axes(
+        axes,
+        title=f"Contact pressure at {style.load_text(result)}, largest "
+        f"{style.in_unit(result.max_pressure, drawn.scale, 'Pa')}{style.doubt(result)}",
     )
-    cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
+    style.cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
     return figure
 
 
@@ -151,10 +119,10 @@ def contact(result: ContactResult) -> Figure:
         A cell of several points has their colours in their shares of it; the legend gives the
         shares of the map, counted on the points.
     """
-    figure, axes = single_axes(result.surface.size, bar=False)
-    drawn = _draw_contact(axes, result, CELLS_ALONE)
-    axes.set_title(f"Contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, drawn.cell, _IN_SHARES)
+    figure, axes = style.single_axes(result.surface.size, bar=False)
+    drawn = _draw_contact(axes, result, style.CELLS_ALONE)
+    style.name_axes(axes, title=f"Contact at {style.load_text(result)}{style.doubt(result)}")
+    style.cell_note(figure, drawn.cell, _IN_SHARES)
     return figure
 
 
@@ -175,31 +143,30 @@ def gap(result: ContactResult) -> Figure:
     """
     from matplotlib import colormaps
 
-    figure, axes = single_axes(result.surface.size)
+    figure, axes = style.single_axes(result.surface.size)
     size = result.surface.size
-    blocks = cell_size(result.gap.shape, size, CELLS_ALONE)
+    blocks = style.cell_size(result.gap.shape, size, style.CELLS_ALONE)
     values = open_gap(result.contact, result.gap, blocks)
     top = gap_limit(values)
-    factor, unit = prefixed(top, "m")
-    image = draw_map(axes, values * factor, size, blocks, result.gap.shape)
-    image.set_cmap(colormaps["Blues"].with_extremes(bad=MISSING))
+    factor, unit = style.prefixed(top, "m")
+    image = style.draw_map(axes, values * factor, size, blocks, result.gap.shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
     image.set_clim(0, top * factor)
     shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
-    cover = closed_cover(shares, CLOSED)
-    draw_map(axes, cover, size, blocks, result.gap.shape)
+    cover = closed_cover(shares, style.CLOSED)
+    style.draw_map(axes, cover, size, blocks, result.gap.shape)
     over = bool((values > top).any())
-    colour_bar(axes, image, f"open gap [{unit}]", "max" if over else "neither")
-    entries = [(CLOSED, f"closed {percent(result.contact_fraction)}")]
+    style.colour_bar(axes, image, f"open gap [{unit}]", "max" if over else "neither")
+    entries = [(style.CLOSED, f"closed {percent(result.contact_fraction)}")]
     lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
     if lost:
-        entries.append((MISSING, f"missing {percent(lost)}"))
-    patch_legend(axes, entries)
-    axes.set_title(
-        f"Open gap at {load_text(result)}, mean {in_unit(result.mean_gap, (factor, unit), 'm')}"
-        f"{doubt(result)}",
-        fontsize=TITLE,
+        entries.append((style.MISSING, f"missing {percent(lost)}"))
+    style.patch_legend(axes, entries)
+    mean = style.in_unit(result.mean_gap, (factor, unit), "m")
+    style.name_axes(
+        axes, title=f"Open gap at {style.load_text(result)}, mean {mean}{style.doubt(result)}"
     )
-    cell_note(figure, blocks, "the mean of its open gap, and its closed share")
+    style.cell_note(figure, blocks, "the mean of its open gap, and its closed share")
     return figure
 
 
@@ -228,29 +195,25 @@ def comparison(
     InputError
         If there is no result, the labels do not fit, or the limit is not positive and finite.
     """
-    from matplotlib.figure import Figure
-
-    names = result_names(results, labels)
+    names = style.result_names(results, labels)
     top = pressure_limit(results, limit)
-    aspect = max(shown_aspect(result.surface.size) for result in results)
+    aspect = max(style.shown_aspect(result.surface.size) for result in results)
     width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
-    height += 1.4 if aspect <= UPRIGHT else 0.0
-    figure = Figure(figsize=(width, height), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, len(results), squeeze=False)
+    height += 1.4 if aspect <= style.UPRIGHT else 0.0
+    figure, grid = style.panels(width, height, 2, len(results), squeeze=False)
     over = max(result.max_pressure for result in results) > top
     cells = []
     for column, (result, name) in enumerate(zip(results, names, strict=True)):
         upper, lower = grid[:, column]
-        drawn = _draw_pressure(upper, result, top, CELLS_IN_PANEL)
-        largest = in_unit(result.max_pressure, drawn.scale, "Pa")
-        upper.set_title(
-            f"{name}{doubt(result)}\n{load_text(result)}, largest pressure {largest}",
-            fontsize=TITLE,
-        )
+        drawn = _draw_pressure(upper, result, top, style.CELLS_IN_PANEL)
+        largest = style.in_unit(result.max_pressure, drawn.scale, "Pa")
+        load = style.load_text(result)
+        title = f"{name}{style.doubt(result)}\n{load}, largest pressure {largest}"
+        style.name_axes(upper, title=title)
         if column == len(results) - 1:
             _pressure_bar(upper, drawn.image, top, over=over)
-        cells.append(_draw_contact(lower, result, CELLS_IN_PANEL).cell)
-    cell_note(figure, max(cells), _PRESSURE_OR_SHARES)
+        cells.append(_draw_contact(lower, result, style.CELLS_IN_PANEL).cell)
+    style.cell_note(figure, max(cells), _PRESSURE_OR_SHARES)
     return figure
 
 
@@ -267,37 +230,36 @@ def overview(result: ContactResult) -> Figure:
     Figure
         Four panels under the numbers that matter.
     """
-    from matplotlib.figure import Figure
-
-    height = 9.6 * max(shown_aspect(result.surface.size), 0.6) + 3.2
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    height = 9.6 * max(style.shown_aspect(result.surface.size), 0.6) + 3.2
+    figure, grid = style.panels(12.0, height, 2, 2)
     top = pressure_limit([result])
-    drawn = _draw_surface(grid[0, 0], result.surface, CELLS_IN_PANEL)
+    drawn = _draw_surface(grid[0, 0], result.surface, style.CELLS_IN_PANEL)
     name = "Surface" if result.counter_surface is None else "Surface of the body"
-    rms = in_unit(result.surface.Sq, drawn.scale, "m")
-    grid[0, 0].set_title(f"{name}, Sq {rms}", fontsize=TITLE)
-    pressures = _draw_pressure(grid[0, 1], result, top, CELLS_IN_PANEL)
+    rms = style.in_unit(result.surface.Sq, drawn.scale, "m")
+    style.name_axes(grid[0, 0], title=f"{name}, Sq {rms}")
+    pressures = _draw_pressure(grid[0, 1], result, top, style.CELLS_IN_PANEL)
     _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
-    grid[0, 1].set_title("Contact pressure", fontsize=TITLE)
-    _draw_contact(grid[1, 0], result, CELLS_IN_PANEL)
-    grid[1, 0].set_title("Contact", fontsize=TITLE)
+    style.name_axes(grid[0, 1], title="Contact pressure")
+    _draw_contact(grid[1, 0], result, style.CELLS_IN_PANEL)
+    style.name_axes(grid[1, 0], title="Contact")
     draw_histogram(grid[1, 1], [result], [""], "linear")
-    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
+    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)
     certificate = f"certificate {result.certificate:.1e}"
     saturated = f"saturated {percent(result.saturated_fraction)}"
     words = [
-        f"load {load_text(result)}",
+        f"load {style.load_text(result)}",
         f"contact {percent(result.contact_fraction)}",
         "no ceiling" if result.ceiling is None else saturated,
         f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
         certificate if result.converged else f"NOT CONVERGED, {certificate}",
     ]
     figure.suptitle(
-        "  ·  ".join(words) + f"\nregime: {result.regime}", fontsize=TITLE + 1, linespacing=1.4
+        "  ·  ".join(words) + f"\nregime: {result.regime}",
+        fontsize=style.TITLE + 1,
+        linespacing=1.4,
     )
     shown = f"the mean height, {_PRESSURE_OR_SHARES}"
-    cell_note(figure, drawn.cell, shown, _marked(result, pressures.cell))
+    style.cell_note(figure, drawn.cell, shown, _marked(result, pressures.cell))
     return figure
 
 
@@ -324,8 +286,6 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     InputError
         If the point does not lie on the map, or the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
-
     require_positive(width=width)
     if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
         raise InputError(
@@ -341,25 +301,31 @@ def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Fig
     part = result.pressure[rows, columns]
     corner = rows.start * pixel[0], columns.start * pixel[1]
     size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
-    blocks = cell_size(part.shape, size, CELLS_IN_PANEL)
-    figure = Figure(figsize=(10.8, 4.0 * shown_aspect(size) + 2.2), dpi=DPI, layout=layout())
-    left, right = figure.subplots(1, 2)
+    blocks = style.cell_size(part.shape, size, style.CELLS_IN_PANEL)
+    figure, (left, right) = style.panels(10.8, 4.0 * style.shown_aspect(size) + 2.2, 1, 2)
     top = pressure_limit([result])
-    values = cell_max(part, blocks)
-    factor, _ = prefixed(top, "Pa")
+    values = style.cell_max(part, blocks)
+    factor, _ = style.prefixed(top, "Pa")
     values = np.where(values > 0, values * factor, np.nan)
-    image = draw_map(left, values, size, blocks, part.shape, corner)
+    image = style.draw_map(left, values, size, blocks, part.shape, corner)
     _colour_pressure(image, top * factor)
     _pressure_bar(left, image, top, over=bool(part.max() > top))
-    left.set_title("Contact pressure", fontsize=TITLE)
+    style.name_axes(left, title="Contact pressure")
     gap = result.gap[rows, columns]
     shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
-    draw_map(right, classes(shares), size, blocks, part.shape, corner)
-    entries = [(OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated")]
-    patch_legend(right, entries + [(MISSING, "missing")] * bool(np.isnan(gap).any()))
-    right.set_title("Contact", fontsize=TITLE)
-    figure.suptitle(f"Part of the contact at {load_text(result)}{doubt(result)}", fontsize=TITLE)
-    cell_note(figure, blocks, _PRESSURE_OR_SHARES)
+    style.draw_map(right, classes(shares), size, blocks, part.shape, corner)
+    entries = [
+        (style.OPEN, "no contact"),
+        (style.ELASTIC, "elastic"),
+        (style.SATURATED, "saturated"),
+    ]
+    style.patch_legend(right, entries + [(style.MISSING, "missing")] * bool(np.isnan(gap).any()))
+    style.name_axes(right, title="Contact")
+    figure.suptitle(
+        f"Part of the contact at {style.load_text(result)}{style.doubt(result)}",
+        fontsize=style.TITLE,
+    )
+    style.cell_note(figure, blocks, _PRESSURE_OR_SHARES)
     return figure
 
 
@@ -377,14 +343,11 @@ def spots(result: ContactResult) -> Figure:
         Number of spots over area, both logarithmic. Spots of fewer than ten pixels, whose size is
         the grid's, lie on a shaded ground.
     """
-    from matplotlib.figure import Figure
-
     areas = result.spots().area
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = style.panels(7.2, 5.2)
     pixel = result.pixel_area
     largest = float(areas.max(initial=pixel))
-    factor, unit = prefixed_area(largest)
+    factor, unit = style.prefixed_area(largest)
     # Equal areas make one point: how many spots are at least that large.
     sizes, counts = np.unique(areas, return_counts=True)
     at_least = np.cumsum(counts[::-1])[::-1]
@@ -394,28 +357,26 @@ def spots(result: ContactResult) -> Figure:
         color="#ececec",
         label=f"fewer than {FEW_PIXELS} pixels: size set by the grid",
     )
-    axes.plot(sizes * factor, at_least, "o-", color=SERIES[0], markersize=4, linewidth=1.2)
+    axes.plot(sizes * factor, at_least, "o-", color=style.SERIES[0], markersize=4, linewidth=1.2)
     if areas.size:
         mean = float(areas.mean())
         axes.axvline(
             mean * factor,
-            color=SERIES[1],
+            color=style.SERIES[1],
             linestyle=(0, (5, 3)),
             linewidth=1.6,
-            label=f"mean area {in_unit(mean, (factor, unit), 'm²')}",
+            label=f"mean area {style.in_unit(mean, (factor, unit), 'm²')}",
         )
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
-    axes.set_xlabel(f"area A of a spot [{unit}]", fontsize=LABEL)
-    axes.set_ylabel("spots of at least that area", fontsize=LABEL)
+    style.name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")
     noun = "spot" if areas.size == 1 else "spots"
-    axes.set_title(
-        f"{areas.size} contact {noun} at {load_text(result)}{doubt(result)}", fontsize=TITLE
+    style.plain_axes(
+        axes, title=f"{areas.size} contact {noun} at {style.load_text(result)}{style.doubt(result)}"
     )
-    plain_axes(axes)
-    legend_below(axes, columns=2)
+    style.legend_below(axes, columns=2)
     return figure
 
 
@@ -428,57 +389,59 @@ class _Drawn(NamedTuple):
 def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
     from matplotlib import colormaps
 
-    blocks = cell_size(surface.shape, surface.size, cells)
-    values = cell_mean(surface.heights, blocks)
+    blocks = style.cell_size(surface.shape, surface.size, cells)
+    values = style.cell_mean(surface.heights, blocks)
     values -= np.nanmean(surface.heights)
     low, high, below, above = height_limits(values)
-    factor, unit = prefixed(max(abs(low), abs(high)), "m")
-    image = draw_map(axes, values * factor, surface.size, blocks, surface.shape)
-    image.set_cmap(colormaps["viridis"].with_extremes(bad=MISSING))
+    factor, unit = style.prefixed(max(abs(low), abs(high)), "m")
+    image = style.draw_map(axes, values * factor, surface.size, blocks, surface.shape)
+    image.set_cmap(colormaps["viridis"].with_extremes(bad=style.MISSING))
     image.set_clim(low * factor, high * factor)
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
-    colour_bar(axes, image, f"height above mean [{unit}]", extend)
+    style.colour_bar(axes, image, f"height above mean [{unit}]", extend)
     if surface.missing:
         share = percent(surface.missing / surface.heights.size)
-        patch_legend(axes, [(MISSING, f"missing {share}")])
+        style.patch_legend(axes, [(style.MISSING, f"missing {share}")])
     return _Drawn(image, blocks, (factor, unit))
 
 
 def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
-    blocks = cell_size(shape, size, cells)
-    values = cell_max(result.pressure, blocks)
-    factor, unit = prefixed(top, "Pa")
-    image = draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
+    blocks = style.cell_size(shape, size, cells)
+    values = style.cell_max(result.pressure, blocks)
+    factor, unit = style.prefixed(top, "Pa")
+    image = style.draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
     _colour_pressure(image, top * factor)
     return _Drawn(image, blocks, (factor, unit))
 
 
 def _colour_pressure(image: AxesImage, top: float) -> None:
-    image.set_cmap(listed(pressure_colors()).with_extremes(bad=OPEN, over=OVER))
+    image.set_cmap(style.listed(pressure_colors()).with_extremes(bad=style.OPEN, over=style.OVER))
     image.set_clim(0, top)
 
 
 def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
-    colour_bar(axes, image, f"pressure [{prefixed(top, 'Pa')[1]}]", "max" if over else "neither")
+    style.colour_bar(
+        axes, image, f"pressure [{style.prefixed(top, 'Pa')[1]}]", "max" if over else "neither"
+    )
 
 
 def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
     size, shape = result.surface.size, result.pressure.shape
-    blocks = cell_size(shape, size, cells)
+    blocks = style.cell_size(shape, size, cells)
     missing = int(np.count_nonzero(np.isnan(result.gap)))
     shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
-    image = draw_map(axes, classes(shares), size, blocks, shape)
+    image = style.draw_map(axes, classes(shares), size, blocks, shape)
     lost = missing / result.pressure.size
     touching, saturated = result.contact_fraction, result.saturated_fraction
     entries = [
-        (OPEN, f"no contact\n{percent(1 - touching - lost)}"),
-        (ELASTIC, f"elastic\n{percent(touching - saturated)}"),
-        (SATURATED, f"saturated\n{percent(saturated)}"),
+        (style.OPEN, f"no contact\n{percent(1 - touching - lost)}"),
+        (style.ELASTIC, f"elastic\n{percent(touching - saturated)}"),
+        (style.SATURATED, f"saturated\n{percent(saturated)}"),
     ]
     if missing:
-        entries.append((MISSING, f"missing\n{percent(lost)}"))
-    patch_legend(axes, entries)
+        entries.append((style.MISSING, f"missing\n{percent(lost)}"))
+    style.patch_legend(axes, entries)
     return _Drawn(image, blocks)
 
 
@@ -488,8 +451,10 @@ _PRESSURE_OR_SHARES = f"the largest pressure in it or {_IN_SHARES}"
 
 def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
     """Say how much of a map of the largest pressures is marked, and how much touches."""
-    cells = cell_max(result.pressure, blocks) > 0
-    marked = float(cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
+    cells = style.cell_max(result.pressure, blocks) > 0
+    marked = (
+        float(style.cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
+    )
     return (
         f"That marks {percent(marked)} of the picture of the pressure, where "
         f"{percent(result.contact_fraction)} of the map touches."

@@ -9,22 +9,8 @@ import numpy as np
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import require_positive
+from roughcontact.plots import style
 from roughcontact.plots.sections import draw_line_pressure, draw_profile, line_of
-from roughcontact.plots.style import (
-    DPI,
-    LABEL,
-    SATURATED,
-    SERIES,
-    TICK,
-    TITLE,
-    doubt,
-    layout,
-    load_text,
-    plain_axes,
-    prefixed,
-    prefixed_window,
-    shared_legend,
-)
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.surface.surface import Surface
 
@@ -45,20 +31,14 @@ def heights(surface: Surface) -> Figure:
     Figure
         Heights over the position. They are exaggerated.
     """
-    from matplotlib.figure import Figure
-
     z, spacing = surface.heights[0], surface.pixel[1]
     x = spacing * (np.arange(z.size) + 0.5)
-    along, unit_along = prefixed(surface.size[1], "m")
-    up, unit_up = prefixed(float(np.nanmax(np.abs(z))), "m")
-    figure = Figure(figsize=(10.6, 3.8), dpi=DPI, layout=layout())
-    axes = figure.subplots()
-    axes.plot(x * along, z * up, color=SERIES[0], linewidth=0.9)
+    along, unit_along = style.prefixed(surface.size[1], "m")
+    up, unit_up = style.prefixed(float(np.nanmax(np.abs(z))), "m")
+    figure, axes = style.panels(10.6, 3.8)
+    axes.plot(x * along, z * up, color=style.SERIES[0], linewidth=0.9)
     axes.set_xlim(0, surface.size[1] * along)
-    axes.set_xlabel(f"x [{unit_along}]", fontsize=LABEL)
-    axes.set_ylabel(f"height [{unit_up}]", fontsize=LABEL)
-    axes.set_title("Profile", fontsize=TITLE)
-    plain_axes(axes)
+    style.plain_axes(axes, f"x [{unit_along}]", f"height [{unit_up}]", "Profile")
     return figure
 
 
@@ -84,7 +64,6 @@ def pressed(result: ContactResult, width: float | None = None, middle: int | Non
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     if width is not None:
@@ -92,28 +71,27 @@ def pressed(result: ContactResult, width: float | None = None, middle: int | Non
     place = 0, int(np.argmax(result.pressure)) if middle is None else middle
     line = line_of(result, result.initial_gap, place, 1, width or math.inf)
     first, last = line.limits
-    factor, unit = prefixed_window(first, last)
+    factor, unit = style.prefixed_window(first, last)
     tall = float(np.nanmax(np.abs([line.before, line.under])))
-    up, unit_up = prefixed(tall, "m")
+    up, unit_up = style.prefixed(tall, "m")
     top = float(line.pressure.max())
     if line.ceiling is not None:
         top = max([top, *line.ceiling[line.ceiling <= 2 * top]])
-    press, unit_press = prefixed(top, "Pa")
-    figure = Figure(figsize=(10.6, 6.8), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 1, sharex=True, height_ratios=(1.25, 1))
+    press, unit_press = style.prefixed(top, "Pa")
+    figure, grid = style.panels(10.6, 6.8, 2, 1, sharex=True, height_ratios=(1.25, 1))
     draw_profile(grid[0], line, factor, up)
     draw_line_pressure(grid[1], line, top, factor, press)
     for axes in grid:
         axes.xaxis.set_major_locator(MaxNLocator(8))
-        plain_axes(axes)
+        style.plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0].set_ylabel(f"{what} [{unit_up}]", fontsize=LABEL)
-    grid[1].set_ylabel(f"pressure [{unit_press}]", fontsize=LABEL)
+    style.name_axes(grid[0], y=f"{what} [{unit_up}]")
     grid[1].set_ylim(0, 1.08 * (top or 1.0) * press)
-    grid[1].set_xlabel(f"x [{unit}]", fontsize=LABEL)
+    style.name_axes(grid[1], f"x [{unit}]", f"pressure [{unit_press}]")
     grid[1].set_xlim(first * factor, last * factor)
-    shared_legend(figure, grid)
-    figure.suptitle(f"Profile under {load_text(result)}{doubt(result)}", fontsize=TITLE)
+    style.shared_legend(
+        figure, grid, f"Profile under {style.load_text(result)}{style.doubt(result)}"
+    )
     return figure
 
 
@@ -130,33 +108,31 @@ def load_curve(curve: LoadCurve) -> Figure:
     Figure
         Four panels over the load.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.0, 8.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2)
+    figure, grid = style.panels(11.0, 8.6, 2, 2)
     load = curve.column("load")
-    factor, unit = prefixed(float(load.max()), "N/m")
+    factor, unit = style.prefixed(float(load.max()), "N/m")
     for key, name, colour in (
-        ("contact_area", "contact", SERIES[0]), ("saturated_area", "saturated", SATURATED)
+        ("contact_area", "contact", style.SERIES[0]),
+        ("saturated_area", "saturated", style.SATURATED)
     ):  # fmt: skip
         share = 100 * curve.column(key) / curve.nominal_area
         share[share == 0] = np.nan
         if np.isfinite(share).any():
             grid[0, 0].plot(load * factor, share, "o-", color=colour, label=name)
     grid[0, 0].set_yscale("log")
-    scale, length_unit = prefixed(
+    scale, length_unit = style.prefixed(
         float(max(curve.column("approach").max(), curve.column("mean_gap").max())), "m"
     )
     for key, name, colour in (
-        ("approach", "approach", SERIES[0]), ("mean_gap", "mean gap", SERIES[1])
+        ("approach", "approach", style.SERIES[0]), ("mean_gap", "mean gap", style.SERIES[1])
     ):  # fmt: skip
         grid[0, 1].plot(load * factor, curve.column(key) * scale, "o-", color=colour, label=name)
     stiffness = curve.column("stiffness")
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
-    grid[1, 0].plot(load * factor, stiffness, "o-", color=SERIES[0])
+    grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
     if np.isfinite(stiffness).any():
         grid[1, 0].set_yscale("log")
-    grid[1, 1].plot(load * factor, curve.column("spots"), "o-", color=SERIES[0])
+    grid[1, 1].plot(load * factor, curve.column("spots"), "o-", color=style.SERIES[0])
     grid[1, 1].set_ylim(bottom=0)
     for axes, title, label in zip(
         grid.ravel(),
@@ -167,11 +143,8 @@ def load_curve(curve: LoadCurve) -> Figure:
         ),
         strict=True,
     ):  # fmt: skip
-        axes.set_title(title, fontsize=TITLE)
-        axes.set_ylabel(label, fontsize=LABEL)
-        axes.set_xlabel(f"load per length [{unit}]", fontsize=LABEL)
         axes.set_xscale("log")
-        plain_axes(axes)
+        style.plain_axes(axes, f"load per length [{unit}]", label, title)
     for axes in grid[0]:
-        axes.legend(fontsize=TICK, frameon=False)
+        style.plain_legend(axes)
     return figure

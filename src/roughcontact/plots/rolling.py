@@ -13,22 +13,7 @@ from numpy.typing import NDArray
 from roughcontact.elastoplastic.rolling import Frame, RollingResult
 from roughcontact.errors import InputError
 from roughcontact.files import atomic_write, require_suffix
-from roughcontact.plots.style import (
-    DPI,
-    LABEL,
-    NEUTRAL,
-    OPEN,
-    SERIES,
-    TICK,
-    TITLE,
-    doubt,
-    layout,
-    listed,
-    plain_axes,
-    prefixed,
-    prefixed_area,
-    shared_legend,
-)
+from roughcontact.plots import style
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -62,11 +47,9 @@ def passes(rolling: RollingResult) -> Figure:
         Plastic strain that each pass adds and what is left of it, on a logarithmic scale with the
         strain that counts as none; largest pressure; contact area; Sq and Spk of the rough body.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(10.8, 7.6), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex=True)
+    figure, grid = style.panels(10.8, 7.6, 2, 2, sharex=True)
     number = np.arange(1, len(rolling.passes) + 1)
     _draw_strains(grid[0, 0], rolling, number)
     for axes, keys, unit, label in (
@@ -76,19 +59,20 @@ def passes(rolling: RollingResult) -> Figure:
     ):
         lines = [np.array([getattr(item, key) for item in rolling.passes]) for key in keys]
         top = max(float(values.max()) for values in lines)
-        factor, shown = prefixed_area(top or 1.0) if unit == "m²" else prefixed(top, unit)
-        for values, line, colour in zip(lines, _STYLES, SERIES, strict=False):
+        factor, shown = (
+            style.prefixed_area(top or 1.0) if unit == "m²" else style.prefixed(top, unit)
+        )
+        for values, line, colour in zip(lines, _STYLES, style.SERIES, strict=False):
             axes.plot(number, values * factor, line, color=colour)
-        axes.set_ylabel(f"{label} [{shown}]", fontsize=LABEL)
+        style.name_axes(axes, y=f"{label} [{shown}]")
         axes.set_ylim(0, 1.1 * top * factor or 1.0)
     for axes in grid.ravel():
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        plain_axes(axes)
+        style.plain_axes(axes)
     for axes in grid[1]:
-        axes.set_xlabel("pass", fontsize=LABEL)
+        style.name_axes(axes, "pass")
         axes.set_xlim(0.5, number[-1] + 0.5)
-    shared_legend(figure, grid)
-    figure.suptitle(f"{_counted(rolling)}: {rolling.outcome_text}", fontsize=TITLE)
+    style.shared_legend(figure, grid, f"{_counted(rolling)}: {rolling.outcome_text}")
     return figure
 
 
@@ -99,20 +83,22 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
         (
             [item.strain_added for item in rolling.passes],
             "o-",
-            SERIES[0],
+            style.SERIES[0],
             "added, there and back counted",
         ),
-        ([item.strain_net for item in rolling.passes], "s--", SERIES[1], "left of it"),
-        (shear, "^:", SERIES[2], "mean shear left of it"),
+        ([item.strain_net for item in rolling.passes], "s--", style.SERIES[1], "left of it"),
+        (shear, "^:", style.SERIES[2], "mean shear left of it"),
     ):
         # What is zero has no place on a logarithmic scale.
         held = np.array(values)
         axes.plot(number, np.where(held > 0, held, np.nan), line, color=colour, label=name)
-    axes.axhline(minimum, color=NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none")
+    axes.axhline(
+        minimum, color=style.NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none"
+    )
     axes.set_yscale("log")
     top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))
-    axes.set_ylabel("plastic strain by the pass", fontsize=LABEL)
+    style.name_axes(axes, y="plastic strain by the pass")
 
 
 def heights(rolling: RollingResult) -> Figure:
@@ -128,12 +114,9 @@ def heights(rolling: RollingResult) -> Figure:
     Figure
         Along x and y through the deepest residual displacement.
     """
-    from matplotlib.figure import Figure
-
     result = rolling.result
     before, after = result.solution.surface, rolling.rolled_surface
-    figure = Figure(figsize=(10.8, 6.4), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 1, sharey=True)
+    figure, grid = style.panels(10.8, 6.4, 2, 1, sharey=True)
     sunk = result.residual_displacement
     row, column = np.unravel_index(int(sunk.argmax()), sunk.shape)
     level = float(np.nanmean(before.heights))
@@ -144,24 +127,24 @@ def heights(rolling: RollingResult) -> Figure:
     }  # fmt: skip
     top = max(float(np.nanmax(np.abs(v - level))) for old, new, *_ in lines.values()
               for v in (old, new))  # fmt: skip
-    factor, unit = prefixed(top, "m")
+    factor, unit = style.prefixed(top, "m")
     for axes, (along, (old, new, other, place)) in zip(grid, lines.items(), strict=True):
         edge = before.pixel[1 if along == "x" else 0]
         where = (np.arange(old.size) + 0.5) * edge
-        length, length_unit = prefixed(float(where[-1]), "m")
-        axes.plot(where * length, (old - level) * factor, color=NEUTRAL, label="before")
+        length, length_unit = style.prefixed(float(where[-1]), "m")
+        axes.plot(where * length, (old - level) * factor, color=style.NEUTRAL, label="before")
         axes.plot(
-            where * length, (new - level) * factor, color=SERIES[0], linewidth=1.8,
+            where * length, (new - level) * factor, color=style.SERIES[0], linewidth=1.8,
             label=f"after {len(rolling.passes)}",
         )  # fmt: skip
-        axes.set_xlabel(f"{along} [{length_unit}]", fontsize=LABEL)
-        axes.set_ylabel(f"height [{unit}]", fontsize=LABEL)
-        axes.set_title(f"at {other} = {engineering(place, 'm', 3)}", fontsize=TICK, loc="left")
+        style.name_axes(axes, f"{along} [{length_unit}]", f"height [{unit}]")
+        axes.set_title(
+            f"at {other} = {engineering(place, 'm', 3)}", fontsize=style.TICK, loc="left"
+        )
         axes.set_xlim(0, float(where[-1] + edge / 2) * length)
-        plain_axes(axes)
-    shared_legend(figure, grid)
-    figure.suptitle(
-        f"Heights of the body without load{doubt(result)}, Sq {_sq(rolling)}", fontsize=TITLE
+        style.plain_axes(axes)
+    style.shared_legend(
+        figure, grid, f"Heights of the body without load{style.doubt(result)}, Sq {_sq(rolling)}"
     )
     return figure
 
@@ -188,13 +171,11 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         Shear strain towards where the counter-body moved on the first pass; residual stress along
         the pass and across it. A line a pass, the later the darker.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     faces = np.append(0.0, np.cumsum(rolling.result.bodies[body].thickness))
-    figure = Figure(figsize=(10.8, 5.8), dpi=DPI, layout=layout())
-    grid = figure.subplots(1, 3, sharey=True)
-    length, length_unit = prefixed(float(faces[-1]), "m")
+    figure, grid = style.panels(10.8, 5.8, 1, 3, sharey=True)
+    length, length_unit = style.prefixed(float(faces[-1]), "m")
     for axes, key, name, unit in (
         (grid[0], "shear", "shear strain by the pass [%]", ""),
         (grid[1], "residual_along", "residual stress along the pass", "Pa"),
@@ -203,7 +184,7 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
         profiles = [getattr(item, key)[body] for item in rolling.passes]
         factor, shown = 100.0, ""
         if unit:
-            factor, prefix = prefixed(max(float(np.abs(p).max()) for p in profiles), unit)
+            factor, prefix = style.prefixed(max(float(np.abs(p).max()) for p in profiles), unit)
             shown = f" [{prefix}]"
         for number, colour in _chosen(len(profiles)):
             values = profiles[number]
@@ -212,13 +193,11 @@ def depths(rolling: RollingResult, body: int = 0) -> Figure:
                 baseline=None, color=colour, linewidth=1.8, label=f"pass {number + 1}",
             )  # fmt: skip
         axes.axvline(0, color="#000000", linewidth=0.9)
-        axes.set_xlabel(f"{name}{shown}", fontsize=LABEL)
-        plain_axes(axes)
+        style.plain_axes(axes, f"{name}{shown}")
         axes.xaxis.set_major_locator(MaxNLocator(5))
-    grid[0].set_ylabel(f"depth [{length_unit}]", fontsize=LABEL)
+    style.name_axes(grid[0], y=f"depth [{length_unit}]")
     grid[0].set_ylim(_shown(rolling, body, faces) * length, 0)
-    shared_legend(figure, grid)
-    figure.suptitle(_over_depth(rolling), fontsize=TITLE)
+    style.shared_legend(figure, grid, _over_depth(rolling))
     return figure
 
 
@@ -243,12 +222,12 @@ def _chosen(count: int) -> Sequence[tuple[int, Any]]:
 
 def _over_depth(rolling: RollingResult) -> str:
     periodic = len(rolling.result.solution.boundary.periodic_axes) == 2
-    return f"{'Means' if periodic else 'Largest values'} of each layer{doubt(rolling.result)}"
+    return f"{'Means' if periodic else 'Largest values'} of each layer{style.doubt(rolling.result)}"
 
 
 def _counted(rolling: RollingResult) -> str:
     count = len(rolling.passes)
-    return f"{count} {'pass' if count == 1 else 'passes'}{doubt(rolling.result)}"
+    return f"{count} {'pass' if count == 1 else 'passes'}{style.doubt(rolling.result)}"
 
 
 # --- A movie of repeated passes: the pressure and the strain below it, step by step ---
@@ -300,12 +279,12 @@ def _pictures(rolling: RollingResult, frames: Sequence[Frame]) -> list[Any]:
     ny, nx = rolling.result.solution.surface.shape
     wide = 9.0
     tall = min(max(wide * ny / nx, 1.6), 6.0)
-    figure = Figure(figsize=(wide, tall + 3.6), dpi=_DPI, layout=layout())
+    figure = Figure(figsize=(wide, tall + 3.6), dpi=_DPI, layout=style.layout())
     canvas: Any = FigureCanvasAgg(figure)
     above, below = figure.subplots(2, 1, height_ratios=(tall, 3.0))
     pressure = _draw_pressure(above, rolling, frames)
     strain = _draw_strain(below, rolling, frames)
-    title = figure.suptitle(" ", fontsize=TITLE)
+    title = figure.suptitle(" ", fontsize=style.TITLE)
     count = len(rolling.passes)
     pictures: list[Any] = []
     for frame in frames:
@@ -330,7 +309,7 @@ def _with_palette(picture: Any) -> Any:
 
     scale = (255 * colormaps["inferno_r"](np.linspace(0, 0.63, 200))[:, :3]).astype(np.uint8)
     greys = np.linspace(0, 255, 50).astype(np.uint8)[:, None].repeat(3, axis=1)
-    rest = np.array([[255, 255, 255], _rgb(OPEN), [0, 0, 0]], np.uint8)
+    rest = np.array([[255, 255, 255], _rgb(style.OPEN), [0, 0, 0]], np.uint8)
     colours = Image.new("P", (1, 1))
     colours.putpalette(np.concatenate([scale, greys, rest]).ravel().tolist())
     return picture.quantize(palette=colours, dither=Image.Dither.NONE)
@@ -349,30 +328,32 @@ def _touching(pressure: NDArray[Any]) -> Any:
 def _colours() -> Any:
     from matplotlib import colormaps
 
-    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(bad=OPEN)
+    return style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
+        bad=style.OPEN
+    )
 
 
 def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> Any:
     size = rolling.result.solution.surface.size
-    length, unit = prefixed(max(size), "m")
+    length, unit = style.prefixed(max(size), "m")
     top = max(float(frame.pressure.max()) for frame in frames)
-    factor, shown = prefixed(top, "Pa")
+    factor, shown = style.prefixed(top, "Pa")
     image = axes.imshow(
         _touching(frames[0].pressure), origin="lower", cmap=_colours(), vmin=0, vmax=top,
         extent=(0, size[1] * length, 0, size[0] * length), aspect="auto", interpolation="nearest",
     )  # fmt: skip
-    axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
-    axes.set_title("contact pressure", fontsize=TICK, loc="left")
+    style.name_axes(axes, y=f"y [{unit}]")
+    axes.set_title("contact pressure", fontsize=style.TICK, loc="left")
     bar = axes.figure.colorbar(image, ax=axes, format=lambda value, _: f"{value * factor:.3g}")
-    bar.set_label(f"[{shown}]", fontsize=TICK)
-    bar.ax.tick_params(labelsize=TICK)
+    bar.set_label(f"[{shown}]", fontsize=style.TICK)
+    bar.ax.tick_params(labelsize=style.TICK)
     return image
 
 
 def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> Any:
     size = rolling.result.solution.surface.size
     along = along_of(rolling.direction)
-    length, unit = prefixed(max(size), "m")
+    length, unit = style.prefixed(max(size), "m")
     faces = np.append(0.0, np.cumsum(rolling.result.bodies[0].thickness)) * length
     points = frames[-1].strain.shape[1]
     edges = np.linspace(0, size[1 if along == "x" else 0] * length, points + 1)
@@ -381,14 +362,13 @@ def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> 
         edges, faces, np.zeros((faces.size - 1, points)), cmap=_colours(), vmin=0, vmax=top or 1.0
     )
     axes.set_ylim(faces[-1], 0)
-    axes.set_xlabel(f"{along} [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"depth [{unit}]", fontsize=LABEL)
+    style.name_axes(axes, f"{along} [{unit}]", f"depth [{unit}]")
     axes.set_title(
-        f"accumulated plastic strain, the largest across {along}", fontsize=TICK, loc="left"
+        f"accumulated plastic strain, the largest across {along}", fontsize=style.TICK, loc="left"
     )
     bar = axes.figure.colorbar(mesh, ax=axes)
-    bar.set_label("[%]", fontsize=TICK)
-    bar.ax.tick_params(labelsize=TICK)
+    bar.set_label("[%]", fontsize=style.TICK)
+    bar.ax.tick_params(labelsize=style.TICK)
     return mesh
 
 

@@ -11,26 +11,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, require_positive
-from roughcontact.plots.style import (
-    DPI,
-    ELASTIC,
-    LABEL,
-    NEUTRAL,
-    SATURATED,
-    SERIES,
-    TICK,
-    TITLE,
-    doubt,
-    in_unit,
-    layout,
-    legend_below,
-    load_text,
-    plain_axes,
-    prefixed,
-    prefixed_window,
-    result_names,
-    shared_legend,
-)
+from roughcontact.plots import style
 from roughcontact.solvers import rigid_tilt
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
@@ -71,17 +52,14 @@ def pressure_histogram(
     InputError
         If there is no result, the labels do not fit, or the scale is unknown.
     """
-    from matplotlib.figure import Figure
-
     if isinstance(results, ContactResult):
         results = [results]
-    names = result_names(results, labels)
+    names = style.result_names(results, labels)
     if scale not in ("linear", "log"):
         raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = style.panels(7.2, 5.2)
     draw_histogram(axes, results, names, scale)
-    axes.set_title("Distribution of the contact pressure", fontsize=TITLE, pad=24)
+    axes.set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)
     return figure
 
 
@@ -108,7 +86,6 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     InputError
         If the width is not positive and finite.
     """
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     if width is not None:
@@ -118,37 +95,37 @@ def section(result: ContactResult, width: float | None = None) -> Figure:
     length = min(width or math.inf, max(result.surface.size))
     lines = [line_of(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
     far = max(line.limits[1] for line in lines)
-    factor, unit = prefixed_window(far - length, far)
-    figure = Figure(figsize=(10.6, 7.2), dpi=DPI, layout=layout())
-    grid = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1))
+    factor, unit = style.prefixed_window(far - length, far)
+    figure, grid = style.panels(
+        10.6, 7.2, 2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1)
+    )
     tall = max(_largest(line.before, line.under) for line in lines)
-    height_factor, height_unit = prefixed(tall, "m")
+    height_factor, height_unit = style.prefixed(tall, "m")
     top = max(_largest(line.pressure) for line in lines)
     # Ceilings far above all pressures do not stretch the axis.
     ceilings = [line.ceiling for line in lines if line.ceiling is not None]
     top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
-    pressure_factor, pressure_unit = prefixed(top, "Pa")
+    pressure_factor, pressure_unit = style.prefixed(top, "Pa")
     for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
         upper, lower = grid[:, column]
         draw_profile(upper, line, factor, height_factor)
         draw_line_pressure(lower, line, top, factor, pressure_factor)
-        upper.set_title(
-            f"along {name}, at {other} = {in_unit(line.across, (factor, unit), 'm')}",
-            fontsize=TITLE,
-        )
-        lower.set_xlabel(f"{name} [{unit}]", fontsize=LABEL)
+        where = style.in_unit(line.across, (factor, unit), "m")
+        style.name_axes(upper, title=f"along {name}, at {other} = {where}")
+        style.name_axes(lower, f"{name} [{unit}]")
         lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
         for axes in (upper, lower):
-            axes.axvline(line.peak * factor, color=NEUTRAL, linewidth=0.9, linestyle=":")
+            axes.axvline(line.peak * factor, color=style.NEUTRAL, linewidth=0.9, linestyle=":")
             axes.xaxis.set_major_locator(MaxNLocator(6))
-            plain_axes(axes)
+            style.plain_axes(axes)
     what = "height" if result.counter_surface is None else "sum of heights"
-    grid[0, 0].set_ylabel(f"{what} [{height_unit}]", fontsize=LABEL)
-    grid[1, 0].set_ylabel(f"pressure [{pressure_unit}]", fontsize=LABEL)
+    style.name_axes(grid[0, 0], y=f"{what} [{height_unit}]")
+    style.name_axes(grid[1, 0], y=f"pressure [{pressure_unit}]")
     grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
-    shared_legend(figure, grid)
-    figure.suptitle(
-        f"Sections through the highest peak at {load_text(result)}{doubt(result)}", fontsize=TITLE
+    style.shared_legend(
+        figure,
+        grid,
+        f"Sections through the highest peak at {style.load_text(result)}{style.doubt(result)}",
     )
     return figure
 
@@ -168,43 +145,39 @@ def bearing_curve(surface: Surface) -> Figure:
         equivalent straight line of the core and the triangles of reduced peaks and dales, see
         `roughness.core_parameters`.
     """
-    from matplotlib.figure import Figure
-
     ratio, height, core, upper = bearing_parts(surface)
     lower = upper - core["Sk"]
-    scale = factor, unit = prefixed(float(np.abs(height).max()), "m")
-    figure = Figure(figsize=(7.2, 5.2), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    scale = factor, unit = style.prefixed(float(np.abs(height).max()), "m")
+    figure, axes = style.panels(7.2, 5.2)
     first, second = 100 * core["Smr1"], 100 * core["Smr2"]
-    axes.plot(100 * ratio, height * factor, color=SERIES[0], linewidth=2.2, zorder=3)
+    axes.plot(100 * ratio, height * factor, color=style.SERIES[0], linewidth=2.2, zorder=3)
     axes.fill(
         [0, 0, first],
         [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
-        color=SERIES[4],
-        label=f"reduced peaks: Spk {in_unit(core['Spk'], scale, 'm')}, Smr1 {first:.1f} %",
+        color=style.SERIES[4],
+        label=f"reduced peaks: Spk {style.in_unit(core['Spk'], scale, 'm')}, Smr1 {first:.1f} %",
     )
     axes.plot(
         [0, 100],
         [upper * factor, lower * factor],
-        color=NEUTRAL,
+        color=style.NEUTRAL,
         linestyle=(0, (5, 3)),
         linewidth=1.5,
-        label=f"core: Sk {in_unit(core['Sk'], scale, 'm')}",
+        label=f"core: Sk {style.in_unit(core['Sk'], scale, 'm')}",
     )
     axes.fill(
         [100, 100, second],
         [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
-        color=SERIES[5],
-        label=f"reduced dales: Svk {in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
+        color=style.SERIES[5],
+        label=f"reduced dales: Svk {style.in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
     )
     for value in (upper, lower):
-        axes.axhline(value * factor, color=NEUTRAL, linewidth=0.8, linestyle=":")
+        axes.axhline(value * factor, color=style.NEUTRAL, linewidth=0.8, linestyle=":")
     axes.set_xlim(0, 100)
-    axes.set_xlabel("material ratio [%]", fontsize=LABEL)
-    axes.set_ylabel(f"height above mean [{unit}]", fontsize=LABEL)
-    axes.set_title("Material ratio curve", fontsize=TITLE)
-    plain_axes(axes)
-    legend_below(axes)
+    style.plain_axes(
+        axes, "material ratio [%]", f"height above mean [{unit}]", "Material ratio curve"
+    )
+    style.legend_below(axes)
     return figure
 
 
@@ -296,11 +269,11 @@ def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) ->
     axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
     axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
     axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
-    axes.plot(place, under, color=SERIES[0], linewidth=1.6, label="under load")
+    axes.plot(place, under, color=style.SERIES[0], linewidth=1.6, label="under load")
     if line.saturated.any():
         sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
         axes.fill_between(
-            place, sunk, 0, step="mid", color=SATURATED, label="has to flow away (saturated)"
+            place, sunk, 0, step="mid", color=style.SATURATED, label="has to flow away (saturated)"
         )
 
 
@@ -311,7 +284,7 @@ def draw_line_pressure(
     from matplotlib.patches import StepPatch
 
     edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
-    for mask, colour in ((~line.saturated, ELASTIC), (line.saturated, SATURATED)):
+    for mask, colour in ((~line.saturated, style.ELASTIC), (line.saturated, style.SATURATED)):
         values = np.where(mask, line.pressure, 0.0) * pressure_factor
         # `stairs` would look at every edge as a curve, for limits that are known.
         axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
@@ -319,7 +292,7 @@ def draw_line_pressure(
         axes.plot(
             line.place * factor,
             np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
-            color=NEUTRAL,
+            color=style.NEUTRAL,
             linestyle=(0, (5, 3)),
             linewidth=1.3,
             label="ceiling",
@@ -333,7 +306,7 @@ def draw_histogram(
     below = [result.pressure[result.contact & ~result.saturated] for result in results]
     bins = (_logarithmic if scale == "log" else linear_bins)(results, below)
     edges, shown, (_, last) = bins
-    factor, unit = prefixed(last, "Pa")
+    factor, unit = style.prefixed(last, "Pa")
     widths, per = np.diff(edges) * factor, unit
     if scale == "log":
         widths, per = np.diff(np.log10(edges)), "decade"
@@ -343,17 +316,17 @@ def draw_histogram(
         axes.stairs(
             100 * counts / points / widths,
             edges * factor,
-            color=SERIES[index % len(SERIES)],
+            color=style.SERIES[index % len(style.SERIES)],
             linewidth=1.8,
-            linestyle=("-", "--", ":")[index // len(SERIES) % 3],
+            linestyle=("-", "--", ":")[index // len(style.SERIES) % 3],
             fill=len(results) == 1,
             label=histogram_label(result, name, values, bins.limits, (factor, unit)),
         )
     for row, ceiling in enumerate(shown):
-        text = f"ceiling {in_unit(ceiling, (factor, unit), 'Pa')}"
+        text = f"ceiling {style.in_unit(ceiling, (factor, unit), 'Pa')}"
         if len(results) == 1 and results[0].saturated_fraction > 0:
             text = f"{_share_at_ceiling(results[0])} at the {text}"
-        axes.axvline(ceiling * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.axvline(ceiling * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
             text,
             (ceiling * factor, 1),
@@ -361,8 +334,8 @@ def draw_histogram(
             xytext=(0, 3 + 14 * (row % 2)),
             textcoords="offset points",
             ha="right" if ceiling > 0.85 * last else "center",
-            fontsize=TICK,
-            color=NEUTRAL,
+            fontsize=style.TICK,
+            color=style.NEUTRAL,
         )
     if scale == "log":
         axes.set_xscale("log")
@@ -371,10 +344,8 @@ def draw_histogram(
         axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"pressure [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"density of contact area [% per {per}]", fontsize=LABEL)
-    plain_axes(axes)
-    legend_below(axes)
+    style.plain_axes(axes, f"pressure [{unit}]", f"density of contact area [% per {per}]")
+    style.legend_below(axes)
 
 
 # A linear axis shows the pressures of the contact between these two parts of it.
@@ -450,7 +421,7 @@ def histogram_label(
 ) -> str:
     """Return what a distribution of pressures says of the contact, in lines."""
     text = f"{name}: " if name else ""
-    text += f"{percent(result.contact_fraction)} of the map in contact{doubt(result)}"
+    text += f"{percent(result.contact_fraction)} of the map in contact{style.doubt(result)}"
     if result.ceiling is not None:
         ceiling = _uniform_ceiling(result)
         which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
@@ -461,9 +432,9 @@ def histogram_label(
     rare = values[(values < limits[0]) | (values > limits[1] * (1 + 1e-9))]
     if rare.size:
         share = percent(rare.size / int(np.count_nonzero(result.contact)))
-        end = f"down to {in_unit(float(rare.min()), scale, 'Pa')}"
+        end = f"down to {style.in_unit(float(rare.min()), scale, 'Pa')}"
         if rare.max() > limits[1]:
-            end = f"up to {in_unit(float(rare.max()), scale, 'Pa')}"
+            end = f"up to {style.in_unit(float(rare.max()), scale, 'Pa')}"
         text += f",\n{share} of it {end} (beyond the axis)"
     return text
 

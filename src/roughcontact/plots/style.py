@@ -101,6 +101,21 @@ def layout() -> ConstrainedLayoutEngine:
     return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
 
 
+def blank(width: float, height: float) -> Figure:
+    """Return an empty figure of a size [inch]."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, layout=layout())
+
+
+def panels(
+    width: float, height: float, rows: int = 1, columns: int = 1, **more: Any
+) -> tuple[Figure, Any]:
+    """Return a figure of a size [inch], and its axes as `Figure.subplots` gives them."""
+    figure = blank(width, height)
+    return figure, figure.subplots(rows, columns, **more)
+
+
 def shown_aspect(size: tuple[float, float]) -> float:
     """Return height over width of a map (y, x), within what a page bears."""
     return min(max(size[0] / size[1], 0.2), 1.6)
@@ -110,22 +125,26 @@ def single_axes(
     size: tuple[float, float], legend: bool = True, bar: bool = True
 ) -> tuple[Figure, Axes]:
     """Return a figure for one map of a size (y, x), and its axes."""
-    from matplotlib.figure import Figure
-
     # Large enough that the longer side of the map has more dots than the map has cells, and wide
     # enough for the note whatever the map.
     aspect = size[0] / size[1]
     height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
-    figure = Figure(
-        figsize=(7.2, height + (1.0 if bar and aspect <= UPRIGHT else 0.0)),
-        dpi=DPI,
-        layout=layout(),
-    )
-    return figure, figure.subplots()
+    return panels(7.2, height + (1.0 if bar and aspect <= UPRIGHT else 0.0))
 
 
-def plain_axes(axes: Axes) -> None:
-    """Give axes of lines their grid and ticks."""
+def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    """Write what axes show along x and y, and their title."""
+    if x:
+        axes.set_xlabel(x, fontsize=LABEL)
+    if y:
+        axes.set_ylabel(y, fontsize=LABEL)
+    if title:
+        axes.set_title(title, fontsize=TITLE)
+
+
+def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    """Give axes of lines their grid and ticks, and their names."""
+    name_axes(axes, x, y, title)
     axes.tick_params(labelsize=TICK)
     axes.grid(True, color="#dddddd", linewidth=0.8)
     axes.set_axisbelow(True)
@@ -244,8 +263,7 @@ def draw_map(
     )
     axes.set_xlim(left, left + width)
     axes.set_ylim(top + height, top)
-    axes.set_xlabel(f"x [{unit}]", fontsize=LABEL)
-    axes.set_ylabel(f"y [{unit}]", fontsize=LABEL)
+    name_axes(axes, f"x [{unit}]", f"y [{unit}]")
     axes.tick_params(labelsize=TICK)
     few_ticks(axes, height / width)
     return image
@@ -319,8 +337,13 @@ def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
     )
 
 
-def shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
-    """Name the lines of all axes once, below the figure."""
+def plain_legend(axes: Axes) -> None:
+    """Name what axes show within them."""
+    axes.legend(fontsize=TICK, frameon=False)
+
+
+def shared_legend(figure: Figure, grid: NDArray[Any], title: str = "") -> None:
+    """Name the lines of all axes once, below the figure, and the figure above it."""
     entries: dict[str, Any] = {}
     for axes in grid.ravel():
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -333,6 +356,8 @@ def shared_legend(figure: Figure, grid: NDArray[Any]) -> None:
         fontsize=TICK,
         frameon=False,
     )
+    if title:
+        figure.suptitle(title, fontsize=TITLE)
 
 
 def below_label(axes: Axes) -> Transform:

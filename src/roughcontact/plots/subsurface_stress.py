@@ -9,37 +9,8 @@ import numpy as np
 
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.errors import InputError
+from roughcontact.plots import style
 from roughcontact.plots.sections import window
-from roughcontact.plots.style import (
-    CELLS_ALONE,
-    DPI,
-    LABEL,
-    NEUTRAL,
-    OVER,
-    SERIES,
-    TICK,
-    TITLE,
-    UPRIGHT,
-    cell_max,
-    cell_note,
-    cell_points,
-    cell_size,
-    colour_bar,
-    doubt,
-    draw_map,
-    few_ticks,
-    in_unit,
-    layout,
-    legend_below,
-    listed,
-    load_text,
-    patch_legend,
-    plain_axes,
-    prefixed,
-    prefixed_window,
-    reduced,
-    single_axes,
-)
 from roughcontact.units import percent
 
 if TYPE_CHECKING:
@@ -75,19 +46,16 @@ def stress_depth(result: StressResult) -> Figure:
         the depth, with the yield strength where it is known. The depth axis is logarithmic, but
         for its beginning, if the largest stress would else drown at the surface.
     """
-    from matplotlib.figure import Figure
-
     profile = result.profile
-    figure = Figure(figsize=(7.2, 6.0), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    figure, axes = style.panels(7.2, 6.0)
     strength = profile.yield_strength or 0.0
-    factor, unit = prefixed(max(profile.max_tresca, strength), "Pa")
+    factor, unit = style.prefixed(max(profile.max_tresca, strength), "Pa")
     near = profile.depths.size > 2 and profile.depth_of_max < 0.05 * profile.depths[-1]
     # On a logarithmic axis the unit is that of its middle.
     ends = (
         math.sqrt(float(profile.depths[profile.depths > 0][0] * profile.depths[-1])) if near else 0
     )
-    length = prefixed(ends or float(profile.depths[-1]), "m")
+    length = style.prefixed(ends or float(profile.depths[-1]), "m")
     depths = profile.depths * length[0]
     for (values, name), colour, line in zip(
         (
@@ -95,7 +63,7 @@ def stress_depth(result: StressResult) -> Figure:
             (profile.tresca, "largest Tresca stress"),
             (profile.orthogonal_shear.max(axis=1), "orthogonal shear amplitude in a pass"),
         ),
-        SERIES,
+        style.SERIES,
         ("-", "--", ":"),
         strict=False,
     ):
@@ -103,16 +71,16 @@ def stress_depth(result: StressResult) -> Figure:
             depths, values * factor, line, color=colour, linewidth=1.8, marker=".", label=name
         )
     if strength:
-        axes.axhline(strength * factor, color=NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.axhline(strength * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(
-            f"yield strength {in_unit(strength, (factor, unit), 'Pa')}",
+            f"yield strength {style.in_unit(strength, (factor, unit), 'Pa')}",
             (1, strength * factor),
             xycoords=axes.get_yaxis_transform(),
             xytext=(-3, 3),
             textcoords="offset points",
             ha="right",
-            fontsize=TICK,
-            color=NEUTRAL,
+            fontsize=style.TICK,
+            color=style.NEUTRAL,
         )
     if near:
         first = 10.0 ** math.ceil(math.log10(float(depths[depths > 0][0])))
@@ -120,11 +88,9 @@ def stress_depth(result: StressResult) -> Figure:
     axes.set_xlim(0, float(depths[-1]) or None)
     axes.set_ylim(bottom=0)
     axes.margins(y=0.1)
-    axes.set_xlabel(f"depth [{length[1]}]", fontsize=LABEL)
-    axes.set_ylabel(f"stress [{unit}]", fontsize=LABEL)
-    plain_axes(axes)
-    legend_below(axes)
-    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
+    style.plain_axes(axes, f"depth [{length[1]}]", f"stress [{unit}]")
+    style.legend_below(axes)
+    style.name_axes(axes, title=_stress_title(result, (factor, unit), length))
     return figure
 
 
@@ -161,8 +127,6 @@ def stress_section(
     InputError
         If ``along`` is something else, depth or width is not positive, or there is but one depth.
     """
-    from matplotlib.figure import Figure
-
     values = result.von_mises_section(along)
     axis = 1 if along == "x" else 0
     edge = result.solution.surface.pixel[axis]
@@ -170,27 +134,25 @@ def stress_section(
     values = values[:, columns]
     first, last = columns.start * edge, columns.stop * edge
     depth = shown_depth(result, values, depth, last - first)
-    block = max(math.ceil(values.shape[1] / CELLS_ALONE), 1)
-    rows = section_rows(reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
+    block = max(math.ceil(values.shape[1] / style.CELLS_ALONE), 1)
+    rows = section_rows(style.reduced(np.maximum, values, (1, block)), result.profile.depths, depth)
     across = np.append(np.arange(columns.start, columns.stop, block), columns.stop) * edge
     aspect = depth / (last - first)
-    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= UPRIGHT else 1.8)
-    figure = Figure(figsize=(7.2, height), dpi=DPI, layout=layout())
-    axes = figure.subplots()
+    height = max(5.8 * min(aspect, 1.6), 0.4) + (3.0 if aspect <= style.UPRIGHT else 1.8)
+    figure, axes = style.panels(7.2, height)
     top, scale = stress_scale(result)
-    length = prefixed_window(first, last)
+    length = style.prefixed_window(first, last)
     mesh = _draw_section(axes, across * length[0], depth * length[0], rows * scale[0])
     mesh.set_clim(0, top * scale[0])
     place = result.max_von_mises_at[1 + axis] * length[0], result.max_von_mises_at[0] * length[0]
     axes.plot(
         [place[0]], [place[1]], "+",
-        color=SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
+        color=style.SERIES[0], markersize=11, markeredgewidth=2, clip_on=False,
     )  # fmt: skip
-    axes.set_xlabel(f"{along} [{length[1]}]", fontsize=LABEL)
-    axes.set_ylabel(f"depth [{length[1]}]", fontsize=LABEL)
-    few_ticks(axes, aspect)
+    style.name_axes(axes, f"{along} [{length[1]}]", f"depth [{length[1]}]")
+    style.few_ticks(axes, aspect)
     _stress_bar(axes, mesh, result, scale[1])
-    axes.set_title(_stress_title(result, scale, length), fontsize=TITLE)
+    style.name_axes(axes, title=_stress_title(result, scale, length))
     return figure
 
 
@@ -203,7 +165,7 @@ def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     axes.set_aspect("equal")
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(depth, 0)
-    axes.tick_params(labelsize=TICK)
+    axes.tick_params(labelsize=style.TICK)
     return mesh
 
 
@@ -263,39 +225,41 @@ def stress_map(result: StressResult) -> Figure:
     peak, size = result.profile.peak, result.solution.surface.size
     strength = result.profile.yield_strength
     over = strength is not None and result.max_von_mises > strength
-    figure, axes = single_axes(size, legend=over)
-    blocks = cell_size(peak.shape, size, CELLS_ALONE)
+    figure, axes = style.single_axes(size, legend=over)
+    blocks = style.cell_size(peak.shape, size, style.CELLS_ALONE)
     top, (factor, unit) = stress_scale(result)
-    cells = cell_max(peak, blocks)
-    image = draw_map(axes, cells * factor, size, blocks, peak.shape)
+    cells = style.cell_max(peak, blocks)
+    image = style.draw_map(axes, cells * factor, size, blocks, peak.shape)
     image.set_cmap(stress_colours())
     image.set_clim(0, top * factor)
-    length = prefixed(max(size), "m")
+    length = style.prefixed(max(size), "m")
     _, y, x = result.max_von_mises_at
     axes.plot(
         [x * length[0]], [y * length[0]], "+",
-        color=SERIES[0], markersize=11, markeredgewidth=2,
+        color=style.SERIES[0], markersize=11, markeredgewidth=2,
     )  # fmt: skip
     _stress_bar(axes, image, result, unit)
     more = ""
     if over and strength is not None:
         share = percent(float(np.count_nonzero(peak > strength)) / peak.size)
-        patch_legend(axes, [(OVER, f"yield strength exceeded below {share} of the map")])
-        black = float(cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
+        style.patch_legend(
+            axes, [(style.OVER, f"yield strength exceeded below {share} of the map")]
+        )
+        black = float(style.cell_points(peak.shape, blocks)[cells > strength].sum()) / peak.size
         more = f"That makes {percent(black)} of the picture black."
-    axes.set_title(_stress_title(result, (factor, unit), length), fontsize=TITLE)
-    cell_note(figure, blocks, "the largest stress in it", more)
+    style.name_axes(axes, title=_stress_title(result, (factor, unit), length))
+    style.cell_note(figure, blocks, "the largest stress in it", more)
     return figure
 
 
 def _stress_title(result: StressResult, scale: tuple[float, str], length: tuple[float, str]) -> str:
-    stress = in_unit(result.max_von_mises, scale, "Pa")
+    stress = style.in_unit(result.max_von_mises, scale, "Pa")
     depth = result.max_von_mises_at[0]
-    where = f"at depth {in_unit(depth, length, 'm')}" if depth > 0 else "at the surface"
+    where = f"at depth {style.in_unit(depth, length, 'm')}" if depth > 0 else "at the surface"
     which = "" if result.body == "body" else " in the counter-body"
     return (
-        f"Von Mises stress{which} at {load_text(result.solution)}, largest\n"
-        f"{stress} {where}{doubt(result.solution)}"
+        f"Von Mises stress{which} at {style.load_text(result.solution)}, largest\n"
+        f"{stress} {where}{style.doubt(result.solution)}"
     )
 
 
@@ -303,7 +267,7 @@ def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
     """Return the top of the colours [Pa], which end at the yield strength, and factor and unit."""
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
-    return top or 1.0, prefixed(top, "Pa")
+    return top or 1.0, style.prefixed(top, "Pa")
 
 
 def stress_colours() -> Any:
@@ -311,10 +275,12 @@ def stress_colours() -> Any:
     from matplotlib import colormaps
 
     # As for pressures, but from the lightest on: a field has no ground to drown in.
-    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(over=OVER)
+    return style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
+        over=style.OVER
+    )
 
 
 def _stress_bar(axes: Axes, image: Any, result: StressResult, unit: str) -> None:
     over = result.max_von_mises > stress_scale(result)[0]
     label = f"von Mises stress [{unit}]" + (", black: above yield" if over else "")
-    colour_bar(axes, image, label, "max" if over else "neither")
+    style.colour_bar(axes, image, label, "max" if over else "neither")

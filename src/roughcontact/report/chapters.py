@@ -193,12 +193,16 @@ def spaced(rows: Sequence[Cells], count: int) -> list[Cells]:
 
 
 def pictures(table: figures.Illustrations, scene: Any, chapter: str) -> list[Picture]:
-    """Return the figures of a table that belong to a chapter."""
-    return [
-        Picture(partial(entry.draw, scene), *entry.words(scene), entry.width)
-        for entry in table
-        if entry.chapter == chapter and entry.when(scene)
-    ]
+    """Return the figures of a table that belong to a chapter; none without a scene."""
+    return (
+        []
+        if scene is None
+        else [
+            Picture(partial(entry.draw, scene), entry.text(scene), entry.width)
+            for entry in table
+            if entry.chapter == chapter and entry.when(scene)
+        ]
+    )
 
 
 def shown(table: figures.Illustrations, scene: Any, chapter: str = figures.RESULTS) -> list[Block]:
@@ -209,8 +213,8 @@ def shown(table: figures.Illustrations, scene: Any, chapter: str = figures.RESUL
 # --- Input ---
 
 
-def maps(result: ContactResult) -> list[Block]:
-    """Return the blocks on the maps of a contact, their preparation and their roughness."""
+def maps(result: ContactResult, drawn: bool = True) -> list[Block]:
+    """Return the blocks on the maps of a contact and their preparation; drawn also the rest."""
     names = ["map", "counter-body"]
     surfaces: list[Any] = [result.share]
     if result.counter_surface is not None:
@@ -221,6 +225,8 @@ def maps(result: ContactResult) -> list[Block]:
     rows.append(("Preparation", *prepared))
     head = ("", *names) if len(surfaces) > 1 else ()
     style = "" if len(surfaces) > 1 else "key"
+    if not drawn:
+        return table(rows, head, style)
     blocks = []
     # Of a map that several ranks hold there is no picture.
     measured = [s for s in surfaces if not (result.pair.is_shared or _is_nominal(s))]
@@ -305,7 +311,6 @@ def with_hertz(result: ContactResult) -> list[Block]:
     rows = [(capital(name), *texts) for name, *texts in smooth.rows(result)]
     picture = Picture(
         partial(versus_hertz, result),
-        "Pressure against the distance from the middle of the contact, here and after Hertz.",
         "Mean and maximum pressure over the distance from the middle, and that of the smooth "
         "bodies. Look how far roughness spreads the load.",
         page.HALF,

@@ -19,7 +19,6 @@ from roughcontact.plots.style import prefixed
 from roughcontact.references import cited
 from roughcontact.report import (
     assumptions,
-    blocks,
     chapters,
     citations,
     contact_fields,
@@ -27,7 +26,6 @@ from roughcontact.report import (
     phrases,
     problem,
 )
-from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.fields import (
     ABSENT,
     PROBLEM,
@@ -42,7 +40,7 @@ from roughcontact.report.fields import (
     stored,
     within,
 )
-from roughcontact.report.figure_data import FILES, FRONT, RESULTS, Illustration
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import WIDE, Block
 from roughcontact.statistics import Difference, Mean
@@ -139,15 +137,13 @@ def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
     return ("", *group_heads(comparison)), rows
 
 
-def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, list[Cells]]:
-    """Return head and rows of the differences, or only of the significant: one row per pair."""
+def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the differences: one row per pair."""
     several = len(comparison.groups) > 2
     rows = []
     for name in comparison.names:
         for (first, second), result in comparison.differences(name).items():
             significant = comparison.is_significant(name, (first, second))
-            if clear and not significant:
-                continue
             base = comparison.mean(first, name).value
             pair = (pair_of(comparison, first, second),) if several else ()
             said = ("yes" if significant else "no") if result.known else "not known"
@@ -183,27 +179,6 @@ def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
         rows.append((name_of(name), *spread, f"{share} %", f"{low} to {high} %"))
     head = ("scatter", "between groups", "within", "share between", f"{LEVEL} interval")
     return head, rows
-
-
-def tables_of(comparison: Comparison) -> list[tuple[Cells, list[Cells]]]:
-    """Return heads and rows that a console has room for: of many pairs the significant ones."""
-    result = [means(comparison)]
-    if len(comparison.groups) > 1:
-        result.append(differences(comparison, clear=len(comparison.groups) > 2))
-    shares = components(comparison)
-    return [item for item in (*result, shares) if item[1]]
-
-
-def excluded_maps(comparison: Comparison) -> str:
-    """Return in a sentence what `tables_of` leaves out; nothing where it has all."""
-    pairs = len(comparison.groups) * (len(comparison.groups) - 1) // 2
-    if pairs < 2:
-        return ""
-    clear = len(differences(comparison, clear=True)[1])
-    return (
-        f"{clear} of {pairs * len(comparison.names)} differences are significant and shown; "
-        "report, CSV and JSON have all."
-    )
 
 
 # Files
@@ -319,24 +294,7 @@ def _plain(cell: Any) -> Any:
     return cell.replace(",", " ") if isinstance(cell, str) else cell
 
 
-def _told(comparison: Comparison) -> list[str]:
-    """Return what is told of each line: means of groups, then differences."""
-    result = []
-    for name in comparison.names:
-        result += [
-            _mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))
-        ]
-        if len(comparison.groups) > 1:
-            for gap in comparison.differences(name).values():
-                value, ends, _ = _difference(name, gap, 0.0)
-                result.append(f"{value} ({ends})")
-    return result
-
-
 COMPARISON_COLUMNS: Columns = (
-    Column("name", "number", of=lambda c: [name_of(line[0]) for line in _lines(c)], stored=False),
-    Column("of", "of", of=lambda c: [line[1] for line in _lines(c)], stored=False),
-    Column("mean_text", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
     Column("quantity", of=_cell(0)),
     Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
     Column("group", of=_cell(1)),
@@ -533,7 +491,7 @@ def _prepared(samples: Sequence[Sample]) -> list[Block]:
     return [Block("text", f"Preparation of each map: {steps[0]}.")]
 
 
-def _inputs(result: Comparison | SamplingStudy) -> list[Block]:
+def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
     """Return the blocks on the maps and on what was pressed how."""
     samples = [result.whole] if isinstance(result, SamplingStudy) else result.samples
     specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
@@ -659,38 +617,21 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
     return (f"{mark}±: half of the {LEVEL} interval; {count} quantities: --verbose",)
 
 
-def shown(result: Comparison | SamplingStudy) -> Blocks:
-    """Return what the console shows: means, differences, shares of the scatter; areas needed."""
-    parts = blocks.table(blocks.cells(kind_of(result).rows(result, PROBLEM, brief=True)))
-    studies: Sequence[SamplingStudy] = (result,) if isinstance(result, SamplingStudy) else ()
-    if isinstance(result, Comparison):
-        for heads, rows in tables_of(result):
-            parts += blocks.table(rows, heads=heads)
-        left_out = excluded_maps(result)
-        parts += [Lines((left_out,))] if left_out else []
-        studies = result.sampling
-    for study in studies:
-        parts += [*blocks.steps(SAMPLING_KIND, study), Lines((f"{answer(study)}.",))]
-    return [*parts, Cautions(result.cautions)]
-
-
 KIND = Kind(
     Comparison, COMPARISON, COMPARISON_COLUMNS, works=citations.of_comparison,
     figures=(
-        Illustration("comparison", overview, "", "", FILES),
+        Illustration("comparison", overview, "", FILES),
         Illustration(
             "", lambda result: draw_numbers(result, name_of, unit_of),
-            "Numbers of each map and means of each group with their intervals.",
             f"Dots are maps, thick lines means, bars their {LEVEL} intervals.", FRONT, WIDE,
         ),
         Illustration(
             "", lambda result: curves(result, name_of, unit_of),
-            "Numbers of each map over the nominal pressure.",
             f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
             RESULTS, WIDE, lambda result: len(result.pressures) > 1,
         ),
     ),
-    blocks=shown, question=question, problem=_first_problem, answer=_first_answer,
+    question=question, problem=_first_problem, answer=_first_answer,
     numbers=_first_numbers, remarks=_first_remarks, meaning=_meaning, inputs=_inputs,
     details=_details, case=lambda result: assumptions.of_samples(result.samples), method=_method,
 )  # fmt: skip
@@ -698,12 +639,12 @@ SAMPLING_KIND = Kind(
     SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
     figures=(
         Illustration(
-            "sampling", sampling, "Half of the interval over the side of a square.",
+            "sampling", sampling,
             "Half of the interval over the side of a square: parts (dots), this map (squares), "
             f"root of the area (lines). {FIVE} is dashed.", FRONT,
         ),
     ),
-    blocks=shown, inputs=_inputs, method=_sampling_method,
+    inputs=_inputs, method=_sampling_method,
     problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
     question=lambda study: (
         f"Is {study.whole.name} large enough at {engineering(study.pressure, 'Pa')}?"

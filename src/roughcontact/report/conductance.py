@@ -10,14 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.joint.conductance import (
-    CASES,
-    CORRELATED,
-    DISCS,
-    EVEN_FLOW,
-    SPOTTED,
-    Conductance,
-)
+from roughcontact.joint import conductance as joint
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, figures, phrases, problem
@@ -28,8 +21,8 @@ from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import changed_by, engineering, percent, plain
 
 
-def _body(number: int) -> Callable[[Conductance], dict[str, Any]]:
-    def told(result: Conductance) -> dict[str, Any]:
+def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
+    def told(result: joint.Conductance) -> dict[str, Any]:
         body = result.bodies[number]
         return {
             "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
@@ -48,28 +41,28 @@ def _words(body: Conductor) -> str:
     return ", ".join(parts)
 
 
-def _electrical(result: Conductance) -> bool:
+def _electrical(result: joint.Conductance) -> bool:
     return not math.isnan(result.electrical_resistivity)
 
 
-def _thermal(result: Conductance) -> bool:
+def _thermal(result: joint.Conductance) -> bool:
     return not math.isnan(result.thermal_resistivity)
 
 
-def _by_area(result: Conductance) -> bool:
+def _by_area(result: joint.Conductance) -> bool:
     """Return whether what the joint conducts goes with its area."""
     return len(result.largest.boundary.periodic_axes) == 2
 
 
-def _filled(result: Conductance) -> bool:
+def _filled(result: joint.Conductance) -> bool:
     """Return whether it is known what a filled gap adds."""
     return _thermal(result) and _by_area(result)
 
 
-def _in_gap(filling: str) -> Callable[[Conductance], str]:
+def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
     """Return h with the gap filled under the smallest and the largest load, and what it adds."""
 
-    def told(result: Conductance) -> str:
+    def told(result: joint.Conductance) -> str:
         whole = result.filled_conductance(filling)
         with np.errstate(divide="ignore"):
             added = result.column(f"{filling}_gap") / result.thermal_conductance
@@ -81,7 +74,7 @@ def _in_gap(filling: str) -> Callable[[Conductance], str]:
     return told
 
 
-def _filled_by(name: str) -> Callable[[Conductance], list[float]]:
+def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
     return lambda result: result.filled_conductance(name).tolist()
 
 
@@ -107,10 +100,10 @@ def _filled_columns() -> Columns:
 
 def _ratio(
     name: str, within: tuple[float, float] = (0.0, math.inf)
-) -> Callable[[Conductance], list[str]]:
+) -> Callable[[joint.Conductance], list[str]]:
     """Return an estimate of the constriction length over the length, where it is in its range."""
 
-    def shown(result: Conductance) -> list[str]:
+    def shown(result: joint.Conductance) -> list[str]:
         ratios = result.column(name) / result.column("length")
         low, high = within
         return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
@@ -118,7 +111,7 @@ def _ratio(
     return shown
 
 
-def _share(name: str) -> Callable[[Conductance], list[str]]:
+def _share(name: str) -> Callable[[joint.Conductance], list[str]]:
     return lambda result: [
         percent(value) for value in (result.column(name) / result.nominal_area).tolist()
     ]
@@ -185,7 +178,7 @@ CONDUCTANCE_COLUMNS: Columns = (
     ),
     *_filled_columns(),
     Column(
-        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", DISCS),
+        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS),
     ),
     Column(
         "correlation_length", "correlation", unit="m", shown=_ratio("correlation_length"),
@@ -209,7 +202,7 @@ def _span(spread: tuple[float, float]) -> str:
     return f"{spread[0]:g} to {spread[1]:g}"
 
 
-def sentences(result: Conductance) -> tuple[str, ...]:
+def sentences(result: joint.Conductance) -> tuple[str, ...]:
     """Return what a reader of the resistances has to know."""
     meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
     film = result.film or result.thermal_film
@@ -222,8 +215,8 @@ def sentences(result: Conductance) -> tuple[str, ...]:
            "side by side." if _filled(result) else "."),
         *(
             ("The film is added over the contact area; as it evens the flow out, the true "
-             f"resistance is a little larger, on a disc by at most {percent(EVEN_FLOW)} of the "
-             "constriction.",)
+             f"resistance is a little larger, on a disc by at most {percent(joint.EVEN_FLOW)} of "
+             "the constriction.",)
             if film else ()
         ),
         "The resistance of an elastic contact depends on its coarse outline, where the current "
@@ -233,12 +226,12 @@ def sentences(result: Conductance) -> tuple[str, ...]:
         "The last two columns are estimates of the constriction length over that computed: "
         "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
         f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
-        f"{CASES} rough maps had {_span(SPOTTED)} and {_span(CORRELATED)}. A dash is outside the "
-        "range of the formula.",
+        f"{joint.CASES} rough maps had {_span(joint.SPOTTED)} and {_span(joint.CORRELATED)}. A "
+        "dash is outside the range of the formula.",
     )  # fmt: skip
 
 
-def question(result: Conductance) -> str:
+def question(result: joint.Conductance) -> str:
     """Return the question that a conductance answers."""
     names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
     verb = "does" if len(names) == 1 else "do"
@@ -255,7 +248,7 @@ _ASSUMPTIONS = (
 # --- What is said first ---
 
 
-def _told(result: Conductance, index: int) -> list[str]:
+def _told(result: joint.Conductance, index: int) -> list[str]:
     """Return conductance and resistance under one of the loads."""
     texts = []
     if _thermal(result):
@@ -274,11 +267,11 @@ def _told(result: Conductance, index: int) -> list[str]:
     return texts
 
 
-def _answer(result: Conductance) -> str:
+def _answer(result: joint.Conductance) -> str:
     return f"At {problem.load(result.largest)}: {', '.join(_told(result, -1))}."
 
 
-def _numbers(result: Conductance) -> CellTable:
+def _numbers(result: joint.Conductance) -> CellTable:
     """Return pressure, contact, conductance and resistance of each load."""
     heads = ["pressure", "contact"]
     heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
@@ -296,7 +289,7 @@ def _numbers(result: Conductance) -> CellTable:
     return tuple(heads), rows
 
 
-def _remarks(result: Conductance) -> tuple[str, ...]:
+def _remarks(result: joint.Conductance) -> tuple[str, ...]:
     """Return what a filled gap adds, what the pixel changes, and how exactly it is solved."""
     lines = []
     if _filled(result):
@@ -307,7 +300,7 @@ def _remarks(result: Conductance) -> tuple[str, ...]:
 
 
 KIND = Kind(
-    Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
+    joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
     answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
     assumptions=_ASSUMPTIONS, sentences=sentences, figures=figures.CONDUCTANCE,

@@ -20,7 +20,6 @@ from roughcontact.formats import export
 from roughcontact.plots import cells, maps, profiles as draw
 from roughcontact.plots.sections import pressure_histogram, section
 from roughcontact.report import (
-    blocks,
     chapters,
     contact_fields,
     estimate,
@@ -30,10 +29,8 @@ from roughcontact.report import (
     phrases,
     problem,
     python_script,
-    regimes,
     uncertainty,
 )
-from roughcontact.report.blocks import Blocks, Cautions, Lines
 from roughcontact.report.fields import (
     ABSENT,
     PROBLEM,
@@ -42,7 +39,7 @@ from roughcontact.report.fields import (
     quantity_of,
     rows_of,
 )
-from roughcontact.report.figure_data import FRONT, RESULTS, Illustration
+from roughcontact.report.figures import FRONT, RESULTS, Illustration
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy
@@ -61,10 +58,12 @@ def question(result: ContactResult) -> str:
     return f"How much of {name} is in contact {under}?"
 
 
-def inputs_of(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+def inputs_of(
+    kind: Kind, result: Any, pressed: ContactResult | None, drawn: bool = True
+) -> list[Block]:
     """Return the blocks on what went into a result: maps, bodies and load of its contact."""
     if kind.inputs is not None:
-        return kind.inputs(result)
+        return kind.inputs(result, drawn)
     if pressed is None:
         return chapters.quantities(kind.rows(result, PROBLEM))
     own = kind_of(pressed)
@@ -72,7 +71,7 @@ def inputs_of(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Bl
             *own.rows(pressed, PROBLEM)]  # fmt: skip
     specified = {row.key: row for row in reversed(rows)}.values()
     return [
-        *chapters.maps(pressed),
+        *chapters.maps(pressed, drawn),
         *chapters.bodies(
             (pressed.material, pressed.counter_material), reversed(specified),
             inputs.bodies("ceiling", pressed.pair.is_profile),
@@ -105,9 +104,9 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
 
 
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
-    """Return the blocks with all results of a contact."""
+    """Return the blocks with all results of a contact; the elastic one beside it with figures."""
     kind, elastic = kind_of(result), None
-    if result.saturated_fraction > 0 and not result.pair.is_shared:
+    if scene is not None and result.saturated_fraction > 0 and not result.pair.is_shared:
         elastic = _best(result.elastic)
     answer = [*_columns(kind, result, elastic)]
     if elastic is not None and not elastic.converged:
@@ -194,7 +193,7 @@ class SharedScene:
 
 
 def _reduced(index: int, caption: str, chapter: str) -> Illustration:
-    return Illustration("", lambda s: s.drawn(index), caption, caption, chapter, HALF)
+    return Illustration("", lambda s: s.drawn(index), caption, chapter, HALF)
 
 
 _SHARED = (
@@ -379,29 +378,6 @@ def _calibrated(result: ContactResult) -> str:
     )
 
 
-def shown(result: ContactResult, study: ResolutionStudy | None = None) -> Blocks:
-    """Return what the console shows: problem, answer, trust and how sure; then cautions, study."""
-    kind = kind_of(result)
-    heads, answer = beside_calibrated(kind, result, brief=True)
-    stated, trust = blocks.problem(kind, result, result), blocks.trust(kind, result)
-    rows = [(blocks.title(row), *texts) for row, texts in answer]
-    parts = blocks.table(stated, rows, trust)
-    if heads:
-        parts = [
-            blocks.Block((stated,)),
-            blocks.Block((rows,), ("", *heads)),
-            blocks.Block((trust,)),
-        ]
-    if result.converged and result.load:
-        parts += blocks.table(uncertainty.uncertainty_rows(result, study), heads=uncertainty.HEADS)
-    if hertz_comparison.applies(result):
-        parts += blocks.table(hertz_comparison.rows(result), heads=hertz_comparison.HEADS)
-    parts.append(Cautions(result.cautions))
-    if study is not None:
-        parts += [*blocks.steps(uncertainty.KIND, study), Lines(study.sentences)]
-    return parts
-
-
 KIND = Kind(
     ContactResult, contact_fields.CONTACT, figures=figures.CONTACT, scene=figures.ContactScene,
     plots=(
@@ -409,9 +385,9 @@ KIND = Kind(
         section, pressure_histogram,
     ),
     contact=lambda result: result, save=export.save_contact,
-    dataset=archive.to_dataset, blocks=shown,
+    dataset=archive.to_dataset,
     problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
-    question=question, details=details, meaning=regimes.regime,
+    question=question, details=details, meaning=phrases.regime,
     checked=plausibility.checked, script=python_script.repeating,
 )  # fmt: skip
 PROFILE_KIND = replace(

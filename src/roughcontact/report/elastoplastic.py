@@ -13,7 +13,6 @@ from roughcontact.formats import export
 from roughcontact.plots import elastoplastic as plots
 from roughcontact.report import (
     assumptions,
-    blocks,
     chapters,
     citations,
     contact_fields,
@@ -22,9 +21,7 @@ from roughcontact.report import (
     phrases,
     problem,
     python_script,
-    regimes,
 )
-from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import Block
@@ -46,19 +43,19 @@ def question(result: ElastoplasticResult) -> str:
     return f"What does a load of {largest} leave on {name}?"
 
 
-def inputs_of(result: ElastoplasticResult, specified: Sequence[Row]) -> list[Block]:
+def inputs_of(result: ElastoplasticResult, specified: Sequence[Row], drawn: bool) -> list[Block]:
     """Return the blocks on what went into an elastoplastic contact."""
     contact = result.solution
     return [
-        *chapters.maps(contact),
+        *chapters.maps(contact, drawn),
         *chapters.bodies(
             (contact.material, contact.counter_material), specified, inputs.bodies("volume")
         ),
     ]
 
 
-def _inputs(result: ElastoplasticResult) -> list[Block]:
-    return inputs_of(result, rows_of(contact_fields.VOLUME, result, PROBLEM))
+def _inputs(result: ElastoplasticResult, drawn: bool) -> list[Block]:
+    return inputs_of(result, rows_of(contact_fields.VOLUME, result, PROBLEM), drawn)
 
 
 def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block]:
@@ -69,8 +66,9 @@ def _details(result: ElastoplasticResult, scene: Any, **more: Any) -> list[Block
             blocks.append(Block("head", f"Plastic strain and stress{body.where}"))
         blocks += chapters.quantities(rows_of(chapters.YIELDING, chapters.Yielding(result, number)))
         # That of the first is on the first page.
-        blocks += chapters.shown((figures.SECTION,) if number else (), body, figures.FRONT)
-        blocks += chapters.shown(figures.VOLUME, body.close(), figures.BODY)
+        if scene is not None:
+            blocks += chapters.shown((figures.SECTION,) if number else (), body, figures.FRONT)
+            blocks += chapters.shown(figures.VOLUME, body.close(), figures.BODY)
     contact = result.solution
     if contact.spots().count:
         blocks += [*chapters.table(chapters.spots(contact)), *chapters.with_hertz(contact)]
@@ -142,13 +140,6 @@ def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
     return f"Load steps: {phrases.step_error(result)}", status
 
 
-def shown(result: ElastoplasticResult) -> Blocks:
-    """Return what the console shows: problem, answer and trust, then cautions."""
-    problem = blocks.problem(KIND, result, result.solution)
-    answer = blocks.cells(KIND.rows(result, brief=True))
-    return [*blocks.table(problem, answer, blocks.trust(KIND, result)), Cautions(result.cautions)]
-
-
 def _dataset(result: ElastoplasticResult) -> xarray.Dataset:
     if any(isinstance(body, SharedBody) for body in result.bodies):
         raise InputError("several ranks hold the layers: save the result as .nc and read that")
@@ -163,9 +154,9 @@ KIND = Kind(
         plots.convergence,
     ),
     works=citations.of_volume, save=export.save_volume,
-    dataset=_dataset, blocks=shown,
+    dataset=_dataset,
     problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
-    remarks=_remarks, question=question, meaning=regimes.volume_regime,
+    remarks=_remarks, question=question, meaning=phrases.volume_regime,
     inputs=_inputs, details=_details,
     case=assumptions.of_volume, method=method, checked=plausibility.checked,
     script=python_script.repeating_volume,

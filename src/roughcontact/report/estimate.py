@@ -9,9 +9,8 @@ from typing import Any
 from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
-from roughcontact.report import blocks, problem
-from roughcontact.report.blocks import Blocks, Cautions
-from roughcontact.report.fields import ANSWER, PROBLEM, Quantity, Table
+from roughcontact.report import problem
+from roughcontact.report.fields import PROBLEM, Quantity, Table
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import engineering, percent
 
@@ -172,12 +171,6 @@ def _numbers(result: Estimate) -> CellTable:
     return (), rows
 
 
-def shown(result: Estimate) -> Blocks:
-    """Return what the console shows: what formulas were given, and what they say."""
-    parts = (blocks.cells(KIND.rows(result, part, brief=True)) for part in (PROBLEM, ANSWER))
-    return [*(block for part in parts for block in blocks.table(part)), Cautions(result.cautions)]
-
-
 def question(result: Estimate) -> str:
     """Return the question that an estimate answers."""
     pressure = engineering(result.pressure, "Pa")
@@ -187,7 +180,7 @@ def question(result: Estimate) -> str:
 KIND = Kind(
     Estimate, ESTIMATE, question=question,
     works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
-    blocks=shown, problem=_problem, answer=_answer, numbers=_numbers,
+    problem=_problem, answer=_answer, numbers=_numbers,
     remarks=lambda _: (
         "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",
     ),

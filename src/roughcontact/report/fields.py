@@ -187,6 +187,17 @@ def side_by_side(
     ]
 
 
+# Steps that are shown of many: so many of the first, and so many of the last.
+_ENDS = 3
+
+
+def some(rows: Sequence[Cells]) -> Sequence[Cells]:
+    """Return the first and the last of many rows."""
+    if len(rows) <= 2 * _ENDS:
+        return rows
+    return [*rows[:_ENDS], ("…",) * len(rows[0]), *rows[-_ENDS:]]
+
+
 def quantity_of(table: Table, key: str) -> Quantity:
     """Return a quantity by its key."""
     return next(quantity for quantity in table if quantity.key == key)

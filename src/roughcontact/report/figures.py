@@ -5,38 +5,161 @@ The names of the files that ``--figures`` writes come from here, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from roughcontact.contact.pair import BODIES
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.spots import Spots
 from roughcontact.elastoplastic.result import ElastoplasticResult, profile
 from roughcontact.plots import elastoplastic, maps, profiles, sections, subsurface_stress
 from roughcontact.plots.conductance import conductance
 from roughcontact.plots.interface_law import interface_law
 from roughcontact.plots.load_curve import hysteresis, load_curve
-from roughcontact.report import rolling_table
-from roughcontact.report.figure_data import (
-    BODY as BODY,
-    FILES as FILES,
-    FRONT as FRONT,
-    RESULTS as RESULTS,
-    ContactScene as ContactScene,
-    Illustration as Illustration,
-    Illustrations as Illustrations,
-    MapScene as MapScene,
-    Region as Region,
-)
-from roughcontact.report.kind import Kind
 from roughcontact.report.page import HALF, MIDDLE, WIDE
+from roughcontact.surface.surface import Surface
 from roughcontact.units import counted, engineering, percent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+# Close-ups show this many times the root of the area of the spot at the peak, or the longer side
+# of the most loaded spot, but no fewer pixels; and only where this is a small part of the map.
+_AROUND_SPOT = 4
+_AROUND_LOADED = 1.5
+_SMALL_PART = 0.5
+_AROUND_CONTACT = 1.2
+
+# Contact fraction below which a whole map is nearly empty.
+_LITTLE = 0.01
+
+_CLOSE_PIXELS = 40
+
+FRONT, RESULTS, BODY, FILES = "front", "results", "body", "files"
+"""Where a figure is: on the first page of a report, with its results, there for each body that
+yields, or in files alone."""
+
+
+@dataclass(frozen=True)
+class MapScene:
+    """A prepared map."""
+
+    surface: Surface  # The map
+    of: str = ""  # Whose it is, where there are two
+    when: str = "after preparation"  # In which state it is
+
+
+class Region(NamedTuple):
+    """A square of a map."""
+
+    middle: tuple[int, int]  # (y, x)
+    width: float  # [m]
+
+
+@dataclass(frozen=True)
+class ContactScene:
+    """A contact, and where to look at it closely."""
+
+    result: ContactResult  # The contact
+
+    @cached_property
+    def spots(self) -> Spots:
+        """Its contact spots."""
+        return self.result.spots()
+
+    @property
+    def map(self) -> MapScene:
+        """The map of the body."""
+        return MapScene(self.result.surface)
+
+    @property
+    def missing(self) -> str:
+        """A sentence on missing points, if there are any."""
+        return " Gray points were not measured." if np.isnan(self.result.gap).any() else ""
+
+    @cached_property
+    def most_loaded(self) -> Region:
+        """The spot that carries most."""
+        if self.spots.count == 0:
+            return Region((0, 0), math.inf)
+        return self._around(self.spots.label == 1 + int(self.spots.load.argmax()), _AROUND_LOADED)
+
+    @cached_property
+    def touched(self) -> Region:
+        """All of the contact if that is a small part of the map, else the most loaded spot."""
+        if self.spots.count == 0:
+            return Region((0, 0), math.inf)
+        whole = self._around(self.result.contact, _AROUND_CONTACT)
+        return whole if self.is_part(whole.width) else self.most_loaded
+
+    @property
+    def is_crowded(self) -> bool:
+        """Whether the most loaded spot is a small part of what is shown of the contact."""
+        whole = self.touched.width if self.is_sparse else self._side
+        return self.most_loaded.width < _SMALL_PART * whole
+
+    @property
+    def is_sparse(self) -> bool:
+        """Whether the map of the contact is nearly empty."""
+        if not self.is_part(self.touched.width):
+            return False
+        return self.touched is not self.most_loaded or self.result.contact_fraction < _LITTLE
+
+    def _around(self, points: NDArray[np.bool_], factor: float) -> Region:
+        """Return the square around points, so many times as wide."""
+        pixel = self.result.surface.pixel
+        if self.result.surface.is_profile:
+            pixel = (0.0, pixel[1])
+        ends = [(int(place.min()), int(place.max())) for place in np.nonzero(points)]
+        sides = [(last - first + 1) * edge for (first, last), edge in zip(ends, pixel, strict=True)]
+        middle = sum(ends[0]) // 2, sum(ends[1]) // 2
+        return Region(middle, max(factor * max(sides), _CLOSE_PIXELS * max(pixel)))
+
+    @cached_property
+    def around_peak(self) -> float:
+        """A width that shows the spot at the highest peak [m]."""
+        result = self.result
+        peak = np.unravel_index(np.nanargmin(result.initial_gap), result.gap.shape)
+        number = int(self.spots.label[peak])
+        size = math.sqrt(float(self.spots.area[number - 1])) if number else 0.0
+        return max(_AROUND_SPOT * size, _CLOSE_PIXELS * max(result.surface.pixel))
+
+    def is_part(self, width: float) -> bool:
+        """Return whether a width is so small a part of the map that it is worth a figure."""
+        return width < _SMALL_PART * self._side
+
+    @property
+    def _side(self) -> float:
+        surface = self.result.surface
+        return min(surface.size[surface.is_profile :])
+
+
+@dataclass(frozen=True)
+class Illustration:
+    """A figure of a report."""
+
+    name: str  # Of its file
+    draw: Callable[[Any], Figure]  # `draw(scene)` returns the figure
+    caption: str | Callable[[Any], str]  # Text below the figure, and in place of it
+    chapter: str = RESULTS  # Where in a report it is
+    width: int = MIDDLE  # In a report [mm]
+    when: Callable[[Any], bool] = lambda _: True  # `when(scene)` says whether a report shows it
+
+    def text(self, scene: Any) -> str:
+        """Return the caption of a scene."""
+        return self.caption if isinstance(self.caption, str) else self.caption(scene)
+
+
+Illustrations = Sequence[Illustration]
 
 
 # Sections are drawn a second time around the largest plastic strain where the zone there is so
@@ -103,15 +226,15 @@ class VolumeScene:
 
 def _of(attribute: str, inner: Illustration) -> Illustration:
     """Return a figure of a scene within another one."""
-    return _within(attrgetter(attribute), inner)
+    return within_scene(attrgetter(attribute), inner)
 
 
-def _within(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
+def within_scene(within: Callable[[Any], Any], inner: Illustration) -> Illustration:
+    """Return a figure of a scene that another one holds."""
     return replace(
         inner,
         draw=lambda scene: inner.draw(within(scene)),
-        alt=lambda scene: inner.words(within(scene))[0],
-        caption=lambda scene: inner.words(within(scene))[1],
+        caption=lambda scene: inner.text(within(scene)),
         when=lambda scene: inner.when(within(scene)),
     )
 
@@ -127,9 +250,6 @@ def _heights(scene: MapScene) -> str:
 MAP = Illustration(
     "surface",
     lambda s: maps.surface(s.surface),
-    lambda s: (
-        f"Map of the heights{s.of}, root-mean-square height {engineering(s.surface.Sq, 'm', 3)}."
-    ),
     _heights,
     FILES,
     HALF,
@@ -159,13 +279,6 @@ def _classes(scene: ContactScene) -> str:
     )
 
 
-def _classes_alt(scene: ContactScene) -> str:
-    touching, saturated = (
-        percent(share) for share in (scene.result.contact_fraction, scene.result.saturated_fraction)
-    )
-    return f"Map of the contact: {touching} of the map touches, {saturated} is saturated."
-
-
 def _gap(scene: ContactScene) -> str:
     mean = engineering(scene.result.mean_gap, "m", 3)
     return (
@@ -192,11 +305,6 @@ def _close_up(scene: ContactScene, region: Region) -> str:
     )
 
 
-_SECTIONS_ALT = (
-    "Sections along x and y through the highest peak: heights before and under load, pressure"
-)
-
-
 def _sections(scene: ContactScene) -> str:
     what = "profile" if scene.result.counter_surface is None else "sum of both profiles"
     yields = ""
@@ -214,7 +322,6 @@ def _closely(region: str, chapter: str, when: Callable[[Any], bool]) -> Illustra
     return Illustration(
         "",
         lambda s: maps.close_up(s.result, *get(s)),
-        lambda s: f"Pressure and contact in {engineering(get(s).width, 'm', 3)} of the map.",
         lambda s: _close_up(s, get(s)),
         chapter,
         MIDDLE,
@@ -228,28 +335,23 @@ CONTACT: Illustrations = (
     Illustration(
         "pressure",
         lambda s: maps.pressure(s.result),
-        lambda s: (
-            f"Map of the contact pressure, largest {engineering(s.result.max_pressure, 'Pa', 3)}."
-        ),
         _pressure,
         width=HALF,
         # A close-up shows it.
         when=lambda s: not s.is_sparse,
     ),
     Illustration(
-        "contact", lambda s: maps.contact(s.result), _classes_alt, _classes, FRONT, HALF
+        "contact", lambda s: maps.contact(s.result), _classes, FRONT, HALF
     ),
     Illustration(
         "gap",
         lambda s: maps.gap(s.result),
-        lambda s: f"Map of the open gap, mean {engineering(s.result.mean_gap, 'm', 3)}.",
         _gap,
         width=HALF,
     ),
     Illustration(
         "histogram",
         lambda s: sections.pressure_histogram(s.result),
-        "Histogram of the contact pressure over the contact area.",
         "Contact area over pressure. The area at the ceiling has no width on this axis: see the "
         "label.",
         FILES,
@@ -259,7 +361,6 @@ CONTACT: Illustrations = (
     Illustration(
         "",
         lambda s: sections.section(s.result, s.around_peak if s.is_part(s.around_peak) else None),
-        f"{_SECTIONS_ALT}.",
         _sections,
         width=WIDE,
         when=lambda s: s.result.load > 0,
@@ -282,7 +383,7 @@ def _of_pressure(name: str) -> Illustration:
 
     def caption(scene: VolumeScene) -> str:
         gone = "" if scene.loaded else " It is the largest load of the path, and is gone."
-        return f"{entry.words(scene)[1]}{gone}"
+        return f"{entry.text(scene)}{gone}"
 
     return replace(entry, caption=caption, when=lambda scene: scene.known)
 
@@ -303,7 +404,6 @@ def _cut(along: str) -> Illustration:
         lambda scene: elastoplastic.section(
             scene.result, along, body=scene.body, width=scene.width
         ),
-        f"{title}: strain, stress under load, residual stress.",
         lambda scene: (
             f"{title}{scene.where}, true to scale. The gray line bounds the plastic zone; the "
             "cross marks the largest plastic strain. Material yields where the stress over the "
@@ -320,11 +420,6 @@ SECTION = replace(_CUT, name="", chapter=FRONT, draw=lambda scene: _CUT.draw(sce
 """The section of an elastoplastic body, around the largest plastic strain where that is small."""
 
 
-def _dent(scene: VolumeScene) -> str:
-    deepest = engineering(float(scene.result.residual_displacement.max()), "m")
-    return f"Map of the residual displacement, up to {deepest}."
-
-
 VOLUME: Illustrations = (
     _of_contact("surface"),
     SECTION,
@@ -332,7 +427,6 @@ VOLUME: Illustrations = (
     Illustration(
         "displacement",
         lambda scene: elastoplastic.residual_displacement(scene.result),
-        _dent,
         _displacement,
         width=HALF,
     ),
@@ -343,7 +437,6 @@ VOLUME: Illustrations = (
     Illustration(
         "profile",
         lambda scene: elastoplastic.profile(scene.result, body=scene.body),
-        "Profiles with depth below the largest plastic strain.",
         "Below the largest plastic strain: the strain (left), von Mises stress and yield strength "
         "(middle), residual normal stresses (right). Steps are layers.",
         BODY,
@@ -352,7 +445,6 @@ VOLUME: Illustrations = (
     Illustration(
         "layers",
         lambda scene: elastoplastic.layers(scene.result, scene.body),
-        "Largest values of each layer over the depth.",
         "Layer by layer: plastic share, largest strain, and largest stresses.",
         FILES,
         WIDE,
@@ -360,7 +452,6 @@ VOLUME: Illustrations = (
     Illustration(
         "path",
         lambda scene: elastoplastic.path(scene.result),
-        "Four diagrams over the load: approach, contact area, pressure, plastic strain.",
         "Approach, contact area, maximum pressure and maximum plastic strain from first contact. "
         "The ring is the state of this report.",
         width=WIDE,
@@ -369,21 +460,11 @@ VOLUME: Illustrations = (
     Illustration(
         "convergence",
         lambda scene: elastoplastic.convergence(scene.result),
-        "Residual of the plastic strain over the iterations",
         "Residual of the plastic strain, increment by increment.",
         FILES,
     ),
 )
 """Of an `ElastoplasticResult`."""
-
-
-def _of_rolling(entry: Illustration) -> Illustration:
-    chapter = RESULTS if entry is SECTION else FILES
-    return _within(lambda rolling: VolumeScene(rolling.result), replace(entry, chapter=chapter))
-
-
-ROLLING: Illustrations = (*rolling_table.FIGURES, *map(_of_rolling, VOLUME))
-"""Of a `RollingResult`."""
 
 
 # Other results
@@ -392,19 +473,16 @@ ROLLING: Illustrations = (*rolling_table.FIGURES, *map(_of_rolling, VOLUME))
 STRESS: Illustrations = (
     Illustration(
         "stress-depth", subsurface_stress.stress_depth,
-        "Largest equivalent stresses at each depth.",
         "Largest equivalent stresses at each depth. Look for the depth of the maximum.",
         RESULTS, HALF,
     ),
     Illustration(
         "stress-section", subsurface_stress.stress_section,
-        "Von Mises stress on a plane along x through its maximum.",
         "Von Mises stress on the plane along x through its maximum (cross), true to scale.",
         FRONT, MIDDLE,
     ),
     Illustration(
         "stress-map", subsurface_stress.stress_map,
-        "Largest von Mises stress over all depths, from above.",
         "Largest von Mises stress over all depths, seen from above. The cross marks the maximum.",
         RESULTS, HALF,
     ),
@@ -414,7 +492,6 @@ STRESS: Illustrations = (
 HISTORY: Illustrations = (
     Illustration(
         "history", hysteresis,
-        "Load over approach along the path; energy dissipated and volume indented, step by step.",
         "Top: load over approach; dots are computed, the area between the lines is no measure of "
         "the energy. Bottom: energy dissipated by each step and volume indented so far.",
         FRONT, HALF,
@@ -425,7 +502,6 @@ HISTORY: Illustrations = (
 CURVE: Illustrations = (
     Illustration(
         "curve", load_curve,
-        "Four diagrams over the load: areas, approach and gap, stiffness, number of spots.",
         "Contact and saturated area with Persson's theory; approach and mean gap; stiffness of the "
         "next small load; contact spots.",
         FRONT, WIDE,
@@ -436,7 +512,6 @@ CURVE: Illustrations = (
 CONDUCTANCE: Illustrations = (
     Illustration(
         "conductance", conductance,
-        "Resistance of the contact over the load, and two estimates.",
         "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
         "spots and the correlation for large flat joints.",
         FRONT, WIDE,
@@ -447,7 +522,6 @@ CONDUCTANCE: Illustrations = (
 LAW: Illustrations = (
     Illustration(
         "law", interface_law,
-        "Four diagrams of the law: pressure over separation, areas, stiffness and gap.",
         "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
         "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
         FRONT, WIDE,
@@ -459,16 +533,6 @@ LAW: Illustrations = (
 def names(table: Illustrations) -> tuple[str, ...]:
     """Return the names of the figures that are written to files."""
     return tuple(entry.name for entry in table if entry.name)
-
-
-def drawings(kind: Kind, result: Any) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the figures of a result that are written to files, by name."""
-    scene = kind.scene(result)
-    return {entry.name: _later(entry, scene) for entry in kind.figures if entry.name}
-
-
-def _later(entry: Illustration, scene: Any) -> Callable[[], Figure]:
-    return lambda: entry.draw(scene)
 
 
 # --- The figures of reports on profiles ---
@@ -497,7 +561,6 @@ def _close(scene: ContactScene) -> str:
 PROFILE_MAP = Illustration(
     "surface",
     lambda s: profiles.heights(s.surface),
-    lambda s: f"Heights of the profile{s.of}, Rq {engineering(s.surface.Sq, 'm', 3)}.",
     _trace,
     FILES,
     WIDE,
@@ -509,7 +572,6 @@ PROFILE_CONTACT: Illustrations = (
     Illustration(
         "pressure",
         lambda s: profiles.pressed(s.result),
-        "The profile before and under load, and its pressure; whole length.",
         _pressed,
         FRONT,
         WIDE,
@@ -517,7 +579,6 @@ PROFILE_CONTACT: Illustrations = (
     Illustration(
         "contact",
         lambda s: profiles.pressed(s.result, s.most_loaded.width, s.most_loaded.middle[1]),
-        "The profile before and under load, and its pressure, around the most loaded segment.",
         _close,
         width=WIDE,
     ),
@@ -527,7 +588,6 @@ PROFILE_CONTACT: Illustrations = (
 PROFILE_CURVE: Illustrations = (
     Illustration(
         "curve", profiles.load_curve,
-        "Four diagrams over the load: contact length, approach and gap, stiffness, segments.",
         "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
         FRONT, WIDE,
     ),

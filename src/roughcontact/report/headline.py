@@ -5,14 +5,18 @@ from __future__ import annotations
 import base64
 import html as markup
 import textwrap
-from typing import Any
+from collections.abc import Callable
+from functools import partial, update_wrapper
+from typing import TYPE_CHECKING, Any
 
 from roughcontact.cautions import Severity
 from roughcontact.errors import InputError
-from roughcontact.plots import accessor
 from roughcontact.plots.export import png
 from roughcontact.report import kinds
 from roughcontact.report.fields import Headline
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Cells = tuple[str, ...]
 
@@ -91,7 +95,7 @@ def _cell(text: str) -> str:
 
 def _picture(shown: Any) -> str:
     try:
-        figures = accessor.Plots(shown, kinds.of(shown).plots)
+        figures = Plots(shown, kinds.of(shown).plots)
         # One map: what shows four at once is too small here.
         figure = figures.pressure() if "pressure" in dir(figures) else figures()
     except (AttributeError, InputError):
@@ -100,3 +104,39 @@ def _picture(shown: Any) -> str:
     data = base64.b64encode(png(figure)).decode("ascii")
     wide = _WIDE if figure.get_figwidth() > figure.get_figheight() else _SMALL
     return f'<img alt="" style="width: {wide}px" src="data:image/png;base64,{data}">'
+
+
+# --- The figures of an object as its methods: `result.plot.pressure()` ---
+
+
+Draw = Callable[..., "Figure"]
+
+
+class Plots:
+    """The figures of one object by their names in ``rc.plots``; the first is the usual one."""
+
+    def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
+        if not figures:
+            raise AttributeError(f"a {type(shown).__name__} has no figures")
+        self._shown = shown
+        self._figures = {figure.__name__: figure for figure in figures}
+
+    def __call__(self, **options: Any) -> Figure:
+        """Draw the usual figure."""
+        usual = next(iter(self._figures.values()))
+        return usual(self._shown, **options)
+
+    def __getattr__(self, name: str) -> Draw:
+        """Return what draws a figure, with its own documentation."""
+        if name.startswith("_") or name not in self._figures:
+            raise AttributeError(f"there is no figure {name!r}, only {', '.join(self._figures)}")
+        draw = self._figures[name]
+        return update_wrapper(partial(draw, self._shown), draw)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the figures."""
+        return list(self._figures)
+
+    def __repr__(self) -> str:
+        """Return the names of the figures, as they are called."""
+        return "figures: plot(), " + ", ".join(f"plot.{name}()" for name in self._figures)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,9 @@ from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
 from roughcontact.report.fields import (
     ANSWER,
+    Cells,
     Columns,
+    Headline,
     Row,
     Table,
     csv_text,
@@ -23,6 +26,7 @@ from roughcontact.report.fields import (
     listing_of,
     quantity_of,
     rows_of,
+    some,
     stored,
     stored_columns,
 )
@@ -33,11 +37,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from roughcontact.report.assumptions import Assumption, Case
-    from roughcontact.report.figure_data import Illustrations
+    from roughcontact.report.figures import Illustrations
     from roughcontact.report.page import Block
 
 Use = tuple[str, tuple[Reference, ...]]
-Cells = tuple[str, ...]
 CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
 
 
@@ -74,7 +77,7 @@ class Kind:
     remarks: Callable[..., tuple[str, ...]] = _none  # Interval, other ceiling, status: a line each
     sentences: Callable[[Any], tuple[str, ...]] = _none
     meaning: Callable[[Any], str] = _empty  # What they mean, in a sentence or two
-    inputs: Callable[[Any], list[Block]] | None = None  # What went in, besides a contact
+    inputs: Callable[[Any, bool], list[Block]] | None = None  # What went in; whether drawn
     details: Callable[..., list[Block]] = _nothing  # What its report shows besides
     case: Callable[[Any], Case | None] | None = None  # Of assumptions, if not a contact's
     assumptions: Sequence[Assumption] = ()  # Besides those of a contact
@@ -89,7 +92,6 @@ class Kind:
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
     dataset: Callable[[Any], xarray.Dataset] | None = None  # What its NetCDF file holds
-    blocks: Callable[..., list[Any]] | None = None
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
@@ -101,6 +103,15 @@ class Kind:
         """Return what is told of a result; see `fields.rows_of`."""
         return rows_of(self.table, result, part, brief)
 
+    def headline(self, result: Any, **more: Any) -> Headline:
+        """Return what is said first of a result."""
+        listed: CellTable = (
+            self.listing(result, True) if self.numbers is None else self.numbers(result, **more)
+        )
+        heads, rows = listed
+        answer, remarks = self.answer(result, **more), self.remarks(result, **more)
+        return Headline(self.problem(result), answer, heads, some(rows), remarks)
+
     def row(self, result: Any, key: str) -> Row:
         """Return one quantity of a result."""
         return quantity_of(self.table, key).row(result)
@@ -110,6 +121,11 @@ class Kind:
     ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
         return listing_of(self.columns, result, brief)
+
+    def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:
+        """Return what draws the figures that are written to files, by name."""
+        scene = self.scene(result)
+        return {item.name: partial(item.draw, scene) for item in self.figures if item.name}
 
     def write(self, result: Any, path: str | os.PathLike[str]) -> None:
         """Write the steps of a result as a table, or all of it as JSON."""

@@ -13,7 +13,6 @@ from roughcontact.errors import InputError
 from roughcontact.references import References
 from roughcontact.report import (
     assumptions,
-    blocks,
     chapters,
     citations,
     comparison,
@@ -22,21 +21,20 @@ from roughcontact.report import (
     elastoplastic,
     estimate,
     figures,
+    inputs,
     interface_law,
     leakage,
     load_curve,
     load_history,
     load_search,
     page,
+    phrases,
     python_script,
-    regimes,
     rolling,
     subsurface_stress,
-    surface,
     uncertainty,
 )
-from roughcontact.report.blocks import Blocks
-from roughcontact.report.fields import ANSWER, TRUST, Headline, Row
+from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
 from roughcontact.units import engineering
@@ -46,8 +44,8 @@ if TYPE_CHECKING:
 
 
 KINDS = (
-    surface.PROFILE_KIND,
-    surface.KIND,
+    inputs.PROFILE_KIND,
+    inputs.KIND,
     contact.PROFILE_KIND,
     contact.SHARED_KIND,
     contact.KIND,
@@ -107,19 +105,26 @@ def references(result: Any) -> References:
 
 def headline(result: Any, **more: Any) -> Headline:
     """Return what is said first of a result."""
-    return blocks.headline(of(result), result, **more)
+    return of(result).headline(result, **more)
 
 
-def shown(result: Any, **more: Any) -> Blocks:
-    """Return all that the console shows of a result."""
+def tables(result: Any, **more: Any) -> list[Block]:
+    """Return all that a report tells of a result but for its figures and how it is solved."""
     kind = of(result)
-    show = kind.blocks or partial(blocks.usual, kind)
-    return show(result, **more)
+    contact_of = None if kind.contact is None else kind.contact(result)
+    stated = [
+        *contact.inputs_of(kind, result, contact_of, drawn=False),
+        *_results(kind, result, None, contact_of, more),
+    ]
+    if contact_of is not None:
+        stated += contact.uncertainty_of(contact_of, more.get("study"))
+    solved = [block for block in kind.method(result) if block.kind == "table"]
+    return [*stated, *solved, *_trust(kind, result, contact_of)]
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
     """Return what draws the figures of a result that are written to files, by name."""
-    return figures.drawings(of(result), result)
+    return of(result).drawings(result)
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
@@ -176,13 +181,13 @@ def render(result: Any, edition: Edition = PLAIN, *, scene: Any = None, **more: 
 
 
 def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Front:
-    first = blocks.headline(kind, result, **({} if study is None else {"study": study}))
+    first = kind.headline(result, **({} if study is None else {"study": study}))
     numbers = PageTable(first.rows, first.heads, "" if first.heads else "key")
     lead = next(iter(chapters.pictures(kind.figures, scene, figures.FRONT)), None)
     meaning = kind.meaning(result)
     if not meaning and pressed is not None and result is not pressed and pressed.load:
         under = engineering(pressed.load, pressed.pair.load_unit)
-        meaning = f"{regimes.regime(pressed)} (Under {under}.)"
+        meaning = f"{phrases.regime(pressed)} (Under {under}.)"
     return Front(
         kind.question(result), first.problem, first.answer, numbers,
         [*filter(None, (meaning, *first.remarks))], lead, result.cautions,
@@ -192,8 +197,8 @@ def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Fro
 
 def _on_front(kind: Kind, result: Any) -> bool:
     """Return whether all that is shown of the steps is on the first page."""
-    heads, rows = kind.listing(result)
-    return not rows or (kind.numbers is None and (heads, blocks.some(rows)) == (heads, rows))
+    _, rows = kind.listing(result)
+    return not rows or (kind.numbers is None and some(rows) == rows)
 
 
 def _results(
@@ -221,17 +226,20 @@ def _assumptions(kind: Kind, result: Any, pressed: ContactResult | None) -> list
 
 
 def _method(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
-    blocks = kind.method(result)
-    if kind.sentences(result):
-        blocks += [Block("text", " ".join(kind.sentences(result)))]
+    certificate = [] if pressed is None else chapters.certificate(pressed)
+    return [*kind.method(result), *certificate, *_trust(kind, result, pressed)]
+
+
+def _trust(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
+    """Return what a reader has to know, how exactly it is solved, and what it was checked for."""
+    text = " ".join(kind.sentences(result))
     checked = kind.checked(result)
     if pressed is not None:
-        blocks += chapters.certificate(pressed)
         checked = checked or plausibility.checked(pressed)
     exact = chapters.trust(kind, result, checked)
     if not kind.rows(result, TRUST) and pressed is not None:
         exact = chapters.trust(contact.kind_of(pressed), pressed, checked)
-    return [*blocks, *exact]
+    return [*([Block("text", text)] if text else []), *exact]
 
 
 def _repetition(

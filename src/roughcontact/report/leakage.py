@@ -17,7 +17,7 @@ from roughcontact.report import contact_fields, phrases, problem
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
-from roughcontact.report.figure_data import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
 from roughcontact.units import changed_by, engineering, percent, plain
@@ -271,14 +271,12 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
 _FIGURES: Illustrations = (
     Illustration(
         "leak", leak,
-        "Gap and contact, and the flow density through the gap in each direction.",
         "Open gap with the contact, and flow density over its mean (logarithmic) in each "
         "direction. The cross marks the narrowest constriction: most of the pressure falls there.",
         FRONT, WIDE,
     ),
     Illustration(
         "flow-factors", flow_factors,
-        "Flow factors over the mean gap, and the gap at the narrowest place over the load.",
         "Flow factors over mean gap / roughness (left); mean gap and critical gap of the narrowest "
         "constriction over load (right).",
         RESULTS, WIDE, lambda result: len(result.steps) > 1,

@@ -13,23 +13,15 @@ from roughcontact.report.contact_fields import PAIR, of_largest
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import Block
-from roughcontact.studies.load_search import (
-    APPROACH,
-    CONTACT,
-    COUNTED,
-    GAP,
-    SATURATED,
-    YIELD,
-    LoadSearch,
-)
+from roughcontact.studies import load_search as search
 from roughcontact.units import changed_by, engineering, percent
 
 _NAMES = {
-    CONTACT: "contact",
-    SATURATED: "saturated contact",
-    APPROACH: "approach",
-    GAP: "mean gap",
-    YIELD: "first yield",
+    search.CONTACT: "contact",
+    search.SATURATED: "saturated contact",
+    search.APPROACH: "approach",
+    search.GAP: "mean gap",
+    search.YIELD: "first yield",
 }
 
 # Digits of a load that a bracket of a millionth shows.
@@ -37,19 +29,19 @@ _DIGITS = 7
 
 
 def _unit(quantity: str) -> str:
-    return "m" if quantity in (APPROACH, GAP) else "1"
+    return "m" if quantity in (search.APPROACH, search.GAP) else "1"
 
 
 def _told(quantity: str, value: float) -> str:
-    if quantity in COUNTED:
+    if quantity in search.COUNTED:
         return percent(value)
-    return f"{value:.7g}" if quantity == YIELD else engineering(value, "m", 7)
+    return f"{value:.7g}" if quantity == search.YIELD else engineering(value, "m", 7)
 
 
-def _asked(loads: LoadSearch) -> list[str]:
+def _asked(loads: search.LoadSearch) -> list[str]:
     return [
         _NAMES[item.quantity]
-        + ("" if item.quantity == YIELD else f" {_told(item.quantity, item.target)}")
+        + ("" if item.quantity == search.YIELD else f" {_told(item.quantity, item.target)}")
         for item in loads.answers
     ]
 
@@ -59,11 +51,11 @@ def _between(bracket: tuple[float, float]) -> str:
     return f"{low} to {high} {unit}" if unit == other else f"{low} {unit} to {high} {other}"
 
 
-def _bracket(loads: LoadSearch) -> list[str]:
+def _bracket(loads: search.LoadSearch) -> list[str]:
     return [_between(answer.bracket) for answer in loads.answers]
 
 
-def _answers(loads: LoadSearch) -> list[dict[str, Any]]:
+def _answers(loads: search.LoadSearch) -> list[dict[str, Any]]:
     return [
         {
             "quantity": item.quantity,
@@ -91,7 +83,7 @@ _KEPT = (
 )  # fmt: skip
 
 
-def _each(read: Callable[[Any], Any]) -> Callable[[LoadSearch], list[Any]]:
+def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]]:
     return lambda loads: [read(item) for item in loads.answers]
 
 
@@ -135,21 +127,21 @@ FOUND_COLUMNS: Columns = (
 
 
 def _wanted(item: Any) -> str:
-    if item.quantity == YIELD:
+    if item.quantity == search.YIELD:
         return "first yield"
     value = item.target
-    if item.quantity in COUNTED:
-        state = "in contact" if item.quantity == CONTACT else "of the contact at the ceiling"
+    if item.quantity in search.COUNTED:
+        state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
         return f"{problem.share(value)} {state}"
     return f"{_NAMES[item.quantity]} {problem.size(value, 'm')}"
 
 
-def _pressure(loads: LoadSearch, force: float) -> str:
+def _pressure(loads: search.LoadSearch, force: float) -> str:
     contact = loads.largest
     return problem.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
 
 
-def _answer(loads: LoadSearch) -> str:
+def _answer(loads: search.LoadSearch) -> str:
     """Return the load of the first value that was wanted."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
     force = problem.size(first.load, unit)
@@ -160,7 +152,7 @@ def _answer(loads: LoadSearch) -> str:
     return f"{subject} needs {_pressure(loads, first.load)} nominal pressure ({force})."
 
 
-def _numbers(loads: LoadSearch) -> CellTable:
+def _numbers(loads: search.LoadSearch) -> CellTable:
     """Return nominal pressure, load and bracket of each value that was wanted."""
     unit = loads.largest.pair.load_unit
     rows = []
@@ -172,11 +164,11 @@ def _numbers(loads: LoadSearch) -> CellTable:
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
 
-def _remarks(loads: LoadSearch) -> tuple[str, ...]:
+def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
     """Return how uncertain the loads are by the ceiling, and how exactly they are solved."""
     lines = []
     for item in loads.answers:
-        interval = uncertainty.of_area(item.result) if item.quantity == CONTACT else None
+        interval = uncertainty.of_area(item.result) if item.quantity == search.CONTACT else None
         if interval is not None and interval.low < interval.high < math.inf:
             ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
             lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
@@ -185,13 +177,13 @@ def _remarks(loads: LoadSearch) -> tuple[str, ...]:
     return (*lines, problem.worst(most, loads.largest.tolerance, loads.solves))
 
 
-def question(loads: LoadSearch) -> str:
+def question(loads: search.LoadSearch) -> str:
     """Return the question that a load search answers."""
     name = phrases.source(loads.largest.share.provenance)
     return f"Which load gives {' and '.join(_asked(loads))} of {name}?"
 
 
-def _method(_: LoadSearch) -> list[Block]:
+def _method(_: search.LoadSearch) -> list[Block]:
     return [
         Block(
             "text",
@@ -201,13 +193,13 @@ def _method(_: LoadSearch) -> list[Block]:
     ]
 
 
-def _works(loads: LoadSearch) -> Iterator[Use]:
-    if any(answer.quantity == YIELD for answer in loads.answers):
+def _works(loads: search.LoadSearch) -> Iterator[Use]:
+    if any(answer.quantity == search.YIELD for answer in loads.answers):
         yield citations.below(loads.largest.boundary)
 
 
 KIND = Kind(
-    LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
+    search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
     question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda loads: problem.bodies(loads.largest) + problem.boundary(loads.largest),
 )  # fmt: skip

@@ -66,8 +66,7 @@ class Picture:
     """A figure as a page takes it."""
 
     draw: Callable[[], Figure]  # What draws it
-    alt: str  # Text in place of the figure
-    caption: str  # Text below the figure
+    caption: str  # Text below the figure, and in place of it
     width: int = MIDDLE  # `HALF`, `MIDDLE` or `WIDE`
 
     def drawn(self) -> Figure:

@@ -13,25 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
+from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import AGREEMENT
-from roughcontact.contact.load_case import (
-    NAMES,
-    GivenLoad,
-    HertzPressure,
-    LineLoad,
-    NominalPressure,
-)
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.elastoplastic.result import ElastoplasticResult, PlasticRegime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.progress import Progress, Step
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import changed_by, engineering
+from roughcontact.units import changed_by, engineering, percent
 
 if TYPE_CHECKING:
     from roughcontact.contact.calibrated_ceiling import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
-    from roughcontact.elastoplastic.result import ElastoplasticResult
     from roughcontact.studies.load_history import LoadHistory
 
 
@@ -162,9 +156,9 @@ def under(result: ContactResult) -> str:
     if specified is None:
         return f"under {engineering(result.load, result.pair.load_unit)}"
     value = _form(specified.form)
-    if isinstance(specified.form, NominalPressure):
+    if isinstance(specified.form, load_case.NominalPressure):
         return f"at {value}"
-    if isinstance(specified.form, HertzPressure):
+    if isinstance(specified.form, load_case.HertzPressure):
         return f"at a Hertz pressure of {value}"
     return f"under {value}"
 
@@ -179,7 +173,7 @@ def loads(result: Any) -> str:
     """Return the loads of a row of contacts, as a question ends."""
     contact = result.largest
     if contact.specified_load is not None and isinstance(
-        contact.specified_load.form, NominalPressure
+        contact.specified_load.form, load_case.NominalPressure
     ):
         area = contact.nominal_area
         ends = [engineering(step.load / area, "Pa", 3) for step in result.steps]
@@ -188,22 +182,22 @@ def loads(result: Any) -> str:
     return f"under {span([engineering(step.load, unit) for step in result.steps])}"
 
 
-def given_load(specified: GivenLoad, result: ContactResult) -> str:
+def given_load(specified: load_case.GivenLoad, result: ContactResult) -> str:
     """Return a load in the form in which it was given, and the force that it came to."""
     force = engineering(specified.force, result.pair.load_unit)
-    words = f"{NAMES[type(specified.form)]}: {_form(specified.form)}"
-    if isinstance(specified.form, NominalPressure):
+    words = f"{load_case.NAMES[type(specified.form)]}: {_form(specified.form)}"
+    if isinstance(specified.form, load_case.NominalPressure):
         of_profile = result.pair.is_profile
         what, unit = ("profile", "m") if of_profile else ("map", "m²")
         area = engineering(result.nominal_area, unit)
         return f"{words} on the whole {what}, {area}, are {force}"
     smooth = result.hertz
     match specified.form:
-        case LineLoad() if smooth is not None and smooth.length is not None:
+        case load_case.LineLoad() if smooth is not None and smooth.length is not None:
             return (
                 f"{words} on {engineering(smooth.length, 'm')}, the length of the map, are {force}"
             )
-        case HertzPressure() if smooth is not None:
+        case load_case.HertzPressure() if smooth is not None:
             line = ""
             if smooth.length is not None and not result.pair.is_profile:
                 line = f", {_line_load(specified.force / smooth.length)}"
@@ -211,20 +205,19 @@ def given_load(specified: GivenLoad, result: ContactResult) -> str:
     return f"{words}, {force}"
 
 
-def given_loads(specified: Sequence[GivenLoad], unit: str = "N") -> str:
+def given_loads(specified: Sequence[load_case.GivenLoad], unit: str = "N") -> str:
     """Return several loads in the forms in which they were given, with their forces [``unit``]."""
     parts = []
     for form, group in groupby(dict.fromkeys(specified), lambda item: type(item.form)):
         values = [f"{_form(item.form)} ({engineering(item.force, unit)})" for item in group]
         few = len(values) <= _FEW_LOADS
-        parts.append(
-            f"{NAMES[form]} {', '.join(values) if few else f'{values[0]} to {values[-1]}'}"
-        )
+        text = ", ".join(values) if few else f"{values[0]} to {values[-1]}"
+        parts.append(f"{load_case.NAMES[form]} {text}")
     return "; ".join(parts)
 
 
-def _form(form: NominalPressure | LineLoad | HertzPressure) -> str:
-    if isinstance(form, LineLoad):
+def _form(form: load_case.NominalPressure | load_case.LineLoad | load_case.HertzPressure) -> str:
+    if isinstance(form, load_case.LineLoad):
         return _line_load(form.value)
     return engineering(form.value, "Pa")
 
@@ -314,3 +307,110 @@ def step_error(result: ElastoplasticResult) -> str:
     if error is None:
         return "not estimated: the increments were given"
     return f"about {100 * error:.2g} % of approach and contact area" if error else "none"
+
+
+# --- How far from elastic a result is, as a sentence with its numbers ---
+
+
+def regime(result: ContactResult) -> str:
+    """Return the regime of a result as a sentence with its numbers."""
+    largest = engineering(result.max_pressure, "Pa", 3)
+    name = result.regime
+    if name is Regime.SATURATED:
+        share = percent(result.saturated_fraction / result.contact_fraction)
+        return (
+            f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
+            "pressure is at its ceiling, and the surface there keeps an indentation."
+        )
+    body = result.pair.softer
+    if name is Regime.UNKNOWN and (body is None or body.hardness is None):
+        return f"Yielding is unknown without a yield strength (maximum pressure {largest})."
+    assert body is not None
+    if name in (Regime.UNKNOWN, Regime.BEYOND_HARDNESS):
+        assert body.hardness is not None
+        hardness = engineering(body.hardness, "Pa", 3)
+        if name is Regime.UNKNOWN:
+            return (
+                f"The largest pressure, {largest}, stays below the hardness of the softer body, "
+                f"{hardness}. Whether it yields below the surface cannot be said without a yield "
+                "strength."
+            )
+        return (
+            f"The elastic pressure, up to {largest}, exceeds the hardness of the softer body, "
+            f"{hardness}, more than it can carry. The true contact {_extent(result)} is larger, "
+            "the true pressure lower."
+        )
+    yielding = result.pair.first_to_yield
+    assert yielding is not None
+    pressure = result.pair.yields_at(yielding)
+    assert pressure is not None
+    first = engineering(pressure, "Pa", 3)
+    if name is Regime.BELOW_FIRST_YIELD:
+        return (
+            f"Nothing yields: the largest pressure, {largest}, stays below {first}, at which "
+            f"{_sphere(result)} first yields below its surface.{_other(result)}"
+        )
+    if name is Regime.YIELDING_BELOW:
+        return (
+            f"The material yields below the surface of the most loaded spots: the largest "
+            f"pressure, {largest}, exceeds {first}, at which {_sphere(result)} first yields, but "
+            "no point reaches "
+            + ("the ceiling." if result.ceiling is not None else _strength(body))
+            + " The pressures shown are those of an elastic body."
+        )
+    assert name is Regime.BEYOND_CEILING
+    assert body.yield_strength is not None
+    times = result.max_pressure / body.yield_strength
+    return (
+        f"The elastic pressure, up to {largest}, is {times:.3g} times the yield strength of the "
+        f"softer body, more than it can carry. The true contact {_extent(result)} is larger, the "
+        "true pressure lower."
+    )
+
+
+def _strength(softer: Material) -> str:
+    return "the hardness." if softer.yield_strength is None else "three yield strengths."
+
+
+def _sphere(result: ContactResult) -> str:
+    """Return whose sphere yields first, where both bodies may."""
+    pair = result.pair
+    what = "a cylinder" if pair.is_profile else "a sphere"
+    if None in (pair.material.first_yield_pressure, pair.counter_material.first_yield_pressure):
+        return what
+    whose = "body" if pair.first_to_yield is pair.material else "counter-body"
+    return f"{what} of the {whose}"
+
+
+def _extent(result: ContactResult) -> str:
+    return "length" if result.pair.is_profile else "area"
+
+
+def _other(result: ContactResult) -> str:
+    """Return what is said where only one of two bodies that deform has a known strength."""
+    pair = result.pair
+    for body, who in ((pair.material, "body"), (pair.counter_material, "counter-body")):
+        if not is_rigid(body) and body.ceiling is None:
+            return f" Yielding of the {who} is unknown without its strength."
+    return ""
+
+
+def volume_regime(result: ElastoplasticResult) -> str:
+    """Return the regime of a result of the volume model as a sentence with its numbers."""
+    if result.regime is PlasticRegime.ELASTIC:
+        share = percent(min(1 + result.yield_excess, 1.0))
+        return (
+            f"Nothing has yielded: the von Mises stress is at most {share} of the yield strength."
+        )
+    reached = engineering(result.plastic_depth, "m", 3)
+    strain = percent(result.max_plastic_strain)
+    text = f"Plastic strain, up to {strain}, reaches down to {reached}"
+    surface = (
+        " and up to the surface."
+        if result.regime is PlasticRegime.AT_SURFACE
+        else "; the surface above it has stayed elastic."
+    )
+    if result.solution.load:
+        return text + surface
+    deepest = engineering(float(result.residual_displacement.max()), "m", 3)
+    return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."

@@ -9,16 +9,13 @@ from typing import Any
 from roughcontact.contact.subsurface_stress import StressResult, to_dataset
 from roughcontact.plots import subsurface_stress as draw
 from roughcontact.report import (
-    blocks,
     chapters,
     citations,
-    contact,
     contact_fields,
     figures,
     phrases,
     problem,
 )
-from roughcontact.report.blocks import Blocks, Cautions
 from roughcontact.report.fields import Row, rows_of
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import Block
@@ -95,24 +92,11 @@ def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[s
     return tuple(lines)
 
 
-def shown(stress: StressResult, onset: StressResult | None = None) -> Blocks:
-    """Return what the console shows: the contact, then the largest stresses and where it yields."""
-    rows = _kind(stress).rows(stress, brief=True)
-    if onset is not None:
-        rows += first_yield(onset, brief=True)
-    # Those of the contact are printed with its numbers.
-    return [
-        *contact.shown(stress.solution),
-        *blocks.table(blocks.cells(rows)),
-        Cautions(stress.own_cautions),
-    ]
-
-
 KIND = Kind(
     StressResult, contact_fields.STRESS, figures=figures.STRESS,
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
     contact=attrgetter("solution"), works=citations.of_stress,
-    dataset=to_dataset, blocks=shown,
+    dataset=to_dataset,
     problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, details=_details, method=_method,
 )  # fmt: skip

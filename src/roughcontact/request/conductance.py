@@ -3,23 +3,7 @@
 from __future__ import annotations
 
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import options, parsing
-from roughcontact.request.contacts import (
-    CONDUCTIVITY,
-    COUNTER_CONDUCTIVITY,
-    COUNTER_RESISTIVITY,
-    LOAD,
-    LOAD_RULES,
-    OUTPUT,
-    RANGE,
-    RESISTIVITY,
-    THERMAL_FILM,
-    Contacts,
-    check_loads,
-    conductors,
-    loads,
-    outcome,
-)
+from roughcontact.request import contacts as joints, options, parsing
 from roughcontact.request.option import PICTURES, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -32,29 +16,31 @@ ELECTRICAL_FILM = Option(
 )  # fmt: skip
 FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (
-    RESISTIVITY, CONDUCTIVITY, COUNTER_RESISTIVITY,
-    COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, THERMAL_FILM,
+    joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
+    joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM,
 )  # fmt: skip
 
 
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.conductance import OF, conductance
 
-    contacts = Contacts(request, work, work.maps)
+    contacts = joints.Contacts(request, work, work.maps)
     contacts.require_map(OF)
     result = conductance(
-        contacts.under(loads(request)),
-        *conductors(request),
+        contacts.under(joints.loads(request)),
+        *joints.conductors(request),
         electrical_film=request[ELECTRICAL_FILM] or 0.0,
-        thermal_film=request[THERMAL_FILM] or 0.0,
+        thermal_film=request[joints.THERMAL_FILM] or 0.0,
     )
     coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
+    return joints.outcome(
+        request, work, result if coarser is None else result.with_coarser_grid(coarser)
+    )
 
 
 def _check(request: Request) -> None:
-    check_loads(request)
-    bodies = conductors(request)
+    joints.check_loads(request)
+    bodies = joints.conductors(request)
     kinds = ("resistivity", "conductivity")
     known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
     if not any(known):
@@ -62,8 +48,8 @@ def _check(request: Request) -> None:
             lacking
             for body, lacking in zip(
                 bodies,
-                ((CONDUCTIVITY, options.MATERIAL),
-                 (COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
+                ((joints.CONDUCTIVITY, options.MATERIAL),
+                 (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
                 strict=True,
             )
             if body.conductivity is None
@@ -80,7 +66,7 @@ def _check(request: Request) -> None:
             f" of the catalogue have them where a source is known{which}",
             argument=lacking.argument,
         )
-    for film, kind, there in zip((ELECTRICAL_FILM, THERMAL_FILM), kinds, known, strict=True):
+    for film, kind, there in zip((ELECTRICAL_FILM, joints.THERMAL_FILM), kinds, known, strict=True):
         if request[film] and not there:
             raise InputError(
                 "needs ",
@@ -101,17 +87,17 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     --boundary periodic --material 42CrMo4 --counter-material Cu-ETP
 """,
     (
-        *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_CONDUCTORS,
-        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
         *options.OUTPUT,
     ),
     (
-        LOAD, options.MATERIAL, options.COUNTER_MATERIAL, CONDUCTIVITY,
-        COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, options.BOUNDARY, options.MISSING, OUTPUT,
-        options.REPORT,
+        joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
+        joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, options.BOUNDARY, options.MISSING,
+        joints.OUTPUT, options.REPORT,
     ),
     run=_run,
-    rules=LOAD_RULES,
+    rules=joints.LOAD_RULES,
     check=_check,
     last=last_contact,
     held=2,

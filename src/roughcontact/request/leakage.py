@@ -4,17 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from roughcontact.request import options, parsing
-from roughcontact.request.contacts import (
-    LOAD,
-    LOAD_RULES,
-    OUTPUT,
-    RANGE,
-    Contacts,
-    check_loads,
-    loads,
-    outcome,
-)
+from roughcontact.request import contacts as joints, options, parsing
 from roughcontact.request.option import LENGTH, PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -48,20 +38,22 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.leakage import OF, leakage
 
-    contacts = Contacts(request, work, work.maps)
+    contacts = joints.Contacts(request, work, work.maps)
     contacts.require_map(OF)
     result = leakage(
-        contacts.under(loads(request)),
+        contacts.under(joints.loads(request)),
         **{option.argument: request[option] for option in _FLUID},
     )
     coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
+    return joints.outcome(
+        request, work, result if coarser is None else result.with_coarser_grid(coarser)
+    )
 
 
 def _check(request: Request) -> None:
     from roughcontact.joint.leakage import seal_of
 
-    check_loads(request)
+    joints.check_loads(request)
     seal_of(*(request[option] for option in _SEAL))
 
 
@@ -77,12 +69,12 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     --material 42CrMo4 --viscosity "1 mPa s" --pressure-difference "1 bar"
 """,
     (
-        *options.MAP, LOAD, *RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
+        options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
     ),
-    (LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.MISSING, options.REPORT),
+    (joints.LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.MISSING, options.REPORT),
     run=_run,
-    rules=LOAD_RULES,
+    rules=joints.LOAD_RULES,
     check=_check,
     last=last_contact,
     # Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.

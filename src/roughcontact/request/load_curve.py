@@ -7,7 +7,7 @@ from typing import Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import memory, options, parsing, solve_arguments
+from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
@@ -88,7 +88,7 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_curve import HELD
 
-    memory.require_contact(request, shape, HELD)
+    solve_arguments.require_contact(request, shape, HELD)
 
 
 def _last(outcome: Outcome) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import memory, options, parsing, solve_arguments
+from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -67,7 +67,7 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_history import HELD
 
-    memory.require_contact(request, shape, HELD)
+    solve_arguments.require_contact(request, shape, HELD)
 
 
 def _residual(outcome: Outcome, path: Path) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import memory, options, parsing, solve_arguments
+from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import ANY_OF, TABLES, Option, Panel, Rule, file, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
@@ -56,7 +56,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact import subsurface_stress
     from roughcontact.studies import load_search
 
-    memory.require_contact(request, shape, load_search.HELD)
+    solve_arguments.require_contact(request, shape, load_search.HELD)
     if request[FIRST_YIELD]:
         boundary = Boundary(request[options.BOUNDARY])
         subsurface_stress.require_memory(shape, boundary=boundary, friction=0.0)

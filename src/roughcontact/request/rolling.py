@@ -11,7 +11,7 @@ from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import memory, options, parsing, solve_arguments
+from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import (
     LENGTH,
     ONE_OF,
@@ -181,9 +181,9 @@ def _movie(outcome: Outcome, path: Path) -> None:
 
 
 def _figures(_: Request) -> tuple[str, ...]:
-    from roughcontact.report import figures
+    from roughcontact.report import figures, rolling
 
-    return figures.names(figures.ROLLING)
+    return figures.names(rolling.FIGURES)
 
 
 TASK = Task(
@@ -211,7 +211,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,
-    memory=memory.require_volume,
+    memory=solve_arguments.require_volume,
     writes=((MOVIE, _movie),),
     figures=_figures,
 )  # fmt: skip

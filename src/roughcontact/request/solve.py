@@ -9,14 +9,7 @@ from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import (
-    memory,
-    options,
-    outputs,
-    parsing,
-    resolution_study,
-    solve_arguments,
-)
+from roughcontact.request import options, outputs, parsing, solve_arguments
 from roughcontact.request.option import (
     EXCLUDES,
     NEEDS,
@@ -28,12 +21,15 @@ from roughcontact.request.option import (
     files,
     flag,
 )
-from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Pieces, Question, Task
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
+    from roughcontact.studies.resolution_study import ResolutionStudy
+
 
 SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
 RESULTS = {
@@ -90,7 +86,12 @@ FIGURES = Option(
     "Figures: folder or file prefix; add .svg or .pdf for the format.",
     parsing.words, None, suffixes=PICTURES,
 )  # fmt: skip
+STUDY = flag(
+    "study", Panel.SOLVER,
+    "Check dependence on grid, filter and ceiling.",
+)  # fmt: skip
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
+_STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
 
 def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
@@ -117,11 +118,11 @@ def _run(request: Request, work: Work) -> Outcome:
         return _volume(request, work)
     result = contact(request, work, calibrated=not request[UNCALIBRATED])
     extra_cautions, extras = work.extra_cautions, {}
-    if request[resolution_study.STUDY] and result.converged:
-        study = resolution_study.studied(request, work, result.load)
+    if request[STUDY] and result.converged:
+        study = studied(request, work, result.load)
         extra_cautions, extras = (
             (*extra_cautions, *study.cautions),
-            {resolution_study.STUDY.name: study},
+            {STUDY.name: study},
         )
     result = replace(result, extra_cautions=extra_cautions)
     return Outcome(request, result, result, extras)
@@ -177,7 +178,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.studies import uncertainty
 
     record = tables.record(outcome.found)
-    study = outcome.extras.get(resolution_study.STUDY.name)
+    study = outcome.extras.get(STUDY.name)
     if study is not None:
         record["study"] = study.summary()
     if outcome.contact is not None and outcome.found is outcome.contact:
@@ -195,9 +196,53 @@ def _figures(request: Request) -> tuple[str, ...]:
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     if request[MODEL] == VOLUME_MODEL:
-        memory.require_volume(request, shape)
+        solve_arguments.require_volume(request, shape)
     else:
-        memory.require_contact(request, shape)
+        solve_arguments.require_contact(request, shape)
+
+
+# --- A contact on other grids, with other filters and ceilings ---
+
+
+def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
+    """Return the study of a contact under a load [N], of its pieces where these are known."""
+    from roughcontact.studies import resolution_study
+
+    if work.known:
+        return resolution_study.together([work.known[word] for word in apart(request)])
+    return resolution_study.resolution_study(
+        work.maps[0],
+        **solve_arguments.arguments(request, work.maps, *_STUDY_SOLVER),
+        load=load,
+        progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
+    )
+
+
+def apart(request: Request) -> tuple[str, ...]:
+    """Return a word for each part of the study that can be solved by itself; none for no study."""
+    from roughcontact.contact.calibrated_ceiling import CALIBRATED
+
+    later = request.load[0] is None or request[options.CEILING] == CALIBRATED
+    if later or not request[STUDY]:
+        return ()
+    from roughcontact.studies.resolution_study import PARTS
+
+    return PARTS
+
+
+def found_of(request: Request, word: str, say: Say, look: Look) -> ResolutionStudy:
+    """Return one part of the study, from maps that are read for it; see `studied`."""
+    from roughcontact.contact.load_case import LoadCase
+    from roughcontact.request.maps import surfaces
+    from roughcontact.studies.resolution_study import part_of
+
+    maps = surfaces(request, say)
+    load, _ = solve_arguments.pressed(request, maps, *request.load)
+    terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
+    return part_of(word, solve_arguments.pair_of(request, maps), terms, look)
+
+
+# --- The task ---
 
 
 TASK = Task(
@@ -212,7 +257,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        resolution_study.STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
+        STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
     ),
     (
         options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,
@@ -221,12 +266,12 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     run=_run,
     rules=(
         *options.LOAD_RULES,
-        Rule(EXCLUDES, options.LOAD_POINT, resolution_study.STUDY),
+        Rule(EXCLUDES, options.LOAD_POINT, STUDY),
         *(
             Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
             for option in (
                 options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
-                resolution_study.STUDY,
+                STUDY,
             )
         ),
         *(
@@ -242,7 +287,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
         Question(
             "Resolution study",
             "The same contact on coarser and finer grids, with filters and other ceilings.",
-            fixed=((resolution_study.STUDY, True),),
+            fixed=((STUDY, True),),
         ),
         Question(
             "Calibrated ceiling",
@@ -256,5 +301,5 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             fixed=((MODEL, VOLUME_MODEL),),
         ),
     ),
-    pieces=Pieces(resolution_study.apart, resolution_study.found_of),
+    pieces=Pieces(apart, found_of),
 )  # fmt: skip

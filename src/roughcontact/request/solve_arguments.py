@@ -1,4 +1,4 @@
-"""Arguments of a solve that a request gives: the bodies, their load, the solver."""
+"""What a request gives to a solve: bodies, load, solver; and the memory that it needs."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import options
 from roughcontact.request.option import Option
-from roughcontact.request.options import BOUNDARY, CEILING
 from roughcontact.request.request import Request
+from roughcontact.surface import memory
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import GivenLoad
@@ -24,8 +25,8 @@ def arguments(request: Request, maps: Sequence[Surface], *solver: Option[Any]) -
         "material": material,
         "counter_material": counter_material,
         "counter_surface": maps[1] if len(maps) > 1 else None,
-        "ceiling": request.get(CEILING),
-        "boundary": request[BOUNDARY],
+        "ceiling": request.get(options.CEILING),
+        "boundary": request[options.BOUNDARY],
         **request.solver(*solver),
     }
 
@@ -36,7 +37,7 @@ def pair_of(request: Request, maps: Sequence[Surface]) -> Pair:
 
     material, counter_material = request.bodies()
     counter = maps[1] if len(maps) > 1 else None
-    boundary = Boundary(request[BOUNDARY])
+    boundary = Boundary(request[options.BOUNDARY])
     return Pair(maps[0], material, counter, counter_material, boundary)
 
 
@@ -53,3 +54,64 @@ def pressed(
             argument=argument,
         )
     return load_case.resolve_force(load, pair, argument)
+
+
+# --- The memory that a request needs, asked for before its maps are made ---
+
+
+# Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
+_REPORTED = 2 + memory.CORRELATED
+
+
+def require_prepared(request: Request, shape: tuple[int, int]) -> None:
+    """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
+    grid = cropped(request, shape)
+    memory.require(grid, memory.PREPARED, "preparing a map")
+    # Where heights or sides decide it, the grid is known once the map is there.
+    if request[options.MISSING] == "crop" or request[options.PIXEL] is not None or request.aligned:
+        return
+    require(request, grid)
+
+
+def require(request: Request, shape: tuple[int, int]) -> None:
+    """Raise `InsufficientMemoryError` unless what is asked for can be done on a grid."""
+    if request.task.memory is None:
+        require_contact(request, shape, request.task.held)
+    else:
+        request.task.memory(request, shape)
+    if request.get(options.REPORT) is not None:
+        memory.require(shape, _bodies(request) + _REPORTED, "the report on a map")
+
+
+def require_contact(request: Request, shape: tuple[int, int], held: int = 0) -> None:
+    """Raise `InsufficientMemoryError` unless a contact fits, with so many maps beside it."""
+    from roughcontact.contact.memory import Room
+
+    boundary = Boundary(request[options.BOUNDARY])
+    precision = str(request.get(options.PRECISION) or "double")
+    Room(shape, boundary, precision, _bodies(request) + held).require()
+
+
+def require_volume(request: Request, shape: tuple[int, int]) -> None:
+    """Raise `InsufficientMemoryError` unless plasticity of the volume fits."""
+    from roughcontact.elastoplastic import problem, problem as volume
+
+    volume.require(
+        shape,
+        problem.LEAST_LAYERS,
+        boundary=Boundary(request[options.BOUNDARY]),
+        precision=str(request.get(options.PRECISION) or "single"),
+    )
+
+
+def _bodies(request: Request) -> int:
+    return 1 + any(map(request.is_given, (options.COUNTER_SURFACE, options.COUNTER_BODY)))
+
+
+def cropped(request: Request, shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the points that are kept of a map."""
+    crop = request[options.CROP]
+    if crop is None:
+        return shape
+    rows, columns = (len(range(points)[part]) for part, points in zip(crop, shape, strict=True))
+    return rows, columns

@@ -9,7 +9,7 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import memory, options, parsing, solve
+from roughcontact.request import options, parsing, solve, solve_arguments
 from roughcontact.request.option import PICTURES, Option, Panel, file, flag
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
@@ -79,7 +79,7 @@ def _naming_body() -> Iterator[None]:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact.subsurface_stress import require_memory
 
-    memory.require_contact(request, shape)
+    solve_arguments.require_contact(request, shape)
     boundary = Boundary(request[options.BOUNDARY])
     require_memory(shape, boundary=boundary, friction=request[FRICTION])
 

@@ -9,7 +9,6 @@ from roughcontact import memory
 from roughcontact.request import (
     comparison,
     conductance,
-    desk,
     estimate,
     generation,
     interface_law,
@@ -19,12 +18,11 @@ from roughcontact.request import (
     load_search,
     options,
     parsing,
-    project,
     rolling,
     solve,
     subsurface_stress,
 )
-from roughcontact.request.option import Option, Panel
+from roughcontact.request.option import Option, Panel, file, flag
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 
@@ -36,6 +34,71 @@ FOLDER = Option(
     "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",
     parsing.path, Path("roughcontact-demo"),
 )  # fmt: skip
+PROJECTS_FOLDER = file(
+    "folder", "FOLDER",
+    "Folder of projects (kept 30 days); default: user state folder.",
+)  # fmt: skip
+UPLOAD_LIMIT = Option(
+    "upload-limit", Panel.SERVER, "SIZE",
+    'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
+    parsing.data, 2**30,
+)  # fmt: skip
+PORT = Option(
+    "port", Panel.SERVER, "NUMBER",
+    "Port; default: 5106, or a free one.",
+    parsing.counted(1, 2**16 - 1), None,
+)  # fmt: skip
+ADDRESS = Option(
+    "address", Panel.SERVER, "ADDRESS",
+    "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
+    parsing.words, "127.0.0.1",
+)  # fmt: skip
+ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
+    "allow-origin", Panel.SERVER, "URL",
+    "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
+    parsing.origins, (), many=True,
+)  # fmt: skip
+NO_BROWSER = flag("no-browser", Panel.SERVER, "Print the address without opening a browser.")
+
+DESK = Command(
+    "desk",
+    """Open the browser app.
+
+The app is served to this machine only. Projects are saved. Ctrl-C ends it.
+""",
+    (PROJECTS_FOLDER, UPLOAD_LIMIT, PORT, ADDRESS, ALLOW_ORIGIN, NO_BROWSER),
+    example="roughcontact desk ground.x3p",
+)
+
+LOCAL, DASK = "local", "dask"
+"""What the contacts of a project run on."""
+
+ENGINE = Option(
+    "engine", Panel.ENGINE, f"{LOCAL}|{DASK}",
+    "Where to run: local or dask; default: local.",
+    parsing.choice(LOCAL, DASK), LOCAL,
+)  # fmt: skip
+SCHEDULER = Option(
+    "scheduler", Panel.ENGINE, "ADDRESS",
+    "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
+    parsing.words, None,
+)  # fmt: skip
+WORKERS = Option(
+    "workers", Panel.ENGINE, "NUMBER",
+    "Local processes; default: one per core.",
+    parsing.counted(1, 2**16), None,
+)  # fmt: skip
+
+RUN = Command(
+    "run",
+    """Run all analyses of a project file.
+
+A failed analysis does not stop the others. The same command continues where it stopped.
+""",
+    (ENGINE, SCHEDULER, WORKERS, *options.SHOWN),
+    example="roughcontact run project.toml",
+)
+
 VERIFY = Command(
     "verify",
     """Check that result files are undamaged and solved.
@@ -74,9 +137,9 @@ GROUPS: dict[str, tuple[Command, ...]] = {
     ),
     "Joints of flat faces": (interface_law.TASK, conductance.TASK, leakage.TASK),
     "Several surfaces, no map, many jobs": (
-        comparison.TASK, estimate.TASK, generation.COMMAND, project.COMMAND,
+        comparison.TASK, estimate.TASK, generation.COMMAND, RUN,
     ),
-    "Tools": (INFO, MATERIALS, VERIFY, desk.COMMAND, DEMO),
+    "Tools": (INFO, MATERIALS, VERIFY, DESK, DEMO),
 }  # fmt: skip
 """The commands under the headings of the help."""
 COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
