@@ -38,8 +38,7 @@ from .errors import (
     InsufficientMemoryError as InsufficientMemoryError,
     RoughcontactError as RoughcontactError,
 )
-from .formats.read import read_surface as read_surface
-from .formats.results import read_result as read_result
+from .formats.read import read_result as read_result, read_surface as read_surface
 from .joint.conductance import (
     Conductance as Conductance,
     conductance as conductance,

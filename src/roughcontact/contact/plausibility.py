@@ -35,7 +35,7 @@ from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer
 from roughcontact.solvers.progress import Status
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import adhesion as adhesive, indenters
+from roughcontact.theory import hertz, indenters
 from roughcontact.units import counted, engineering, percent
 
 TRANSITION = 2.0
@@ -177,11 +177,11 @@ def adhesion(result: ContactResult) -> Caution | None:
         return None
     load = np.where(carrying, spots.load, np.inf)
     radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)
-    drawn = adhesive.RANGE * np.maximum(adhesive.tabor(radius, modulus, work), 1.0)
+    drawn = hertz.ADHESION_RANGE * np.maximum(hertz.tabor(radius, modulus, work), 1.0)
     felt = carrying & (drawn > min(SMOOTHEST, 0.1 * min(result.surface.pixel)))
     grown, pull = np.ones(load.shape), np.zeros(load.shape)
-    grown[felt] = adhesive.enlargement(load[felt], radius[felt], modulus, work)
-    pull[felt] = adhesive.pull_off(radius[felt], modulus, work) / load[felt]
+    grown[felt] = hertz.enlargement(load[felt], radius[felt], modulus, work)
+    pull[felt] = hertz.pull_off(radius[felt], modulus, work) / load[felt]
     times, share = spots.halfway(grown), spots.halfway(pull)
     if not times > ENLARGED:
         return None

@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from roughcontact.contact import archive as contact_archive
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
 from roughcontact.formats.scale import check_scale
@@ -16,6 +18,12 @@ from roughcontact.formats.source import Asked, Channel, InputFormat, existing
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.rolling import RollingResult
+
 
 FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
@@ -208,3 +216,47 @@ def _suffix(path: Path) -> str:
     """Return the suffix of a file, of one that gzip has packed that before ``.gz``."""
     suffix = path.suffix.lower()
     return Path(path.stem).suffix.lower() if suffix == _PACKED else suffix
+
+
+# --- Results that `save` wrote, read again ---
+
+
+def read_result(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ContactResult | ElastoplasticResult | RollingResult:
+    """Read the result that a NetCDF file holds.
+
+    Parameters
+    ----------
+    path : str or path
+        A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
+    verify : bool
+        Whether to compute load, gap and certificate of the contact again from its pressures and
+        heights, with one application of the operator.
+
+    Returns
+    -------
+    ContactResult, ElastoplasticResult or RollingResult
+        The same result; every number keeps its bits.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged, changed or not a result of this program, or does not hold
+        the solution that it claims to be.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
+
+    Notes
+    -----
+    Every file is compared with its checksums.
+    """
+    from roughcontact.elastoplastic import archive, rolling
+
+    dataset = contact_archive.opened(path)
+    if "rolling_direction" not in dataset.attrs:
+        return archive.load_result(path, dataset, verify=verify)
+    passes = rolling.load_rolling(path, dataset)
+    if verify:
+        archive.verified(passes.result).require(os.path.basename(path))
+    return passes

@@ -51,7 +51,7 @@ from roughcontact.result import Result
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
-from roughcontact.theory.rarefied import jump_distance, mean_free_path
+from roughcontact.theory.constriction import jump_distance, mean_free_path
 from roughcontact.units import Quantity, percent, quantity
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, sl
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.result import Result
-from roughcontact.theory.rarefied import mean_free_path
+from roughcontact.theory.constriction import mean_free_path
 from roughcontact.units import Quantity, changed_by, quantity
 
 THRESHOLD = 0.42

@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
-from roughcontact.surface import filters, form, memory as map_memory
+from roughcontact.surface import filters, form, grid
 
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
@@ -239,7 +239,7 @@ def align(
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
-    map_memory.require(new_shape, map_memory.RESAMPLED)
+    grid.require_memory(new_shape, grid.RESAMPLED)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
         old_size = ny * pixel[0], nx * pixel[1]

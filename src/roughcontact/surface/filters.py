@@ -27,7 +27,7 @@ from roughcontact import memory
 from roughcontact.errors import ArgumentRef, InputError, require_pixel, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.roots import brentq
-from roughcontact.surface import memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.units import engineering
 
 Array = NDArray[np.float64]
@@ -109,7 +109,7 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
             "use ",
             ArgumentRef("method", "bandlimited"),
         )
-    map_memory.require(max(heights.shape, new, key=math.prod), map_memory.RESAMPLED)
+    grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
     values = heights.copy()
     # The axis that shrinks most first: fewest points in between.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])

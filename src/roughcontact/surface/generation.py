@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from roughcontact.arguments import both, checked
 from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
 from roughcontact.halfspace import fft
-from roughcontact.surface import memory as map_memory, random_surfaces
+from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.random_surfaces import Spectrum, with_gradient
@@ -226,7 +226,7 @@ def generate(
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
-    require_grid(shape, edges, map_memory.TRANSLATED)
+    require_grid(shape, edges, grid.TRANSLATED)
     require_count(0, _LARGEST_SEED, seed=seed)
     specified = _in_metres(
         Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,

@@ -22,7 +22,7 @@ from roughcontact.arguments import both, checked
 from roughcontact.errors import InputError, require_count, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.roots import brentq
-from roughcontact.surface import grid, memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.shapes import require_grid
 from roughcontact.units import Quantities, Quantity, quantity
@@ -102,7 +102,7 @@ def self_affine(
     Sq = quantity(rms_height, "length", "rms_height")
     longest = quantity(rolloff_wavelength, "length", "rolloff_wavelength")
     shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
-    require_grid(shape, edges, map_memory.GENERATED)
+    require_grid(shape, edges, grid.GENERATED)
     require_positive(rms_height=Sq)
     check_waves(edges, longest, shortest, hurst)
     return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)

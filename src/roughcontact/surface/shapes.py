@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from roughcontact import memory
 from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.surface import memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
@@ -242,9 +242,7 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(
-    shape: tuple[int, int], pixel: tuple[float, float], maps: int = map_memory.MADE
-) -> None:
+def require_grid(shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.MADE) -> None:
     """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
     if len(shape) != 2 or min(shape) < 1:
         raise InputError(
@@ -252,4 +250,4 @@ def require_grid(
         )
     memory.require_grid("shape", shape)
     require_pixel(pixel)
-    map_memory.require(shape, maps)
+    grid.require_memory(shape, maps)
