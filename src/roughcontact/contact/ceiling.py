@@ -46,13 +46,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.contact.calibrated_ceiling import (
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import (
     CALIBRATED,
     CalibratedCeiling,
     CalibrationRecord,
+    ContactResult,
+    Regime,
 )
-from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,

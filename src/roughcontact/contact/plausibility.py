@@ -27,9 +27,8 @@ from roughcontact.cautions import (
     ordered,
 )
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibratedCeiling
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
-from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.result import CALIBRATED, CalibratedCeiling, ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer

@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory as ground
 from roughcontact.contact import load_case, memory
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import LoadCase, Scale
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.share import Slab
 from roughcontact.errors import (
     ArgumentRef,

@@ -19,12 +19,10 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.sliding_pair import indented
 from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic import archive, plausibility
-from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.plastic_body import PlasticBody
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.result import ElastoplasticResult, PathPoint
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
 from roughcontact.errors import InputError, require_count
 from roughcontact.halfspace import tensors
@@ -32,6 +30,7 @@ from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
+from roughcontact.studies.load_history import indented
 from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity

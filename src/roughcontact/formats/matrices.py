@@ -22,14 +22,17 @@ from numpy.typing import NDArray
 from roughcontact import memory, netcdf, units
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import source, text_files
-from roughcontact.formats.scale import (
+from roughcontact.formats.source import (
+    Asked,
+    Channel,
     asked_pixel,
     in_metres,
     is_length,
+    one_line,
     refuse_unit,
+    surface_of,
     unit_in_meters,
 )
-from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.formats.text_files import Head
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance

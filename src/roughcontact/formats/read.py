@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from roughcontact.contact import archive as contact_archive
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
-from roughcontact.formats.scale import check_scale
-from roughcontact.formats.source import Asked, Channel, InputFormat, existing
+from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities

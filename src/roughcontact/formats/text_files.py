@@ -16,8 +16,14 @@ from numpy.typing import NDArray
 from roughcontact import memory, units
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
-from roughcontact.formats.scale import asked_pixel, in_metres, is_length, unit_in_meters
-from roughcontact.formats.source import Asked, surface_of
+from roughcontact.formats.source import (
+    Asked,
+    asked_pixel,
+    in_metres,
+    is_length,
+    surface_of,
+    unit_in_meters,
+)
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface

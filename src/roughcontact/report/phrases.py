@@ -29,7 +29,7 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.units import changed_by, engineering
 
 if TYPE_CHECKING:
-    from roughcontact.contact.calibrated_ceiling import CalibrationRecord
+    from roughcontact.contact.result import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
     from roughcontact.elastoplastic.result import ElastoplasticResult
     from roughcontact.studies.load_history import LoadHistory

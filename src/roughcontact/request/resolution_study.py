@@ -38,7 +38,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
 
 def apart(request: Request) -> tuple[str, ...]:
     """Return a word for each part of the study that can be solved by itself; none for no study."""
-    from roughcontact.contact.calibrated_ceiling import CALIBRATED
+    from roughcontact.contact.result import CALIBRATED
 
     later = request.load[0] is None or request[options.CEILING] == CALIBRATED
     if later or not request[STUDY]:

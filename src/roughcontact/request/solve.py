@@ -129,7 +129,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
 def _volume(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.increments import AUTO, between
-    from roughcontact.elastoplastic.path import PathPoint
+    from roughcontact.elastoplastic.result import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
 
     load, specified = solve_arguments.pressed(request, work.maps, *request.load)

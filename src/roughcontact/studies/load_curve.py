@@ -19,12 +19,11 @@ from roughcontact import checkpoints, memory
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.checkpoints import Place
-from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check, check_profile

@@ -24,12 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_warning
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check
 from roughcontact.errors import InputError, InsufficientMemoryError
