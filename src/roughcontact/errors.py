@@ -152,24 +152,23 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 80
 
 
+def input_error(argument: str, value: object, wanted: str) -> InputError:
+    """Return the error for an argument: what it must be, and what it is."""
+    return InputError(f"{wanted}, got {shown(value)}", argument=argument, value=value)
+
+
 def require_positive(**values: float) -> None:
     """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
     for name, value in values.items():
         if not isinstance(value, Real) or not 0 < value < math.inf:
-            raise InputError(
-                f"must be positive and finite, got {shown(value)}", argument=name, value=value
-            )
+            raise input_error(name, value, "must be positive and finite")
 
 
 def require_count(minimum: int, maximum: int, **values: object) -> None:
     """Raise `InputError`, naming argument and value, unless all values are whole and in range."""
     for name, value in values.items():
         if not isinstance(value, Integral) or not minimum <= int(value) <= maximum:
-            raise InputError(
-                f"must be a whole number from {minimum} to {maximum}, got {shown(value)}",
-                argument=name,
-                value=value,
-            )
+            raise input_error(name, value, f"must be a whole number from {minimum} to {maximum}")
 
 
 def require_choice(known: tuple[str, ...], **values: object) -> None:
@@ -177,17 +176,13 @@ def require_choice(known: tuple[str, ...], **values: object) -> None:
     for name, value in values.items():
         if not isinstance(value, str) or value not in known:
             choices = " or ".join(repr(choice) for choice in known)
-            raise InputError(f"must be {choices}, got {shown(value)}", argument=name, value=value)
+            raise input_error(name, value, f"must be {choices}")
 
 
 def require_pixel(pixel: tuple[float, float]) -> None:
     """Raise `InputError` unless both edges of a pixel are positive and finite."""
     if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
-        raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {shown(pixel)}",
-            argument="pixel",
-            value=pixel,
-        )
+        raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
 
 
 def _again(

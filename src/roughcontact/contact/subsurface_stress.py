@@ -22,7 +22,13 @@ from roughcontact.contact.pair import BODIES, CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import row
-from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, require_positive
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    input_error,
+    require_positive,
+)
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
@@ -193,7 +199,7 @@ class StressResult(Result):
             If ``along`` is something else.
         """
         if along not in ("x", "y"):
-            raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
+            raise input_error("along", along, "must be 'x' or 'y'")
         return von_mises(self.section_x if along == "x" else self.section_y)
 
     def save(self, path: str | os.PathLike[str]) -> None:

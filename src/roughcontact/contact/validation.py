@@ -20,10 +20,10 @@ from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
     InputError,
+    input_error,
     require_choice,
     require_count,
     require_positive,
-    shown,
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.memory import ITERATIONS
@@ -177,9 +177,7 @@ def row(values: ArrayLike, argument: str) -> Array:
     except (TypeError, ValueError, OverflowError):
         result = np.empty(0)
     if result.ndim != 1 or not result.size or not np.isfinite(result).all():
-        raise InputError(
-            f"must be a row of finite numbers [m], got {shown(values)}", argument=argument
-        )
+        raise input_error(argument, values, "must be a row of finite numbers [m]")
     return result
 
 
@@ -203,11 +201,7 @@ def checked_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
     except (TypeError, ValueError):
         about_y = about_x = math.nan
     if not (math.isfinite(about_y) and math.isfinite(about_x)):
-        raise InputError(
-            f"must be a pair (y, x) of numbers [N m], got {moments!r}",
-            argument="moments",
-            value=moments,
-        )
+        raise input_error("moments", moments, "must be a pair (y, x) of numbers [N m]")
     if terms.load is None:
         raise InputError(
             "need a load to balance; give ",

@@ -26,7 +26,7 @@ from roughcontact.elastoplastic.plastic_body import (
     SharedBody,
     Window,
 )
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.layers import Pull
 from roughcontact.result import Result, face
 from roughcontact.surface.placement import shifted
@@ -74,10 +74,8 @@ class PathPoint:
         for name, minimum in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
             value = getattr(self, name)
             if not (isinstance(value, Real) and minimum <= float(value) < math.inf):
-                raise InputError(
-                    f"must be finite{' and not negative' if minimum == 0 else ''}, got {value!r}",
-                    argument=name,
-                    value=value,
+                raise input_error(
+                    name, value, f"must be finite{' and not negative' if minimum == 0 else ''}"
                 )
             object.__setattr__(self, name, float(value))
 
@@ -115,11 +113,7 @@ def _two(values: Any) -> tuple[float, float]:
         and all(isinstance(value, Real) and math.isfinite(value) for value in values)
     ):
         return float(values[0]), float(values[1])
-    raise InputError(
-        f"must be two finite numbers, along y and x [m], got {values!r}",
-        argument="offset",
-        value=values,
-    )
+    raise input_error("offset", values, "must be two finite numbers, along y and x [m]")
 
 
 # --- Paths that a contact follows: load, place of the counter-body and friction, point by point ---
@@ -380,9 +374,7 @@ def profile(
     row, column = most_strained(result, body)[1:] if point is None else point
     shape = result.solution.pressure.shape
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise InputError(
-            f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
-        )
+        raise input_error("point", point, f"must lie on the map of {shape} points")
     dy, dx = result.solution.surface.pixel
     where = row + held.margin, column + held.margin
     return DepthProfile(
@@ -396,16 +388,14 @@ def cut(
     """Return plastic strain and stress on a vertical plane."""
     held = _body(result, body)
     if along not in ("x", "y"):
-        raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
+        raise input_error("along", along, "must be 'x' or 'y'")
     axis = 1 if along == "x" else 0
     pressure, pixel = result.solution.pressure, result.solution.surface.pixel
     shape = pressure.shape
     chosen = most_strained(result, body)[2 - axis] if index is None else index
     if not 0 <= chosen < shape[1 - axis]:
         line = "row" if along == "x" else "column"
-        raise InputError(
-            f"must be a {line} of {shape[1 - axis]}, got {index!r}", argument="index", value=index
-        )
+        raise input_error("index", index, f"must be a {line} of {shape[1 - axis]}")
     ends = slice(held.margin, held.margin + shape[axis])
     position = chosen + held.margin
     on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
@@ -430,11 +420,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
     if not 0 <= body < len(result.bodies):
-        raise InputError(
-            f"must be one of {len(result.bodies)} that yield, got {body!r}",
-            argument="body",
-            value=body,
-        )
+        raise input_error("body", body, f"must be one of {len(result.bodies)} that yield")
     return result.bodies[body]
 
 

@@ -24,7 +24,7 @@ from roughcontact.elastoplastic import archive, plausibility
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.result import ElastoplasticResult, PathPoint
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
-from roughcontact.errors import InputError, require_count
+from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
@@ -508,9 +508,7 @@ def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
     if travel is not None:
         length: float = quantity(travel, "length", "travel")
         if not 0 < length < math.inf:
-            raise InputError(
-                f"must be positive and finite [m], got {length!r}", argument="travel", value=length
-            )
+            raise input_error("travel", length, "must be positive and finite [m]")
         return length
     axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
     if axis is None or axis not in pair.boundary.periodic_axes:
@@ -587,7 +585,7 @@ def shakedown_load(
     if not 0 < ends[0] < ends[1] < math.inf:
         raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
     if not rel_tol > 0:
-        raise InputError(f"must be positive, got {rel_tol!r}", argument="rel_tol", value=rel_tol)
+        raise input_error("rel_tol", rel_tol, "must be positive")
 
     def shakes(load: float) -> bool:
         rolled = roll(surface, load=load, passes=passes, **options)

@@ -44,11 +44,11 @@ from roughcontact.errors import (
     ConvergenceError,
     InputError,
     Sentence,
+    input_error,
     message_parts,
     require_choice,
     require_count,
     require_positive,
-    shown,
 )
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
@@ -79,11 +79,7 @@ def check_arguments(
     require_choice(("double", "single"), precision=precision)
     require_choice(("raise", "return"), on_failure=on_failure)
     if isinstance(increments, str) and increments != AUTO:
-        raise InputError(
-            f"must be a whole number, or {AUTO!r}, got {increments!r}",
-            argument="increments",
-            value=increments,
-        )
+        raise input_error("increments", increments, f"must be a whole number, or {AUTO!r}")
     if not isinstance(increments, str):
         require_count(1, memory.STEPS, increments=increments)
     require_count(1, memory.ITERATIONS, max_iterations=problem.max_iterations)
@@ -141,7 +137,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
                 "give either ", ArgumentRef("depth"), " or ", ArgumentRef("layers"), ", not both"
             )
     if layers is not None and not (row(layers, "layers") > 0).all():
-        raise InputError(f"must be positive [m], got {shown(layers)}", argument="layers")
+        raise input_error("layers", layers, "must be positive [m]")
 
 
 def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
@@ -232,9 +228,7 @@ def _asked(load: float | None, loads: Sequence[float] | None) -> list[float]:
     except (TypeError, ValueError):
         raise InputError("must be a row of numbers [N]", argument="loads") from None
     if path.ndim != 1 or not path.size or not ((path >= 0) & np.isfinite(path)).all():
-        raise InputError(
-            f"must be finite and not negative [N], got {loads!r}", argument="loads", value=loads
-        )
+        raise input_error("loads", loads, "must be finite and not negative [N]")
     return [float(value) for value in path]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact.contact import archive as contact_archive
-from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
 from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
 from roughcontact.surface.provenance import Operation
@@ -187,7 +187,7 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
             if name == known.name or f".{name}" in known.suffixes:
                 return known
         names = ", ".join(sorted(known.name for known in FORMATS))
-        raise InputError(f"must be one of {names}, got {wanted!r}", argument="format", value=wanted)
+        raise input_error("format", wanted, f"must be one of {names}")
     # What a shell makes of <(zcat map.csv.gz) has a number for its name.
     suffix = _suffix(path) or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import files, memory, netcdf, units
-from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -444,9 +444,7 @@ def pixel_of(
             specified = np.asarray(units.quantity(size, "length", "size"), dtype=float)
             sides = tuple(float(side) for side in np.atleast_1d(specified))
         except (TypeError, ValueError):
-            raise InputError(
-                f"must be a pair (y, x) in metres, got {size!r}", argument="size", value=size
-            ) from None
+            raise input_error("size", size, "must be a pair (y, x) in metres") from None
     if ny == 1:
         # The one side of a profile. A map that was cut off in its first row is none.
         if len(sides) == 2 and sides[0] != WIDTH:
@@ -468,7 +466,7 @@ def pixel_of(
             value=size,
         )
     if not all(0 < side < math.inf for side in sides):
-        raise InputError(f"must be positive and finite, got {size!r}", argument="size", value=size)
+        raise input_error("size", size, "must be positive and finite")
     return sides[0] / ny, sides[1] / nx
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
-from roughcontact.errors import InputError
+from roughcontact.errors import input_error
 from roughcontact.files import atomic_write, require_suffix, to_json, write
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.surface.surface import Surface
@@ -134,9 +134,7 @@ def save_csv(
         field = "height" if isinstance(source, Surface) else "pressure"
     known = names(source)
     if field not in known:
-        raise InputError(
-            f"must be one of {', '.join(known)}, got {field!r}", argument="field", value=field
-        )
+        raise input_error("field", field, f"must be one of {', '.join(known)}")
     (dy, dx), values = surface_of(source).pixel, field_values(source, field)
     if values.dtype == np.bool_:
         values = values.astype(np.uint8)

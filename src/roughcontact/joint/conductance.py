@@ -42,7 +42,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.material import catalog
@@ -566,9 +566,7 @@ def conductor_of(specified: Conductor | str) -> Conductor:
 def _film(value: Quantity, dimension: str, argument: str) -> float:
     result = quantity(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 <= result < math.inf):
-        raise InputError(
-            f"must be zero or positive, and finite, got {value!r}", argument=argument, value=value
-        )
+        raise input_error(argument, value, "must be zero or positive, and finite")
     return float(result)
 
 

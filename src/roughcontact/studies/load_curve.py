@@ -28,7 +28,14 @@ from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check, check_profile
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence, require_count
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    Sentence,
+    input_error,
+    require_count,
+)
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.result import Result
@@ -150,9 +157,7 @@ class LoadCurve(Result):
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
         if name not in _FIELDS:
-            raise InputError(
-                f"must be one of {', '.join(_FIELDS)}, got {name!r}", argument="name", value=name
-            )
+            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
@@ -473,9 +478,7 @@ def _unsolved(
 def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
     """Return loads or approaches between two ends."""
     if spacing not in ("log", "linear"):
-        raise InputError(
-            f"must be 'log' or 'linear', got {spacing!r}", argument="spacing", value=spacing
-        )
+        raise input_error("spacing", spacing, "must be 'log' or 'linear'")
     if not (0 < first < last < math.inf):
         raise InputError(f"the first value must be positive and below the last: {first}, {last}")
     require_count(2, memory.STEPS, number=number)

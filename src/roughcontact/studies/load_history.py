@@ -33,6 +33,7 @@ from roughcontact.errors import (
     ConvergenceError,
     InputError,
     Sentence,
+    input_error,
     require_count,
 )
 from roughcontact.material.material import RIGID, Material
@@ -229,27 +230,15 @@ class Stage:
             raise InputError("a stage needs either a load or an approach, and only one of them")
         plain = self.load is not None and not isinstance(self.load, Load)
         if plain and not (_is_finite(self.load) and self.force >= 0):
-            raise InputError(
-                f"must be finite and not negative [N], got {self.load!r}",
-                argument="load",
-                value=self.load,
-            )
+            raise input_error("load", self.load, "must be finite and not negative [N]")
         if self.approach is not None and not _is_finite(self.approach):
-            raise InputError(
-                f"must be finite [m], got {self.approach!r}",
-                argument="approach",
-                value=self.approach,
-            )
+            raise input_error("approach", self.approach, "must be finite [m]")
         try:
             y, x = (float(length) for length in self.shift)
         except (TypeError, ValueError):
             y = x = math.nan
         if not (math.isfinite(y) and math.isfinite(x)):
-            raise InputError(
-                f"must be a pair (y, x) of lengths [m], got {self.shift!r}",
-                argument="shift",
-                value=self.shift,
-            )
+            raise input_error("shift", self.shift, "must be a pair (y, x) of lengths [m]")
         object.__setattr__(self, "shift", (y, x))
 
     @property
@@ -370,9 +359,7 @@ class LoadHistory(Result):
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
         if name not in _FIELDS:
-            raise InputError(
-                f"must be one of {', '.join(_FIELDS)}, got {name!r}", argument="name", value=name
-            )
+            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property

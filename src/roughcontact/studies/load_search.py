@@ -27,7 +27,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check, check_holes, touchable_gap
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace import stress_summary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -591,10 +591,7 @@ def _shares(name: str, specified: Any) -> list[Target]:
     result = [] if specified is None else list(specified) if np.ndim(specified) else [specified]
     for share in result:
         if not 0 < share <= 1:
-            raise InputError(
-                f"must be a share above 0 and up to 1, got {share!r}",
-                argument=argument, value=share,
-            )  # fmt: skip
+            raise input_error(argument, share, "must be a share above 0 and up to 1")
     return [(name, float(share)) for share in result]
 
 
@@ -605,7 +602,5 @@ def _lengths(name: str, specified: Any) -> list[Target]:
     result = [] if values is None else list(values) if np.ndim(values) else [values]
     for length in result:
         if not (isinstance(length, (int, float)) and 0 < length < math.inf):
-            raise InputError(
-                f"must be positive and finite [m], got {length!r}", argument=argument, value=length
-            )
+            raise input_error(argument, length, "must be positive and finite [m]")
     return [(name, float(length)) for length in result]

@@ -37,7 +37,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import ArgumentRef, InputError, require_pixel
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
 from roughcontact.surface import filters, form, grid
 
 Array = NDArray[np.float64]
@@ -58,9 +58,7 @@ _CLOSE = _SLACK / 4
 def cosine_sine(angle: float) -> tuple[float, float]:
     """Return cosine and sine of an angle in degrees, exact for multiples of 90."""
     if not isinstance(angle, Real) or isinstance(angle, bool) or not math.isfinite(angle):
-        raise InputError(
-            f"must be a finite number of degrees, got {angle!r}", argument="angle", value=angle
-        )
+        raise input_error("angle", angle, "must be a finite number of degrees")
     quarters = round(float(angle) / 90)
     rest = math.radians(float(angle) - 90 * quarters)
     c, s = math.cos(rest), math.sin(rest)
@@ -259,13 +257,9 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     try:
         y, x = (float(shift) for shift in offset)
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (y, x) in metres, got {offset!r}", argument="offset", value=offset
-        ) from None
+        raise input_error("offset", offset, "must be a pair (y, x) in metres") from None
     if not (math.isfinite(y) and math.isfinite(x)):
-        raise InputError(
-            f"must be finite (y, x) [m], got {offset!r}", argument="offset", value=offset
-        )
+        raise input_error("offset", offset, "must be finite (y, x) [m]")
     return y, x
 
 

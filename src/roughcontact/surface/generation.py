@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import both, checked
-from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    input_error,
+    require_count,
+    require_positive,
+)
 from roughcontact.halfspace import fft
 from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
@@ -308,11 +314,7 @@ def _feed(specified: dict[str, Any]) -> float | None:
     if turning is None:
         return None
     if not isinstance(turning, Sequence) or len(turning) != 2:
-        raise InputError(
-            f"must be a pair (feed, nose radius) in metres, got {turning!r}",
-            argument="turning",
-            value=turning,
-        )
+        raise input_error("turning", turning, "must be a pair (feed, nose radius) in metres")
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
         if specified[name] is not None:
             raise InputError(
@@ -327,11 +329,7 @@ def _feed(specified: dict[str, Any]) -> float | None:
             argument="Ssk",
         )  # fmt: skip
     if not all(0 < length < math.inf for length in turning):
-        raise InputError(
-            f"must be two positive lengths, feed and nose radius, got {turning!r}",
-            argument="turning",
-            value=turning,
-        )
+        raise input_error("turning", turning, "must be two positive lengths, feed and nose radius")
     return float(turning[0])
 
 
@@ -342,15 +340,9 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
         if specified[name] is not None:
             require_positive(**{name: specified[name]})
     if requested.Str is not None and not 0 < requested.Str <= 1:
-        raise InputError(
-            f"must lie in (0, 1], got {requested.Str!r}", argument="Str", value=requested.Str
-        )
+        raise input_error("Str", requested.Str, "must lie in (0, 1]")
     if requested.honing is not None and not 0 < requested.honing < 180:
-        raise InputError(
-            f"must be an angle between 0 and 180 degrees, got {requested.honing!r}",
-            argument="honing",
-            value=requested.honing,
-        )
+        raise input_error("honing", requested.honing, "must be an angle between 0 and 180 degrees")
     cosine_sine(requested.lay)
     if requested.Sal is not None and requested.rolloff is not None:
         raise InputError(

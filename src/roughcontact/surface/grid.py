@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.units import quantity
 
 VALUES = 2**20
@@ -102,15 +102,9 @@ def _edges(pixel: Any) -> tuple[float, float]:
     try:
         dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel
-        ) from None
+        raise input_error("pixel", pixel, "must be a pair (dy, dx) in metres") from None
     if not (0 < dy < np.inf and 0 < dx < np.inf):
-        raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
-            argument="pixel",
-            value=pixel,
-        )
+        raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
     return dy, dx
 
 
@@ -118,15 +112,11 @@ def _spacing(pixel: Any) -> float:
     try:
         spacing = float(quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
-        raise InputError(
-            f"of a profile must be the one distance of its points in metres, got {pixel!r}",
-            argument="pixel",
-            value=pixel,
+        raise input_error(
+            "pixel", pixel, "of a profile must be the one distance of its points in metres"
         ) from None
     if not 0 < spacing < np.inf:
-        raise InputError(
-            f"must be positive and finite [m], got {pixel!r}", argument="pixel", value=pixel
-        )
+        raise input_error("pixel", pixel, "must be positive and finite [m]")
     return spacing
 
 

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError, require_positive
+from roughcontact.errors import input_error, require_positive
 from roughcontact.roots import brentq
 
 
@@ -630,10 +630,7 @@ def line_approach(line_load: float, radius: float, contact_modulus: float, datum
     """
     a = line_contact(line_load, radius, contact_modulus).half_width
     if not datum > a:
-        raise InputError(
-            f"must be above the half-width of the contact, {a:.6g} m, got {datum!r}",
-            argument="datum", value=datum,
-        )  # fmt: skip
+        raise input_error("datum", datum, f"must be above the half-width of the contact, {a:.6g} m")
     return line_load / (math.pi * contact_modulus) * (2 * math.log(2 * datum / a) + 1)
 
 
