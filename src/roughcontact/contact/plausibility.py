@@ -125,9 +125,7 @@ def filled(result: ContactResult) -> Caution | None:
     return as_warning(
         Kind.MOSTLY_FILLED,
         f"{percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
-        "invented. Crop it, or use ",
-        ArgumentRef("missing", "mask"),
-        ".",
+        f"invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
         filled=share,
     )
 
@@ -486,10 +484,9 @@ def _ceiling(result: ContactResult) -> Caution | None:
     return as_caution(
         Kind.CEILING,
         f"Ceiling {engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
-        f"{'above' if excess > 0 else 'below'} the calibrated one, which gives "
-        f"{100 * abs(change):.2g} % {'more' if change > 0 else 'less'} contact area. Use ",
-        ArgumentRef("ceiling", CALIBRATED),
-        ".",
+        f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
+        f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area. Use "
+        f"{ArgumentRef('ceiling', CALIBRATED)}.",
         area_change=change,
         recommended_ceiling=answer.ceiling,
         load_ratio=answer.load_ratio,
@@ -551,9 +548,7 @@ def _spikes(result: ContactResult) -> Caution | None:
             return as_warning(
                 Kind.SPIKES,
                 f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ "
-                "above median. Remove with ",
-                ArgumentRef("outliers", 6.0),
-                " and solve again.",
+                f"above median. Remove with {ArgumentRef('outliers', 6.0)} and solve again.",
                 kurtosis=kurtosis,
                 peak=peak,
             )
@@ -579,9 +574,8 @@ def _first_touch(result: ContactResult) -> Caution | None:
     effect = f" with {part} and the deepest indentation" if own else f": {part} is its flattening"
     return as_warning(
         Kind.SPIKES,
-        f"First contact is a {pixels}-pixel spike{effect}. Remove with ",
-        ArgumentRef("outliers", 6.0),
-        ".",
+        f"First contact is a {pixels}-pixel spike{effect}. Remove with "
+        f"{ArgumentRef('outliers', 6.0)}.",
         lead=lead,
         spike_load=share,
     )

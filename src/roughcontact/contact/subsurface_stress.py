@@ -153,9 +153,7 @@ class StressResult(Result):
         if depth == depths[-1]:
             yield as_warning(
                 Kind.STRESS_DEPTH,
-                f"Maximum stress is at the deepest layer ({text}). Extend ",
-                ArgumentRef("depths"),
-                ".",
+                f"Maximum stress is at the deepest layer ({text}). Extend {ArgumentRef('depths')}.",
                 depth=depth,
             )
         if depth == 0:
@@ -174,9 +172,8 @@ class StressResult(Result):
         elif depth == depths[0] != depths[-1]:
             yield as_warning(
                 Kind.STRESS_DEPTH,
-                f"Maximum stress is at the shallowest layer ({text}). Add smaller ",
-                ArgumentRef("depths"),
-                ".",
+                f"Maximum stress is at the shallowest layer ({text}). Add smaller "
+                f"{ArgumentRef('depths')}.",
                 depth=depth,
             )
 

@@ -284,10 +284,8 @@ class Loop:
         return Sentence(
             f"stopped on the way to {load:.6g} N: the {what} did not settle in "
             f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
-            "times; raise ",
-            ArgumentRef("max_iterations"),
-            ", or ask for a larger ",
-            ArgumentRef("tolerance"),
+            f"times; raise {ArgumentRef('max_iterations')}, or ask for a larger "
+            f"{ArgumentRef('tolerance')}"
         )
 
     def _accept(self) -> None:

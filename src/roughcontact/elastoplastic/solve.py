@@ -87,8 +87,7 @@ def check_arguments(
     if tolerance < 1e-6 and precision == "single":
         raise InputError(
             f"= {tolerance!r} lies below what single precision can reach; ask for 1e-6 or more, "
-            "or for ",
-            ArgumentRef("precision", "double"),
+            f"or for {ArgumentRef('precision', 'double')}",
             argument="tolerance",
             value=tolerance,
         )
@@ -103,10 +102,8 @@ def check_arguments(
         return
     if depth is not None or layers is not None:
         raise InputError(
-            "brings its layers along: leave out ",
-            ArgumentRef("depth"),
-            " and ",
-            ArgumentRef("layers"),
+            f"brings its layers along: leave out {ArgumentRef('depth')} and "
+            f"{ArgumentRef('layers')}",
             argument="start",
         )
     problem.check_same("start", start)
@@ -134,7 +131,7 @@ def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -
             )
         if layers is not None:
             raise InputError(
-                "give either ", ArgumentRef("depth"), " or ", ArgumentRef("layers"), ", not both"
+                f"give either {ArgumentRef('depth')} or {ArgumentRef('layers')}, not both"
             )
     if layers is not None and not (row(layers, "layers") > 0).all():
         raise input_error("layers", layers, "must be positive [m]")
@@ -166,13 +163,8 @@ def path_of(
     load, loads, path = requested[0], quantity(requested[1], "force", "loads"), requested[2]
     if sum(specified is not None for specified in (load, loads, path)) != 1:
         raise InputError(
-            "give either ",
-            ArgumentRef("load"),
-            ", ",
-            ArgumentRef("loads"),
-            " or ",
-            ArgumentRef("path"),
-            ", and only one of them",
+            f"give either {ArgumentRef('load')}, {ArgumentRef('loads')} or {ArgumentRef('path')}, "
+            "and only one of them"
         )
     if path is not None:
         points = _points(path)

@@ -307,9 +307,8 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
     # MemoryError. All mean the same to the user.
     except Exception as error:
         raise FormatError(
-            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
-            "the file is complete, or give its ",
-            ArgumentRef("format"),
+            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that the "
+            f"file is complete, or give its {ArgumentRef('format')}"
         ) from error
 
 

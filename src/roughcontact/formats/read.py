@@ -164,7 +164,7 @@ def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[
 def _read(file: Path, known: InputFormat, wanted: str | None, requested: Asked) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
     if requested.override_size and requested.size is None:
-        raise InputError("needs a ", ArgumentRef("size"), argument="override_size")
+        raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")
     surface = known.read(file, known.name, requested)
     check_scale(file, surface)
     said = {"channel": requested.channel, "unit": requested.unit, "size": requested.size}
@@ -205,9 +205,8 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
-        f"{path.name} has the unknown suffix {suffix!r}; give ",
-        ArgumentRef("format"),
-        f" or one of the known suffixes {suffixes}, .000 to .999",
+        f"{path.name} has the unknown suffix {suffix!r}; give {ArgumentRef('format')} or one of "
+        f"the known suffixes {suffixes}, .000 to .999"
     )
 
 

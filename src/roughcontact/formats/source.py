@@ -396,9 +396,12 @@ def asked_pixel(
         return stated
     if stated is not None and not requested.override_size:
         raise InputError(
-            f"{path.name} gives its size itself; leave out ", ArgumentRef("size", requested.size),
-            ", or give ", ArgumentRef("override_size", True), " as well if the file is wrong",
-        )  # fmt: skip
+            f"{path.name} gives its size itself; leave out ",
+            ArgumentRef("size", requested.size),
+            ", or give ",
+            ArgumentRef("override_size", True),
+            " as well if the file is wrong",
+        )
     ny, nx = shape
     return pixel_of(requested.size, (ny, nx), path.name)
 
@@ -407,7 +410,7 @@ def unit_in_meters(path: Path, unit: str | None) -> float:
     """Return a unit of length as files spell it [m]; without one, complain."""
     if unit is None:
         raise InputError(
-            f"{path.name} gives no unit of the heights; give it, e.g. ", ArgumentRef("unit", "um")
+            f"{path.name} gives no unit of the heights; give it, e.g. {ArgumentRef('unit', 'um')}"
         )
     return units.parse(f"1 {_FILE_UNITS.get(unit, unit)}", "length", "unit")
 
@@ -428,12 +431,12 @@ def pixel_of(
     ny, nx = shape
     if size is None and ny == 1:
         raise InputError(
-            f"{name} is a profile and gives no length; give it, e.g. ", ArgumentRef("size", "4 mm")
+            f"{name} is a profile and gives no length; give it, e.g. {ArgumentRef('size', '4 mm')}"
         )
     if size is None:
         raise InputError(
-            f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. ",
-            ArgumentRef("size", "0.1 mm x 0.2 mm"),
+            f"{name} gives no lengths of its sides; give them in the order (y, x), e.g. "
+            f"{ArgumentRef('size', '0.1 mm x 0.2 mm')}"
         )
     if isinstance(size, str):
         # An x before no number is part of a unit.
@@ -453,7 +456,7 @@ def pixel_of(
                 f"gives two sides, {size!r}, but {name} is a single line of heights; a profile has "
                 "its length alone, ", ArgumentRef("size", length),
                 ", and a map more lines: was it cut off?",
-                argument="size", value=size,
+                argument="size", value=size
             )  # fmt: skip
         sides = (WIDTH, *sides[-1:])
     elif len(sides) == 1 and ny == nx:
@@ -500,10 +503,9 @@ def check_lengths(
             raise FormatError(
                 f"{path.name} was read with {name} of {units.lengths(counted)}, which is outside "
                 f"{units.engineering(low, 'm')} to {units.engineering(high, 'm')}; {what}, or "
-                "replace a size that the file has wrong by ",
-                ArgumentRef("size", "0.1 mm x 0.2 mm"),
-                " and ",
-                ArgumentRef("override_size", True),
+                "replace a size that the file has wrong by "
+                f"{ArgumentRef('size', '0.1 mm x 0.2 mm')} and "
+                f"{ArgumentRef('override_size', True)}"
             )
     bottom, top = heights
     span, longest = top - bottom, max(sides)

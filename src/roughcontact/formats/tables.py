@@ -8,8 +8,6 @@ position [m] first.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from typing import Any
@@ -86,38 +84,6 @@ def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
 # --- Maps as matrices of numbers, and the numbers of a result as a table and as JSON ---
 
 
-_SUMMARY_UNITS = {
-    "certificate": "1",
-    "load_error": "1",
-    "moments": "N m",
-    "moment_error": "1",
-    "tilt": "rad",
-    "tolerance": "1",
-    "load": "N",
-    "approach": "m",
-    "contact_modulus": "Pa",
-    "ceiling": "Pa",
-    "contact_area": "m2",
-    "perimeter_corrected_area": "m2",
-    "contact_length": "m",
-    "contact_fraction": "1",
-    "spacing": "m",
-    "saturated_fraction": "1",
-    "max_pressure": "Pa",
-    "mean_gap": "m",
-    "max_residual_indentation": "m",
-    "shape": "1",
-    "pixel": "m",
-    "iterations": "1",
-    "convolutions": "1",
-    "seconds": "s",
-    "young": "Pa",
-    "poisson": "1",
-    "yield_strength": "Pa",
-    "hardness": "Pa",
-}
-
-
 def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map to a NumPy archive."""
     require_suffix(path, ".npz")
@@ -166,28 +132,6 @@ def _save_columns(
             stream.write(f"{(number + 0.5) * spacing!r},{value!r}\n".encode("ascii"))
 
 
-def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result as a table of name, value and unit."""
-    require_suffix(path, ".csv")
-    rows = [
-        (f"{name}_{part}" if part else name, entry)
-        for name, value in record(result).items()
-        # Their sentences stand under "warnings".
-        if name != "cautions"
-        for part, entry in (value.items() if isinstance(value, dict) else [("", value)])
-    ]
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(("name", "value", "unit"))
-    for name, value in rows:
-        quantity = name.removeprefix("counter_").removeprefix("material_")
-        unit = _SUMMARY_UNITS.get(quantity, "")
-        if quantity == "load":
-            unit = result.pair.load_unit
-        table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
-    write(path, text.getvalue().encode("utf-8", "backslashreplace"))
-
-
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
     """Write the summary of a result, as `record` gives it, as JSON in SI units."""
     require_suffix(path, ".json")
@@ -220,9 +164,3 @@ def record(result: Result) -> dict[str, Any]:
         "counter_source": None if other is None else other.provenance.source,
         "counter_preparation": None if other is None else list(other.provenance.steps),
     }
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, list):
-        return "; ".join(map(_cell, value))
-    return "" if value is None else str(value)

@@ -160,9 +160,7 @@ def form(texture: Texture) -> tuple[Caution, ...]:
         as_note(
             Kind.CURVED,
             f"Bodies are curved ({percent(texture.curved)} of gap variance): flat-joint "
-            "correlations omitted. Flat face? Add ",
-            ArgumentRef("level", "quadric"),
-            ".",
+            f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
             curved=texture.curved,
         ),
     )

@@ -624,9 +624,8 @@ def _volume(
         return None, [
             as_note(
                 Kind.ESTIMATE_DOMAIN,
-                "No formula for plastic depth with this hardening law. Use ",
-                ArgumentRef("model", "elastoplastic"),
-                ".",
+                "No formula for plastic depth with this hardening law. Use "
+                f"{ArgumentRef('model', 'elastoplastic')}.",
             )
         ]
     ratio = stress / (CEILING_FACTOR * strength)

@@ -203,14 +203,12 @@ class Tabulated:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
             raise InputError(
-                "and ", ArgumentRef("stress"), " must be rows of numbers", argument="strain"
+                f"and {ArgumentRef('stress')} must be rows of numbers", argument="strain"
             ) from None
         if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
             raise InputError(
-                "and ",
-                ArgumentRef("stress"),
-                " must be rows of the same length, two or more; got shapes "
-                f"{strain.shape} and {stress.shape}",
+                f"and {ArgumentRef('stress')} must be rows of the same length, two or more; got "
+                f"shapes {strain.shape} and {stress.shape}",
                 argument="strain",
             )
         if strain[0] != 0 or not (np.diff(strain) > 0).all() or not np.isfinite(strain).all():

@@ -128,9 +128,8 @@ class Material(Renamed):
         first = self.hardening.initial
         if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
             raise InputError(
-                f"= {self.yield_strength:.6g} Pa, but ",
-                ArgumentRef("hardening"),
-                f" starts at {first:.6g} Pa; leave one of them out",
+                f"= {self.yield_strength:.6g} Pa, but {ArgumentRef('hardening')} starts at "
+                f"{first:.6g} Pa; leave one of them out",
                 argument="yield_strength",
                 value=self.yield_strength,
             )

@@ -300,9 +300,9 @@ max_iterations, precision
     """
     if (loads is None) == (approaches is None):
         raise InputError(
-            "give either ", ArgumentRef("loads"), " or ", ArgumentRef("approaches"),
-            ", and only one of them",
-        )  # fmt: skip
+            f"give either {ArgumentRef('loads')} or {ArgumentRef('approaches')}, and only one of "
+            "them"
+        )
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
     listed = [] if loads is None else _listed(pair, loads)

@@ -575,12 +575,9 @@ def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> 
     bodies = facing(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
-            "a ",
-            ArgumentRef("ceiling"),
-            " per pixel stays with the pixels of ",
-            ArgumentRef("surface"),
-            ", but here the counter-body is indented and moves: give one ceiling, or swap the two "
-            "bodies",
+            f"a {ArgumentRef('ceiling')} per pixel stays with the pixels of "
+            f"{ArgumentRef('surface')}, but here the counter-body is indented and moves: give one "
+            "ceiling, or swap the two bodies"
         )
     untouched = np.zeros(bodies.indented.shape)
     reference = bodies.facing(untouched, (0, 0)).highest
@@ -862,17 +859,13 @@ def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[
     if any(abs(r - w) > _WHOLE for r, w in zip(ratios, whole, strict=True)):
         near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
         raise InputError(
-            f"stage {number}: ",
-            ArgumentRef("shift"),
-            f" ({lengths(shift, ', ')}) is no whole number of pixels of {lengths(surface.pixel)}; "
-            f"the nearest is ({near}) m",
+            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is no whole number "
+            f"of pixels of {lengths(surface.pixel)}; the nearest is ({near}) m"
         )
     if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
         raise InputError(
-            f"stage {number}: ",
-            ArgumentRef("shift"),
-            f" ({lengths(shift, ', ')}) is beyond the map of {lengths(surface.size)}; stay "
-            "within it",
+            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is beyond the map "
+            f"of {lengths(surface.size)}; stay within it"
         )
     return whole[0], whole[1]
 

@@ -371,24 +371,25 @@ class _Finder:
         argument = _ARGUMENTS.get(name)
         if name == SATURATED and resolved_ceiling(self.terms.ceiling, self.pair) is None:
             raise InputError(
-                "needs a ", ArgumentRef("ceiling"), " or a ", ArgumentRef("yield_strength"),
-                ": without one nothing is saturated", argument=argument,
-            )  # fmt: skip
+                f"needs a {ArgumentRef('ceiling')} or a {ArgumentRef('yield_strength')}: without "
+                "one nothing is saturated",
+                argument=argument,
+            )
         if name == GAP:
             open_gap = float(np.nanmean(self.pair.initial_gap))
             if value >= open_gap:
                 raise InputError(
                     f"must be below that of the bodies at their first touch, "
                     f"{engineering(open_gap, 'm')}, got {engineering(value, 'm')}",
-                    argument=argument,
+                    argument=argument
                 )  # fmt: skip
         if name == YIELD:
             self.pair.boundary.require_stress()
             if not _yielding(self.pair):
                 raise InputError(
-                    "needs a ", ArgumentRef("yield_strength"), " of either body",
+                    f"needs a {ArgumentRef('yield_strength')} of either body",
                     argument="first_yield",
-                )  # fmt: skip
+                )
 
     def ends(self) -> tuple[float, float]:
         """Return the logarithms of the smallest and largest load looked at."""
@@ -504,7 +505,7 @@ class _Finder:
         return InputError(
             f"{_told(name, value)} is not passed at any load: under the {side} that was tried, "
             f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_told(name, reached)}",
-            argument=_ARGUMENTS.get(name, name),
+            argument=_ARGUMENTS.get(name, name)
         )  # fmt: skip
 
 
@@ -571,16 +572,9 @@ def _targets(
     ]
     if not targets:
         raise InputError(
-            "nothing is asked: give ",
-            ArgumentRef("contact_fraction"),
-            ", ",
-            ArgumentRef("saturated_fraction"),
-            ", ",
-            ArgumentRef("approach"),
-            ", ",
-            ArgumentRef("mean_gap"),
-            " or ",
-            ArgumentRef("first_yield"),
+            f"nothing is asked: give {ArgumentRef('contact_fraction')}, "
+            f"{ArgumentRef('saturated_fraction')}, {ArgumentRef('approach')}, "
+            f"{ArgumentRef('mean_gap')} or {ArgumentRef('first_yield')}"
         )
     return targets
 

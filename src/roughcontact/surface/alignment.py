@@ -200,11 +200,8 @@ def common_rectangle(
             columns = int(left[end]), int(right[end]) + 1
     if best == 0:
         raise InputError(
-            "the maps do not overlap: they have no 2 × 2 points in common; check ",
-            ArgumentRef("offset"),
-            " and ",
-            ArgumentRef("angle"),
-            ", and that the sizes are in metres",
+            "the maps do not overlap: they have no 2 × 2 points in common; check "
+            f"{ArgumentRef('offset')} and {ArgumentRef('angle')}, and that the sizes are in metres"
         )
     return rows, columns
 
@@ -245,10 +242,7 @@ def align(
         raise InputError(
             f"the maps do not overlap: a map of {old_size[0]:.6g} × {old_size[1]:.6g} m, shifted "
             f"by {tuple(offset)} m, has no measured point on a grid of {new_size[0]:.6g} × "
-            f"{new_size[1]:.6g} m; check ",
-            ArgumentRef("offset"),
-            " and ",
-            ArgumentRef("angle"),
+            f"{new_size[1]:.6g} m; check {ArgumentRef('offset')} and {ArgumentRef('angle')}"
         )
     return new
 

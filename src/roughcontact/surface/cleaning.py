@@ -160,8 +160,8 @@ def fill(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Ar
     if not share <= maximum:
         raise InputError(
             f"has no height at {percent(share)} of its points, and at most {percent(maximum)} are "
-            "filled: crop it, let the missing points never touch (masked), or fill them all with ",
-            ArgumentRef("most", 1.0),
+            "filled: crop it, let the missing points never touch (masked), or fill them all with "
+            f"{ArgumentRef('most', 1.0)}",
             argument="surface",
             value=share,
         )

@@ -105,9 +105,8 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         )
     if method == "spline" and min(heights.shape[line:]) < 4:
         raise InputError(
-            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; ",
-            "use ",
-            ArgumentRef("method", "bandlimited"),
+            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "
+            f"use {ArgumentRef('method', 'bandlimited')}"
         )
     grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
     values = heights.copy()

@@ -318,16 +318,15 @@ def _feed(specified: dict[str, Any]) -> float | None:
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
         if specified[name] is not None:
             raise InputError(
-                "does not go with ",
-                ArgumentRef("turning"),
-                ", whose grooves decide it; leave one out",
+                f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one "
+                "out",
                 argument=name,
             )
     if specified["Ssk"]:
         raise InputError(
-            "does not go with ", ArgumentRef("turning"), ", whose grooves decide it; leave one out",
+            f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one out",
             argument="Ssk",
-        )  # fmt: skip
+        )
     if not all(0 < length < math.inf for length in turning):
         raise input_error("turning", turning, "must be two positive lengths, feed and nose radius")
     return float(turning[0])
@@ -346,18 +345,13 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
     cosine_sine(requested.lay)
     if requested.Sal is not None and requested.rolloff is not None:
         raise InputError(
-            "and ",
-            ArgumentRef("rolloff_wavelength"),
-            " set the same; give one of them",
+            f"and {ArgumentRef('rolloff_wavelength')} set the same; give one of them",
             argument="Sal",
         )
     if requested.Sal is None and requested.Sdq is None and requested.rolloff is None:
         raise InputError(
-            "or ",
-            ArgumentRef("Sdq"),
-            " or ",
-            ArgumentRef("rolloff_wavelength"),
-            " must be given: how far the hills are apart",
+            f"or {ArgumentRef('Sdq')} or {ArgumentRef('rolloff_wavelength')} must be given: how "
+            "far the hills are apart",
             argument="Sal",
         )
     longest = requested.rolloff or requested.cutoff
@@ -451,8 +445,7 @@ def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
         )
         raise InputError(
             f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would "
-            f"be {other}",
-            ArgumentRef("cutoff_wavelength"),
+            f"be {other}{ArgumentRef('cutoff_wavelength')}",
             argument="Sal",
             value=requested.Sal,
         )
