@@ -128,7 +128,7 @@ def rough(
     return rc.Surface(heights * slope / roughness.rms_gradient(heights, pixel), pixel), body
 
 
-def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+def recommended(both: rc.results.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
     """Return the recommended ceiling, and its errors."""
     usual = both.ceiling[both.factors.index(3.0)][place]
     again = rc.solve(
@@ -150,7 +150,7 @@ def recommended(both: rc.ModelComparison, place: int, boundary: str) -> dict[str
     }
 
 
-def measured(both: rc.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
+def measured(both: rc.results.ModelComparison, place: int, boundary: str) -> dict[str, Any]:
     """Return the errors of all ceilings at one load."""
     state = both.volume[place]
     modulus = state.contact.contact_modulus

@@ -178,7 +178,7 @@ def _ball() -> rc.Surface:
     return rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 50e-6), (1e-6, 1e-6))
 
 
-def _curve(folder: Path, progress: Any = None) -> rc.LoadCurve:
+def _curve(folder: Path, progress: Any = None) -> rc.results.LoadCurve:
     return rc.sweep(_rough(), material=STEEL, loads=LOADS, folder=folder, progress=progress)
 
 

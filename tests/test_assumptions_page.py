@@ -15,8 +15,8 @@ import ceiling_error
 import ceiling_rule
 import roughcontact as rc
 from roughcontact.contact import plausibility
-from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import ceiling_factor
+from roughcontact.contact.result import CalibratedCeiling
 from roughcontact.material.hardening import Perfect
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz, indenters

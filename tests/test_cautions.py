@@ -38,7 +38,7 @@ def ball(points: int = 32) -> rc.Surface:
     return rc.Surface(shapes.paraboloid((points, points), PIXEL, 1e-3), PIXEL)
 
 
-def kinds(result: rc.ContactResult | rc.StressResult) -> list[str]:
+def kinds(result: rc.ContactResult | rc.results.StressResult) -> list[str]:
     return [caution.kind for caution in result.cautions]
 
 

@@ -12,7 +12,6 @@ from roughcontact.contact.ceiling import (
     MOST_SOLVES,
     _judged,
     ceiling_factor,
-    combined_ceiling,
     recommended_ceiling,
 )
 from roughcontact.contact.pair import Pair
@@ -183,62 +182,6 @@ def test_holes_at_a_spot_do_no_harm() -> None:
 def test_a_load_ratio_is_positive(ratio: float) -> None:
     with pytest.raises(rc.InputError, match="load_ratio"):
         ceiling_factor(ratio)
-
-
-# --- ceilings of two bodies ----------------------------------------------------------------------
-
-CEILINGS = st.one_of(
-    st.none(),
-    st.floats(1e6, 1e10),
-    st.lists(st.floats(1e6, 1e10), min_size=6, max_size=6).map(
-        lambda values: np.reshape(values, (2, 3))
-    ),
-)
-
-
-@given(CEILINGS, CEILINGS)
-def test_the_smaller_ceiling_counts_on_every_pixel(first, second) -> None:
-    both = combined_ceiling(first, second)
-    values = [math.inf if ceiling is None else ceiling for ceiling in (first, second)]
-    expected = [
-        [min(np.broadcast_to(value, (2, 3))[y, x] for value in values) for x in range(3)]
-        for y in range(2)
-    ]
-    if both is None:
-        assert np.isinf(expected).all()
-    else:
-        np.testing.assert_array_equal(np.broadcast_to(both, (2, 3)), expected)
-    assert isinstance(both, np.ndarray) == any(np.ndim(c) == 2 for c in (first, second))
-    assert both is None or isinstance(both, np.ndarray | float)
-
-
-def test_the_map_of_the_caller_stays_his() -> None:
-    given_map = np.full((2, 2), 1e9)
-    for both in (combined_ceiling(given_map, None), combined_ceiling(given_map, 2e9)):
-        both[:] = 1.0
-        assert (given_map == 1e9).all()
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "words"),
-    [
-        (0.0, None, "^ceiling must be positive everywhere.*smallest is 0.0"),
-        (None, [[1e9, -1.0]], "^counter_ceiling must be positive everywhere.*smallest is -1.0"),
-        ([[1e9, math.nan]], None, "^ceiling must be positive everywhere.*nan"),
-        (
-            np.ones((2, 3)),
-            np.ones((3, 2)),
-            r"^ceiling and counter_ceiling must lie on one grid.*\(2, 3\) and \(3, 2\)",
-        ),
-        (np.ones(3), None, r"^ceiling must be a number or a map.*shape \(3,\)"),
-        ("3 GPa", None, "^ceiling must be a number or a map"),
-        ([[1.0], [1.0, 2.0]], None, "^ceiling.*rows of unequal length"),
-        (None, np.zeros((0, 3)), "^counter_ceiling must be a number or a map"),
-    ],
-)
-def test_ceilings_that_are_none(first, second, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        combined_ceiling(first, second)
 
 
 # --- a ceiling that agrees with itself -----------------------------------------------------------

@@ -11,9 +11,8 @@ import ceiling_error
 import intervals as benchmark
 import roughcontact as rc
 from roughcontact.contact import plausibility
-from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import area_change
-from roughcontact.contact.result import Regime
+from roughcontact.contact.result import CalibratedCeiling, Regime
 from roughcontact.report.uncertainty import uncertainty_rows
 from roughcontact.studies.resolution_study import limits
 from roughcontact.studies.uncertainty import (

@@ -25,7 +25,7 @@ def ball(points: int = 32) -> tuple[rc.Surface, float]:
 
 
 @pytest.fixture(scope="module")
-def compared() -> rc.ModelComparison:
+def compared() -> rc.results.ModelComparison:
     surface, first = ball()
     return rc.compare_models(
         surface,
@@ -36,7 +36,7 @@ def compared() -> rc.ModelComparison:
     )
 
 
-def test_below_first_yield_both_are_elastic(compared: rc.ModelComparison) -> None:
+def test_below_first_yield_both_are_elastic(compared: rc.results.ModelComparison) -> None:
     for name in ceiling_comparison.QUANTITIES:
         assert compared.excess(name)[:, 0] == pytest.approx(0, abs=1e-4)
         # No ceiling is felt: none is better than another.
@@ -45,7 +45,7 @@ def test_below_first_yield_both_are_elastic(compared: rc.ModelComparison) -> Non
     assert compared.volume[0].max_plastic_strain == 0
 
 
-def test_the_ceiling_is_too_high_in_the_transition(compared: rc.ModelComparison) -> None:
+def test_the_ceiling_is_too_high_in_the_transition(compared: rc.results.ModelComparison) -> None:
     # Perfectly plastic spheres: 1.90 yield strengths at twelve loads of first yield (the page of
     # assumptions); the contact of five pixels in radius is known to some per cent.
     assert compared.mean_pressure_ratio[2] == pytest.approx(1.9, rel=0.06)
@@ -56,14 +56,16 @@ def test_the_ceiling_is_too_high_in_the_transition(compared: rc.ModelComparison)
     assert np.diff(compared.mean_pressure_ratio).min() > 0
 
 
-def test_a_higher_ceiling_has_less_area_and_approach(compared: rc.ModelComparison) -> None:
+def test_a_higher_ceiling_has_less_area_and_approach(compared: rc.results.ModelComparison) -> None:
     for name, sign in (("contact_area", -1), ("approach", -1), ("plateau_pressure", 1)):
         steps = sign * np.diff(compared.column("ceiling", name)[:, 2])
         assert (steps >= 0).all()
         assert steps.sum() > 0
 
 
-def test_the_best_factor_is_where_the_error_changes_sign(compared: rc.ModelComparison) -> None:
+def test_the_best_factor_is_where_the_error_changes_sign(
+    compared: rc.results.ModelComparison,
+) -> None:
     for name in ("contact_area", "approach"):
         error = compared.excess(name)[:, 2]
         best = compared.best_factor(name)[2]
@@ -89,7 +91,7 @@ def test_outside_of_the_factors_the_nearest_is_best() -> None:
     assert alone.excess("approach") == pytest.approx(both.excess("approach")[1:], rel=1e-5)
 
 
-def test_columns_are_those_of_the_results(compared: rc.ModelComparison) -> None:
+def test_columns_are_those_of_the_results(compared: rc.results.ModelComparison) -> None:
     assert compared.column("elastoplastic", "approach")[1] == compared.volume[1].contact.approach
     last = compared.ceiling[-1][2]
     assert compared.column("ceiling", "max_pressure")[-1, 2] == last.max_pressure
@@ -105,7 +107,7 @@ def test_columns_are_those_of_the_results(compared: rc.ModelComparison) -> None:
     assert alone.ceiling == last.ceiling
 
 
-def test_rims_that_flowed_are_no_elastic_rims(compared: rc.ModelComparison) -> None:
+def test_rims_that_flowed_are_no_elastic_rims(compared: rc.results.ModelComparison) -> None:
     elastic, _, plastic = compared.volume
     assert elastic.perimeter_corrected_area == elastic.contact.perimeter_corrected_area
     assert plastic.yielded.any()
@@ -116,7 +118,7 @@ def test_rims_that_flowed_are_no_elastic_rims(compared: rc.ModelComparison) -> N
     )
 
 
-def test_it_is_written(compared: rc.ModelComparison, tmp_path: Path) -> None:
+def test_it_is_written(compared: rc.results.ModelComparison, tmp_path: Path) -> None:
     compared.save(tmp_path / "c.json")
     read = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert read["mean_pressure_ratio"] == compared.mean_pressure_ratio.tolist()
@@ -163,7 +165,7 @@ def test_progress_numbers_the_loads() -> None:
     ]
 
 
-def test_unknown_names(compared: rc.ModelComparison) -> None:
+def test_unknown_names(compared: rc.results.ModelComparison) -> None:
     with pytest.raises(rc.InputError, match="model must be"):
         compared.column("elastic", "approach")
     with pytest.raises(rc.InputError, match="name must be one of"):

@@ -148,7 +148,7 @@ def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
         assert np.isnan(other.filled_conductance("air")).all()
 
 
-def kinds(found: rc.Conductance) -> list[str]:
+def kinds(found: rc.results.Conductance) -> list[str]:
     return [str(caution.kind) for caution in found.cautions]
 
 

@@ -10,7 +10,7 @@ import roughcontact as rc
 from roughcontact.cautions import Kind
 from roughcontact.contact.archive import load_contact
 from roughcontact.contact.pair import Pair
-from roughcontact.elastoplastic import increments, problem as contact_solver, solve, validation
+from roughcontact.elastoplastic import increments, problem as contact_solver, solve
 from roughcontact.elastoplastic.archive import load_elastoplastic
 from roughcontact.elastoplastic.problem import Problem, memory_estimate
 from roughcontact.elastoplastic.solve import solve_elastoplastic
@@ -577,7 +577,7 @@ def test_more_than_a_map_can_carry_is_refused() -> None:
         )
     problem = Problem(Pair(ball(), SWIFT), 1e-4, 9, "single")
     contact = contact_solver.untouched(problem, SingleProcess(workspace := Workspace()), workspace)
-    validation.check_capacity(problem, contact, 10 * 1656e6 * area)
+    solve.check_capacity(problem, contact, 10 * 1656e6 * area)
 
 
 def test_a_volume_that_would_not_fit_does_not_grow(monkeypatch) -> None:

@@ -215,7 +215,6 @@ def test_each_function_insists_on_its_suffix(
         (vtk.save_vtk, rough(), ".vti"),
         (vtk.save_vtr, volume, ".vtr"),
         (tables.save_json, result, ".json"),
-        (tables.save_table, result, ".csv"),
     ):
         with pytest.raises(rc.InputError, match=rf"path must end in \{suffix}, got"):
             write(source, tmp_path / "out.txt")  # type: ignore[operator]

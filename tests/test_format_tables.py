@@ -1,4 +1,3 @@
-import csv
 import json
 import math
 from pathlib import Path
@@ -120,35 +119,3 @@ def test_what_is_not_finite_is_null() -> None:
     values = {"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf}, "d": "nan", "e": np.inf}
     read = json.loads(to_json(values), parse_constant=refuse)
     assert read == {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "nan", "e": None}
-
-
-def is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def test_table(pair: rc.ContactResult, tmp_path: Path) -> None:
-    tables.save_table(pair, tmp_path / "out.csv")
-    with (tmp_path / "out.csv").open(newline="", encoding="utf-8") as stream:
-        head, *rows = csv.reader(stream)
-    assert head == ["name", "value", "unit"]
-    table = {name: (value, unit) for name, value, unit in rows}
-    assert len(table) == len(rows)
-    assert float(table["max_pressure"][0]) == pair.max_pressure
-    assert table["max_pressure"][1] == "Pa"
-    assert table["contact_area"] == (repr(pair.contact_area), "m2")
-    assert table["pixel"] == ("7e-07; 9e-07", "m")
-    assert table["shape"] == ("23; 36", "1")
-    assert table["preparation"] == ("leveled: plane; second step", "")
-    assert table["ceiling"] == ("per pixel", "")
-    assert table["counter_material_young"] == ("inf", "Pa")
-    assert table["material_yield_strength"] == ("1000000000.0", "Pa")
-    assert table["counter_material_yield_strength"][0] == ""
-    # No number without its unit, and no word with one.
-    for name, (value, unit) in table.items():
-        if value and name not in ("version", "ceiling"):
-            assert bool(unit) == all(map(is_number, value.split("; "))), name
-    assert set(table) >= set(pair.summary()) - {"cautions"}

@@ -98,7 +98,7 @@ test_going.rolled(sys.argv[1])
 """
 
 
-def rolled(folder: str | Path | None = None) -> rc.RollingResult:
+def rolled(folder: str | Path | None = None) -> rc.results.RollingResult:
     return rc.roll(FLAT, load=LOAD, passes=2, steps=8, folder=folder, **ARGUMENTS)
 
 

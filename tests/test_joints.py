@@ -37,7 +37,7 @@ def pressed(surface: rc.Surface = ROUGH, **more: Any) -> ContactResult:
     return rc.solve(surface, **{"material": STEEL, "load": 0.3, "boundary": "periodic", **more})
 
 
-def conducted(contacts: list[ContactResult]) -> rc.Conductance:
+def conducted(contacts: list[ContactResult]) -> rc.results.Conductance:
     return rc.conductance(contacts, COPPER, COPPER)
 
 

@@ -157,11 +157,11 @@ def test_a_law_says_that_its_counter_face_is_smooth() -> None:
 
 
 def test_parts_tell_whether_a_map_is_large_enough() -> None:
-    def quarters(surface: rc.Surface) -> rc.InterfaceLaw:
+    def quarters(surface: rc.Surface) -> rc.results.InterfaceLaw:
         parts = rc.partition(surface, 2, "mean")
         return rc.interface_law(one for part in parts for one in solved(part, ceiling=None))
 
-    def told(surface: rc.Surface) -> rc.InterfaceLaw:
+    def told(surface: rc.Surface) -> rc.results.InterfaceLaw:
         law = rc.interface_law(solved(surface, ceiling=None))
         return dataclasses.replace(law, parts=quarters(surface))
 

@@ -36,7 +36,7 @@ def ball(n: int, radius: float = 0.01, side: float = 64e-6) -> rc.Surface:
     return rc.Surface(-(x**2 + x[:, None] ** 2) / (2 * radius), (pixel, pixel))
 
 
-def numbers(curve: rc.LoadCurve) -> list[tuple[float, ...]]:
+def numbers(curve: rc.results.LoadCurve) -> list[tuple[float, ...]]:
     names = [f.name for f in dataclasses.fields(LoadStep) if f.name != "seconds"]
     return [tuple(curve.column(name).tolist()) for name in names]
 

@@ -617,10 +617,10 @@ def test_arrays_take_no_more_than_the_estimate(
 
 
 def test_a_map_needs_eight_bytes_a_point(monkeypatch):
-    from roughcontact.surface import memory as of_maps
+    from roughcontact.surface import grid
 
     asked = []
     monkeypatch.setattr(memory, "require", lambda needed, *what, advice: asked.append(needed))
-    of_maps.require((2048, 1024), 3)
-    of_maps.require((64, 64), 3)
+    grid.require_memory((2048, 1024), 3)
+    grid.require_memory((64, 64), 3)
     assert asked == [8 * 3 * 2048 * 1024]

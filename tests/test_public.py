@@ -93,9 +93,9 @@ def test_every_error_is_an_error_of_this_package() -> None:
 def callables() -> dict[str, object]:
     """Return all that is public and called, the methods of classes included."""
     found: dict[str, object] = {}
-    for name in rc.__all__:
-        value = getattr(rc, name)
-        if not callable(value):
+    offered = {name: getattr(rc, name) for name in rc.__all__}
+    for name, value in {**offered, **vars(rc.results)}.items():
+        if not callable(value) or name.startswith("_"):
             continue
         found[name] = value
         if isinstance(value, type):

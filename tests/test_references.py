@@ -227,7 +227,7 @@ def test_plasticity_of_the_volume_has_its_own(pressed: rc.ElastoplasticResult) -
     law = Kinematic(Swift(1240e6, 30, 0.085), 1e9)
     other = replace(body, material=replace(body.material, hardening=law))
     assert {"Prager1955", "Swift1952"} <= keys(replace(pressed, bodies=(other,)).references())
-    rolled = rc.RollingResult(pressed, ()).references()
+    rolled = rc.results.RollingResult(pressed, ()).references()
     assert "Boucly2007" in keys(rolled)
 
 
@@ -251,7 +251,7 @@ def test_a_history_cites_its_contact_and_others_are_refused() -> None:
 
 
 @pytest.fixture(scope="module")
-def compared() -> rc.Comparison:
+def compared() -> rc.results.Comparison:
     heights, pixel = rc.reference_map(64)
     maps = {
         name: [rc.Surface(factor * heights, pixel, Provenance(f"{name}.npy"))] * 2
@@ -260,7 +260,7 @@ def compared() -> rc.Comparison:
     return rc.compare(maps, material=STEEL, pressure="50 MPa", steps=1)
 
 
-def test_every_kind_of_result_has_them(compared: rc.Comparison) -> None:
+def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
     told = {kind.result for kind in kinds.KINDS}
     # Tests have kinds of their own.
@@ -317,7 +317,7 @@ def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> Non
     assert "stress below the surface" in dict(yielded.references().uses)
 
 
-def test_a_comparison_cites_its_intervals(compared: rc.Comparison) -> None:
+def test_a_comparison_cites_its_intervals(compared: rc.results.Comparison) -> None:
     found = compared.references()
     assert {"Student1908", "Games1976", "Searle1992", "EngineeringModel"} <= keys(found)
     assert "Welch1947" not in keys(found)

@@ -12,7 +12,9 @@ PIXEL = (1e-6, 1e-6)
 BALL = shapes.paraboloid((128, 128), PIXEL, 0.01)
 
 
-def looked_at(heights: np.ndarray = BALL, load: float = 1.0, **options) -> rc.ResolutionStudy:
+def looked_at(
+    heights: np.ndarray = BALL, load: float = 1.0, **options
+) -> rc.results.ResolutionStudy:
     return rc.resolution_study(
         rc.Surface(heights, PIXEL), **{"load": load, "material": STEEL, **options}
     )

@@ -51,7 +51,7 @@ def seen() -> list[tuple[int, int, float]]:
 
 
 @pytest.fixture(scope="module")
-def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.RollingResult:
+def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.results.RollingResult:
     """Two passes of a roller that pulls with a tenth of its pressure."""
     return rc.roll(
         nominal_bodies.flat(**GRID),
@@ -94,7 +94,7 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
 
 @pytest.mark.long
 def test_each_step_is_shown_once_and_in_order(
-    found: rc.RollingResult, seen: list[tuple[int, int, float]]
+    found: rc.results.RollingResult, seen: list[tuple[int, int, float]]
 ) -> None:
     assert [place[:2] for place in seen] == [(n, k) for n in (1, 2) for k in (1, 2, 3)]
     assert seen[-1][2] == found.result.max_plastic_strain
@@ -103,7 +103,7 @@ def test_each_step_is_shown_once_and_in_order(
     assert again == seen
 
 
-def test_a_pass_tells_what_its_state_holds(found: rc.RollingResult) -> None:
+def test_a_pass_tells_what_its_state_holds(found: rc.results.RollingResult) -> None:
     last, state = found.passes[-1], found.result
     (body,) = state.bodies
     after = rolled_surface(state)
@@ -124,18 +124,20 @@ def test_a_pass_tells_what_its_state_holds(found: rc.RollingResult) -> None:
         np.testing.assert_allclose(along[0], normal, rtol=1e-3, atol=1e-3 * np.abs(normal).max())
 
 
-def test_friction_drags_the_surface_along(found: rc.RollingResult) -> None:
+def test_friction_drags_the_surface_along(found: rc.results.RollingResult) -> None:
     assert found.passes[0].largest_shear > 0
 
 
-def test_profiles_turn_with_the_direction(found: rc.RollingResult) -> None:
+def test_profiles_turn_with_the_direction(found: rc.results.RollingResult) -> None:
     there = pass_result(found.result, None, 0.0)
     back, aside = (pass_result(found.result, None, angle) for angle in (180.0, 90.0))
     np.testing.assert_allclose(back.shear, -there.shear, atol=1e-12)
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
-def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: Path) -> None:
+def test_passes_are_loaded_as_they_were_saved(
+    found: rc.results.RollingResult, folder: Path
+) -> None:
     found.save(folder / "out.nc")
     loaded = rc.read_result(folder / "out.nc")
     assert loaded.passes == found.passes
@@ -152,7 +154,7 @@ def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: P
         load_rolling(folder / "state.nc")
 
 
-def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:
+def test_numbers_are_told_alike(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.json")
     found.save(folder / "out.csv")
     told = json.loads((folder / "out.json").read_text())
@@ -166,7 +168,7 @@ def test_numbers_are_told_alike(found: rc.RollingResult, folder: Path) -> None:
 
 
 @pytest.mark.long
-def test_paraview_plays_every_step(found: rc.RollingResult, folder: Path) -> None:
+def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.pvd")
     named = re.findall(
         r'timestep="(\d)" part="(\d)" file="([^"]+)"', (folder / "out.pvd").read_text()
@@ -179,7 +181,7 @@ def test_paraview_plays_every_step(found: rc.RollingResult, folder: Path) -> Non
 
 
 @pytest.mark.long
-def test_a_movie_has_a_picture_a_step(found: rc.RollingResult, folder: Path) -> None:
+def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
     frames = [frame(state, n, k, "x") for n, k, state in found.states()]
@@ -197,7 +199,7 @@ def test_a_movie_has_a_picture_a_step(found: rc.RollingResult, folder: Path) -> 
 
 @pytest.mark.long
 def test_long_movies_leave_steps_out(
-    found: rc.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
+    found: rc.results.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from PIL import Image
 
@@ -216,7 +218,7 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
 
 
 @pytest.mark.long
-def test_the_report_leads_with_the_passes(found: rc.RollingResult) -> None:
+def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> None:
     text = " ".join(kinds.render(found).split())
     front = text[: text.index('id="messages"')]
     assert "shake down in 2 passes?" in front
@@ -226,12 +228,12 @@ def test_the_report_leads_with_the_passes(found: rc.RollingResult) -> None:
     assert "Rolling without slip zones" in text
 
 
-def test_every_answer_has_its_criterion(found: rc.RollingResult) -> None:
+def test_every_answer_has_its_criterion(found: rc.results.RollingResult) -> None:
     for kind in Shakedown:
         assert rolling_report._CRITERIA[kind].format(least="x")
 
 
-def test_strain_that_is_taken_back_is_not_large(found: rc.RollingResult) -> None:
+def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult) -> None:
     (body,) = found.result.bodies
     worn = replace(found.result, bodies=(replace(body, accumulated=body.accumulated + 0.5),))
     assert plausibility.largest_strain(worn) < 0.1 < worn.max_plastic_strain

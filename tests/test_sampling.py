@@ -26,7 +26,7 @@ def patch(side: int, rolloff: float, *seed: int) -> rc.Surface:
     return rc.Surface(form.level(heights[:side, :side]), PIXEL)
 
 
-def study(surface: rc.Surface) -> rc.SamplingStudy:
+def study(surface: rc.Surface) -> rc.results.SamplingStudy:
     return rc.sampling_study(surface, material=STEEL, pressure="200 MPa", tolerance=1e-4)
 
 

@@ -106,7 +106,7 @@ def test_a_profile_is_told_and_drawn_as_one() -> None:
 
 
 def test_every_kind_of_result_is_shown() -> None:
-    kinds = [getattr(rc, name) for name in rc.__all__]
+    kinds = [*(getattr(rc, name) for name in rc.__all__), *vars(rc.results).values()]
     told = {
         kind.__name__ for kind in kinds if isinstance(kind, type) and issubclass(kind, Displayable)
     }

@@ -71,17 +71,17 @@ def pressed() -> rc.ElastoplasticResult:
 
 
 @pytest.fixture(scope="module")
-def below(solved: rc.ContactResult) -> rc.StressResult:
+def below(solved: rc.ContactResult) -> rc.results.StressResult:
     return rc.subsurface_stress(solved)
 
 
 @pytest.fixture(scope="module")
-def history() -> rc.LoadHistory:
+def history() -> rc.results.LoadHistory:
     return rc.history(ball(), [60.0, 0.0], material=STEEL)
 
 
 @pytest.fixture(scope="module")
-def curve() -> rc.LoadCurve:
+def curve() -> rc.results.LoadCurve:
     return rc.sweep(ball(), material=STEEL, loads=[5.0, 20.0])
 
 
@@ -207,7 +207,7 @@ def test_what_one_of_two_results_lacks_is_marked(solved: rc.ContactResult) -> No
 
 
 def test_friction_is_told_with_its_direction_or_not_at_all(
-    solved: rc.ContactResult, below: rc.StressResult
+    solved: rc.ContactResult, below: rc.results.StressResult
 ) -> None:
     rubbed = rc.subsurface_stress(solved, [1e-5], friction=0.2, direction=90.0)
     told = {row.key: row.text for row in kinds.rows(rubbed)}

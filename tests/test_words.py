@@ -126,8 +126,10 @@ def faults(text: str) -> Iterator[str]:
 
 def docstrings() -> Iterator[tuple[str, str]]:
     """Yield the public names with their docstrings, members of classes included."""
-    for name in rc.__all__:
-        value = getattr(rc, name)
+    for name, value in {
+        **{name: getattr(rc, name) for name in rc.__all__},
+        **vars(rc.results),
+    }.items():
         if not callable(value) or not getattr(value, "__module__", "").startswith("roughcontact"):
             continue
         yield name, value.__doc__ or ""

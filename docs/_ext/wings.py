@@ -81,7 +81,9 @@ def pages() -> dict[str, str]:
 
 def face() -> str:
     """Return the table of what ``import roughcontact as rc`` offers."""
-    objects = {name: getattr(rc, name) for name in rc.__all__}
+    objects = {name: getattr(rc, name) for name in rc.__all__} | {
+        name: value for name, value in vars(rc.results).items() if isinstance(value, type)
+    }
     lines = [".. currentmodule:: roughcontact", "", ".. autosummary::", ""]
     wings = []
     for name, value in objects.items():

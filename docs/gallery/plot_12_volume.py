@@ -47,7 +47,9 @@ def ball(
     return rc.Surface(shapes.paraboloid((POINTS, POINTS), pixel, radius), pixel), load, a_hertz
 
 
-def compared(load_ratio: float, material: rc.Material, tried: list[float]) -> rc.ModelComparison:
+def compared(
+    load_ratio: float, material: rc.Material, tried: list[float]
+) -> rc.results.ModelComparison:
     """Return both models, loaded in three steps; the last is the one to look at."""
     surface, load, _ = ball(load_ratio, material)
     steps = [load * step / 3 for step in (1, 2, 3)]

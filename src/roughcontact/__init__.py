@@ -1,6 +1,6 @@
 """Contact of measured rough surfaces: pressure, real contact area, saturated area and gap."""
 
-from roughcontact import wiring as wiring
+from roughcontact import face as face
 from roughcontact._version import __version__ as __version__
 
 

@@ -3,6 +3,7 @@
 from . import (
     mpi as mpi,
     plots as plots,
+    results as results,
     theory as theory,
 )
 from .contact.load_case import (
@@ -11,21 +12,14 @@ from .contact.load_case import (
     NominalPressure as NominalPressure,
 )
 from .contact.result import ContactResult as ContactResult
-from .contact.sliding_pair import indented_surface as indented_surface
 from .contact.solve import solve as solve
 from .contact.subsurface_stress import (
-    StressResult as StressResult,
     first_yield_load as first_yield_load,
     subsurface_stress as subsurface_stress,
 )
-from .elastoplastic.ceiling_comparison import (
-    ModelComparison as ModelComparison,
-    compare_models as compare_models,
-)
-from .elastoplastic.path import PathPoint as PathPoint
-from .elastoplastic.result import ElastoplasticResult as ElastoplasticResult
+from .elastoplastic.ceiling_comparison import compare_models as compare_models
+from .elastoplastic.result import ElastoplasticResult as ElastoplasticResult, PathPoint as PathPoint
 from .elastoplastic.rolling import (
-    RollingResult as RollingResult,
     roll as roll,
     shakedown_load as shakedown_load,
 )
@@ -38,21 +32,11 @@ from .errors import (
     InsufficientMemoryError as InsufficientMemoryError,
     RoughcontactError as RoughcontactError,
 )
-from .formats.read import read_surface as read_surface
-from .formats.results import read_result as read_result
-from .joint.conductance import (
-    Conductance as Conductance,
-    conductance as conductance,
-)
-from .joint.estimate import (
-    Estimate as Estimate,
-    estimate as estimate,
-)
-from .joint.interface_law import InterfaceLaw as InterfaceLaw, interface_law as interface_law
-from .joint.leakage import (
-    Leakage as Leakage,
-    leakage as leakage,
-)
+from .formats.read import read_result as read_result, read_surface as read_surface
+from .joint.conductance import conductance as conductance
+from .joint.estimate import estimate as estimate
+from .joint.interface_law import interface_law as interface_law
+from .joint.leakage import leakage as leakage
 from .material import catalog as catalog, hardening as hardening, hardness as hardness
 from .material.material import (
     RIGID as RIGID,
@@ -64,18 +48,16 @@ from .solvers.progress import (
     Progress as Progress,
     Step as Step,
 )
-from .studies.comparison import Comparison as Comparison, compare as compare
-from .studies.load_curve import LoadCurve as LoadCurve, sweep as sweep
-from .studies.load_history import LoadHistory as LoadHistory, Stage as Stage, history as history
-from .studies.load_search import (
-    LoadSearch as LoadSearch,
-    find_load as find_load,
+from .studies.comparison import compare as compare
+from .studies.load_curve import sweep as sweep
+from .studies.load_history import (
+    Stage as Stage,
+    history as history,
+    indented_surface as indented_surface,
 )
-from .studies.resolution_study import (
-    ResolutionStudy as ResolutionStudy,
-    resolution_study as resolution_study,
-)
-from .studies.sampling_study import SamplingStudy as SamplingStudy, sampling_study as sampling_study
+from .studies.load_search import find_load as find_load
+from .studies.resolution_study import resolution_study as resolution_study
+from .studies.sampling_study import sampling_study as sampling_study
 from .surface.generation import generate as generate
 from .surface.nominal_bodies import cylinder as cylinder, sphere as sphere
 from .surface.placement import partition as partition

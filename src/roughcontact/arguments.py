@@ -12,7 +12,7 @@ from numbers import Integral, Real
 from typing import Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin
 
 from roughcontact import deprecated
-from roughcontact.errors import InputError, shown
+from roughcontact.errors import InputError, input_error, shown
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -65,7 +65,7 @@ def both(value: Any, name: str) -> tuple[Any, Any]:
     if isinstance(value, Real):
         return (value, value)
     if not isinstance(value, Iterable) or len(pair := tuple(value)) != 2:
-        raise InputError(f"must be a pair (y, x), got {shown(value)}", argument=name, value=value)
+        raise input_error(name, value, "must be a pair (y, x)")
     return pair
 
 

@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
-from roughcontact.errors import InputError, Part, Sentence
+from roughcontact.errors import InputError, Part, Sentence, split_message
 
 
 class Kind(StrEnum):
@@ -137,17 +137,17 @@ class Caution:
 
 def as_note(kind: Kind, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that leaves the numbers as they are."""
-    return Caution(kind, parts, Severity.NOTE, numbers)
+    return Caution(kind, split_message(*parts), Severity.NOTE, numbers)
 
 
 def as_caution(kind: Kind, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that makes the numbers estimates."""
-    return Caution(kind, parts, Severity.CAUTION, numbers)
+    return Caution(kind, split_message(*parts), Severity.CAUTION, numbers)
 
 
 def as_warning(kind: Kind, *parts: Part, **numbers: float) -> Caution:
     """Return a caution that puts the numbers in doubt."""
-    return Caution(kind, parts, Severity.WARNING, numbers)
+    return Caution(kind, split_message(*parts), Severity.WARNING, numbers)
 
 
 def ordered(result: Iterable[Caution]) -> tuple[Caution, ...]:

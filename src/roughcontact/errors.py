@@ -7,7 +7,9 @@ its own words for them; `str` gives those of Python.
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,11 +30,31 @@ class ArgumentRef:
         value = f'"{self.value}"' if isinstance(self.value, str) else repr(self.value)
         return f"{self.name}={value}"
 
+    def __format__(self, spec: str) -> str:
+        """Return the mark by which `split_message` finds it again in an f-string."""
+        return f"\0{json.dumps([self.name, self.value])}\0"
+
 
 Part = str | ArgumentRef
+_MARK = re.compile(r"\x00(\[[^\x00]*\])\x00")
 
 Spell = Callable[[ArgumentRef], str]
 """Returns the words of one edge for an argument."""
+
+
+def split_message(*parts: Part) -> tuple[Part, ...]:
+    """Return the parts of a message; an argument that an f-string holds is one of them."""
+    pieces: list[Part] = []
+    for part in parts:
+        if isinstance(part, ArgumentRef):
+            pieces.append(part)
+            continue
+        for number, piece in enumerate(_MARK.split(part)):
+            if number % 2:
+                pieces.append(ArgumentRef(*json.loads(piece)))
+            elif piece:
+                pieces.append(piece)
+    return tuple(pieces)
 
 
 def render_message(parts: tuple[Part, ...], spell: Spell = str) -> str:
@@ -47,6 +69,7 @@ class Sentence(str):
 
     def __new__(cls, *parts: Part) -> Sentence:
         """Word the parts."""
+        parts = split_message(*parts)
         text = super().__new__(cls, render_message(parts))
         text.parts = parts
         return text
@@ -71,8 +94,8 @@ class RoughcontactError(Exception):
     """
 
     def __init__(self, *parts: Part, argument: str | None = None, value: object = None) -> None:
-        super().__init__(*parts)
-        self.parts: tuple[Part, ...] = parts
+        self.parts = split_message(*parts)
+        super().__init__(*self.parts)
         self.argument = argument
         self.value = value
 
@@ -152,24 +175,23 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 80
 
 
+def input_error(argument: str, value: object, wanted: str) -> InputError:
+    """Return the error for an argument: what it must be, and what it is."""
+    return InputError(f"{wanted}, got {shown(value)}", argument=argument, value=value)
+
+
 def require_positive(**values: float) -> None:
     """Raise `InputError`, naming argument and value, unless all values are positive and finite."""
     for name, value in values.items():
         if not isinstance(value, Real) or not 0 < value < math.inf:
-            raise InputError(
-                f"must be positive and finite, got {shown(value)}", argument=name, value=value
-            )
+            raise input_error(name, value, "must be positive and finite")
 
 
 def require_count(minimum: int, maximum: int, **values: object) -> None:
     """Raise `InputError`, naming argument and value, unless all values are whole and in range."""
     for name, value in values.items():
         if not isinstance(value, Integral) or not minimum <= int(value) <= maximum:
-            raise InputError(
-                f"must be a whole number from {minimum} to {maximum}, got {shown(value)}",
-                argument=name,
-                value=value,
-            )
+            raise input_error(name, value, f"must be a whole number from {minimum} to {maximum}")
 
 
 def require_choice(known: tuple[str, ...], **values: object) -> None:
@@ -177,17 +199,13 @@ def require_choice(known: tuple[str, ...], **values: object) -> None:
     for name, value in values.items():
         if not isinstance(value, str) or value not in known:
             choices = " or ".join(repr(choice) for choice in known)
-            raise InputError(f"must be {choices}, got {shown(value)}", argument=name, value=value)
+            raise input_error(name, value, f"must be {choices}")
 
 
 def require_pixel(pixel: tuple[float, float]) -> None:
     """Raise `InputError` unless both edges of a pixel are positive and finite."""
     if len(pixel) != 2 or not all(0 < edge < math.inf for edge in pixel):
-        raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {shown(pixel)}",
-            argument="pixel",
-            value=pixel,
-        )
+        raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
 
 
 def _again(

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING, Any
+
+from roughcontact.result import connect
 
 if TYPE_CHECKING:
     import pandas
@@ -155,3 +158,6 @@ def material(name: str) -> Material:
     from roughcontact.material import catalog
 
     return catalog.material(name)
+
+
+connect(sys.modules[__name__])

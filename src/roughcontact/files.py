@@ -26,7 +26,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from roughcontact.errors import FormatError, InputError
+from roughcontact.errors import FormatError, input_error
 
 try:
     import fcntl
@@ -127,11 +127,7 @@ def _locked(stream: IO[bytes]) -> bool:
 def require_suffix(path: str | os.PathLike[str], *suffixes: str) -> None:
     """Raise `InputError` unless a file is named for a format that it can have."""
     if Path(path).suffix.lower() not in suffixes:
-        raise InputError(
-            f"must end in {' or '.join(suffixes)}, got {str(path)!r}",
-            argument="path",
-            value=str(path),
-        )
+        raise input_error("path", str(path), f"must end in {' or '.join(suffixes)}")
 
 
 def to_json(values: Mapping[str, Any]) -> str:

@@ -7,8 +7,7 @@ comparison.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from roughcontact.deprecated import Renamed
 
@@ -21,78 +20,17 @@ if TYPE_CHECKING:
 Path = str | os.PathLike[str]
 
 
-class Face(Protocol):
-    """What the wings above do for maps, materials and results; `roughcontact.face` is it."""
-
-    def text(self, shown: object) -> str:
-        """Return the headline numbers, one line each."""
-
-    def html(self, shown: object) -> str:
-        """Return the headline numbers as HTML."""
-
-    def plots(self, shown: object) -> Any:
-        """Return the figures as methods."""
-
-    def explore(self, shown: object) -> Any:
-        """Open the page in the browser."""
-
-    def save(self, shown: object, path: Path) -> None:
-        """Write a file in the format that its suffix names."""
-
-    def to_pandas(self, shown: object) -> pandas.DataFrame:
-        """Return the table of steps."""
-
-    def to_xarray(self, shown: object) -> xarray.Dataset:
-        """Return what a NetCDF file holds."""
-
-    def summary(self, shown: object) -> dict[str, Any]:
-        """Return the numbers by name."""
-
-    def references(self, shown: object) -> References:
-        """Return the papers."""
-
-    def report(self, shown: object, path: Path, command: str, **more: Any) -> None:
-        """Write a report."""
-
-    def contact_cautions(self, shown: Any) -> Any:
-        """Return what a reader of a contact has to know."""
-
-    def volume_cautions(self, shown: Any) -> Any:
-        """Return what a reader of a contact with its volume has to know."""
-
-    def elastic(self, shown: Any) -> Any:
-        """Return the same contact without a ceiling."""
-
-    def stiffness(self, shown: Any) -> float:
-        """Return the contact stiffness."""
-
-    def estimate(self, shown: Any) -> Any:
-        """Return what formulas say of a contact."""
-
-    def profile(self, shown: Any, point: tuple[int, int] | None, body: int) -> Any:
-        """Return plastic strain and stress over the depth."""
-
-    def section(self, shown: Any, along: str, index: int | None, body: int) -> Any:
-        """Return plastic strain and stress on a vertical plane."""
-
-    def layers(self, shown: Any, body: int) -> Any:
-        """Return what each layer holds at most."""
-
-    def material(self, name: str) -> Any:
-        """Return a material of the catalogue."""
+_connected: list[Any] = []
 
 
-_loaded: list[Callable[[], Face]] = []
+def connect(module: Any) -> None:
+    """Set what the wings above do for maps, materials and results: `roughcontact.face`."""
+    _connected[:] = [module]
 
 
-def connect(load: Callable[[], Face]) -> None:
-    """Say what loads the face; the package does so on import."""
-    _loaded[:] = [load]
-
-
-def face() -> Face:
-    """Return the face of the house."""
-    return _loaded[0]()
+def face() -> Any:
+    """Return the module `roughcontact.face`, which stands above all that share this."""
+    return _connected[0]
 
 
 class Displayable(Renamed):
@@ -100,11 +38,13 @@ class Displayable(Renamed):
 
     def __repr__(self) -> str:
         """Return the headline numbers, in some ten lines."""
-        return face().text(self)
+        result: str = face().text(self)
+        return result
 
     def _repr_html_(self) -> str:
         """Return the headline numbers beside a picture, as a notebook shows them."""
-        return face().html(self)
+        result: str = face().html(self)
+        return result
 
     @property
     def plot(self) -> Any:
@@ -136,7 +76,8 @@ class Result(Displayable):
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
-        return face().summary(self)
+        result: dict[str, Any] = face().summary(self)
+        return result
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its steps as a table of pandas: one row per step, one column per quantity.
@@ -151,7 +92,8 @@ class Result(Displayable):
         InputError
             If the result has no steps.
         """
-        return face().to_pandas(self)
+        result: pandas.DataFrame = face().to_pandas(self)
+        return result
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its maps and numbers as a dataset of xarray.
@@ -166,11 +108,13 @@ class Result(Displayable):
         InputError
             If the result has no NetCDF form, or several processes hold it.
         """
-        return face().to_xarray(self)
+        result: xarray.Dataset = face().to_xarray(self)
+        return result
 
     def references(self) -> References:
         """Return the papers behind what was used for it, as text and as BibTeX."""
-        return face().references(self)
+        result: References = face().references(self)
+        return result
 
     def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
         """Write a report that needs no other file and prints to A4."""

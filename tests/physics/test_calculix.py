@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.contact.sliding_pair import indented_surface
 from roughcontact.joint.interface_law import LOADING, UNLOADING
+from roughcontact.studies.load_history import indented_surface
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is absent")
 
@@ -73,7 +73,7 @@ RF
 """
 
 
-def law() -> rc.InterfaceLaw:
+def law() -> rc.results.InterfaceLaw:
     surface = rc.Surface(*rc.reference_map(128, 3))
     pressures = np.geomspace(20e6, 1e9, 8).tolist()
     contacts = [

@@ -12,8 +12,8 @@ import ceiling_rule
 import roughcontact as rc
 from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.contact import plausibility
-from roughcontact.contact.calibrated_ceiling import CalibratedCeiling
 from roughcontact.contact.ceiling import recommended_ceiling
+from roughcontact.contact.result import CalibratedCeiling
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.theory import indenters
 
@@ -34,7 +34,7 @@ def volume(poisson: float, ratio: float) -> tuple[ceiling_rule.Case, dict[str, A
     return case, list(ceiling_rule.followed(case))[-1]
 
 
-def imprint_caution(history: rc.LoadHistory) -> Caution:
+def imprint_caution(history: rc.results.LoadHistory) -> Caution:
     """Return the caution on what the ceiling leaves behind."""
     (caution,) = (caution for caution in history.cautions if caution.kind == Kind.INDENTATION)
     return caution

@@ -15,25 +15,25 @@ MODULUS = 210e9 / 0.91
 
 
 @pytest.fixture(scope="module")
-def curve() -> rc.LoadCurve:
+def curve() -> rc.results.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
     loads = load_curve.spaced(0.03, 30, 13)
     return rc.sweep(surface, material=STEEL, loads=loads, ceiling=None)
 
 
-def test_area_grows_with_the_load_over_three_decades(curve: rc.LoadCurve) -> None:
+def test_area_grows_with_the_load_over_three_decades(curve: rc.results.LoadCurve) -> None:
     assert (np.diff(curve.column("contact_area")) > 0).all()
     assert (np.diff(curve.column("approach")) > 0).all()
     assert (np.diff(curve.column("mean_gap")) < 0).all()
     assert max(curve.column("certificate")) <= 1e-6
 
 
-def test_light_loads_touch_in_proportion(curve: rc.LoadCurve) -> None:
+def test_light_loads_touch_in_proportion(curve: rc.results.LoadCurve) -> None:
     # Boundary elements in the literature: 1.8 to 2.3 (Hyun et al. 2004); 2.16 measured here.
     assert 1.6 < curve.low_load_slope < 2.3
 
 
-def test_area_lies_between_persson_and_bush_gibson_thomas(curve: rc.LoadCurve) -> None:
+def test_area_lies_between_persson_and_bush_gibson_thomas(curve: rc.results.LoadCurve) -> None:
     area, load = curve.column("perimeter_corrected_area"), curve.column("load")
     many = curve.column("spots") >= 20
     assert many.sum() >= 5
@@ -44,7 +44,7 @@ def test_area_lies_between_persson_and_bush_gibson_thomas(curve: rc.LoadCurve) -
 
 
 def test_stiffness_is_in_proportion_to_the_load_and_ends_at_that_of_the_map(
-    curve: rc.LoadCurve,
+    curve: rc.results.LoadCurve,
 ) -> None:
     # A square of side 2s pressed as a whole is at least as stiff as its inscribed circle, 2 E* s,
     # and at most as its circumscribed one.

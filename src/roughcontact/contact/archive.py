@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from roughcontact import cautions, memory, netcdf
 from roughcontact.contact import load_case
-from roughcontact.contact.calibrated_ceiling import Calibrated, CalibrationRecord
 from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
 from roughcontact.contact.share import Share, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.files import to_json

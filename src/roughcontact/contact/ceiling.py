@@ -46,13 +46,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.contact.calibrated_ceiling import (
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.result import (
     CALIBRATED,
     CalibratedCeiling,
     CalibrationRecord,
+    ContactResult,
+    Regime,
 )
-from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
@@ -88,11 +89,9 @@ def resolved_ceiling(
         body = pair.softer
         if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
             raise InputError(
-                ArgumentRef("ceiling", CALIBRATED),
-                " is read from the yield strength of the softer body, and none is known: give its "
-                "material one, or a ",
-                ArgumentRef("ceiling"),
-                " in Pa",
+                f"{ArgumentRef('ceiling', CALIBRATED)} is read from the yield strength of the "
+                "softer body, and none is known: give its material one, or a "
+                f"{ArgumentRef('ceiling')} in Pa"
             )
         return None if body is None else body.ceiling
     if ceiling is None:
@@ -122,50 +121,6 @@ def resolved_ceiling(
         return None
     values.flags.writeable = False
     return values
-
-
-def combined_ceiling(
-    ceiling: float | ArrayLike | None, counter_ceiling: float | ArrayLike | None
-) -> float | NDArray[np.float64] | None:
-    """Return the pressure ceiling of two bodies: the smaller one on every pixel."""
-    known = [
-        _checked_ceiling(name, value)
-        for name, value in (("ceiling", ceiling), ("counter_ceiling", counter_ceiling))
-        if value is not None
-    ]
-    if not known:
-        return None
-    maps = {ceiling.shape for ceiling in known if ceiling.ndim}
-    if len(maps) > 1:
-        raise InputError(
-            "and ",
-            ArgumentRef("counter_ceiling"),
-            f" must lie on one grid, got the shapes {known[0].shape} and {known[1].shape}",
-            argument="ceiling",
-        )
-    smaller = np.minimum(known[0], known[-1])
-    return smaller if smaller.ndim else float(smaller)
-
-
-def _checked_ceiling(name: str, ceiling: float | ArrayLike) -> NDArray[np.float64]:
-    try:
-        values = np.asarray(ceiling)
-    except ValueError:
-        raise InputError(
-            "must be a number or a map, got rows of unequal length", argument=name
-        ) from None
-    if values.dtype.kind not in "fiu" or values.ndim not in (0, 2) or not values.size:
-        raise InputError(
-            f"must be a number or a map [y, x] in Pa, got dtype {values.dtype} and "
-            f"shape {values.shape}",
-            argument=name,
-        )
-    if not (values > 0).all():
-        raise InputError(
-            f"must be positive everywhere [Pa], its smallest is {values.min()}",
-            argument=name,
-        )
-    return values.astype(np.float64)
 
 
 def ceiling_factor(load_ratio: float, first_yield: float = 1.615) -> float:
@@ -322,11 +277,9 @@ def _advised(result: ContactResult) -> CalibratedCeiling:
     advice = recommended_ceiling(result)
     if advice is None:
         raise InputError(
-            ArgumentRef("ceiling", CALIBRATED),
-            " is read from the slope within the contact spots, and these have none: single "
-            "pixels, or flats; give a ",
-            ArgumentRef("ceiling"),
-            " in Pa",
+            f"{ArgumentRef('ceiling', CALIBRATED)} is read from the slope within the contact "
+            "spots, and these have none: single pixels, or flats; give a "
+            f"{ArgumentRef('ceiling')} in Pa"
         )
     return advice
 

@@ -15,7 +15,7 @@ from roughcontact import units
 from roughcontact.arguments import checked
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -146,11 +146,7 @@ def from_summary(text: dict[str, Any]) -> GivenLoad:
 def _positive(value: Any, dimension: str) -> float:
     result = quantity(value, dimension, "load")
     if not (isinstance(result, Real) and 0 < float(result) < math.inf):
-        raise InputError(
-            f"must be a positive and finite {dimension}, got {value!r}",
-            argument="load",
-            value=value,
-        )
+        raise input_error("load", value, f"must be a positive and finite {dimension}")
     return float(result)
 
 

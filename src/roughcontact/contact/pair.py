@@ -90,9 +90,7 @@ class Pair:
             ]
             raise InputError(
                 f"has {text[0]}, the surface {text[1]}: both bodies need the same grid; "
-                "registration.matched brings them to one, ",
-                ArgumentRef("align", True),
-                " does",
+                f"registration.matched brings them to one, {ArgumentRef('align', True)} does",
                 argument="counter_surface",
             )
 

@@ -27,15 +27,14 @@ from roughcontact.cautions import (
     ordered,
 )
 from roughcontact.contact import hertz_comparison
-from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibratedCeiling
 from roughcontact.contact.ceiling import area_change, recommended_ceiling
-from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.result import CALIBRATED, CalibratedCeiling, ContactResult, Regime
 from roughcontact.contact.spots import FEW_PIXELS, Spots
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.material.material import softer
 from roughcontact.solvers.progress import Status
 from roughcontact.surface.surface import Surface
-from roughcontact.theory import adhesion as adhesive, indenters
+from roughcontact.theory import hertz, indenters
 from roughcontact.units import counted, engineering, percent
 
 TRANSITION = 2.0
@@ -126,9 +125,7 @@ def filled(result: ContactResult) -> Caution | None:
     return as_warning(
         Kind.MOSTLY_FILLED,
         f"{percent(share)} of the {result.pair.whole} is filled, not measured: contact there is "
-        "invented. Crop it, or use ",
-        ArgumentRef("missing", "mask"),
-        ".",
+        f"invented. Crop it, or use {ArgumentRef('missing', 'mask')}.",
         filled=share,
     )
 
@@ -177,11 +174,11 @@ def adhesion(result: ContactResult) -> Caution | None:
         return None
     load = np.where(carrying, spots.load, np.inf)
     radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)
-    drawn = adhesive.RANGE * np.maximum(adhesive.tabor(radius, modulus, work), 1.0)
+    drawn = hertz.ADHESION_RANGE * np.maximum(hertz.tabor(radius, modulus, work), 1.0)
     felt = carrying & (drawn > min(SMOOTHEST, 0.1 * min(result.surface.pixel)))
     grown, pull = np.ones(load.shape), np.zeros(load.shape)
-    grown[felt] = adhesive.enlargement(load[felt], radius[felt], modulus, work)
-    pull[felt] = adhesive.pull_off(radius[felt], modulus, work) / load[felt]
+    grown[felt] = hertz.enlargement(load[felt], radius[felt], modulus, work)
+    pull[felt] = hertz.pull_off(radius[felt], modulus, work) / load[felt]
     times, share = spots.halfway(grown), spots.halfway(pull)
     if not times > ENLARGED:
         return None
@@ -487,10 +484,9 @@ def _ceiling(result: ContactResult) -> Caution | None:
     return as_caution(
         Kind.CEILING,
         f"Ceiling {engineering(ceiling, 'Pa', 3)} is {100 * abs(excess):.0f} % "
-        f"{'above' if excess > 0 else 'below'} the calibrated one, which gives "
-        f"{100 * abs(change):.2g} % {'more' if change > 0 else 'less'} contact area. Use ",
-        ArgumentRef("ceiling", CALIBRATED),
-        ".",
+        f"{('above' if excess > 0 else 'below')} the calibrated one, which gives "
+        f"{100 * abs(change):.2g} % {('more' if change > 0 else 'less')} contact area. Use "
+        f"{ArgumentRef('ceiling', CALIBRATED)}.",
         area_change=change,
         recommended_ceiling=answer.ceiling,
         load_ratio=answer.load_ratio,
@@ -552,9 +548,7 @@ def _spikes(result: ContactResult) -> Caution | None:
             return as_warning(
                 Kind.SPIKES,
                 f"Measurement spikes: kurtosis {kurtosis:.3g}, highest point {peak:.3g} robust σ "
-                "above median. Remove with ",
-                ArgumentRef("outliers", 6.0),
-                " and solve again.",
+                f"above median. Remove with {ArgumentRef('outliers', 6.0)} and solve again.",
                 kurtosis=kurtosis,
                 peak=peak,
             )
@@ -580,9 +574,8 @@ def _first_touch(result: ContactResult) -> Caution | None:
     effect = f" with {part} and the deepest indentation" if own else f": {part} is its flattening"
     return as_warning(
         Kind.SPIKES,
-        f"First contact is a {pixels}-pixel spike{effect}. Remove with ",
-        ArgumentRef("outliers", 6.0),
-        ".",
+        f"First contact is a {pixels}-pixel spike{effect}. Remove with "
+        f"{ArgumentRef('outliers', 6.0)}.",
         lead=lead,
         spike_load=share,
     )

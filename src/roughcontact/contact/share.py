@@ -184,8 +184,7 @@ class Slab:
         if self.missing:
             raise InputError(
                 "has missing points, and on several ranks only a whole map can be leveled; level "
-                "it beforehand, or give ",
-                ArgumentRef("level", "none"),
+                f"it beforehand, or give {ArgumentRef('level', 'none')}",
                 argument="heights",
             )
         ny, nx = self.shape

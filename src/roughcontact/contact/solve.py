@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.contact import plausibility, validation
-from roughcontact.contact.calibrated_ceiling import CALIBRATED, Calibrated
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.contact.result import CALIBRATED, Calibrated, ContactResult, Regime
 from roughcontact.contact.share import Share
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (

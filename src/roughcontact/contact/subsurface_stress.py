@@ -22,7 +22,13 @@ from roughcontact.contact.pair import BODIES, CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import row
-from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, require_positive
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    input_error,
+    require_positive,
+)
 from roughcontact.halfspace import stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
@@ -147,9 +153,7 @@ class StressResult(Result):
         if depth == depths[-1]:
             yield as_warning(
                 Kind.STRESS_DEPTH,
-                f"Maximum stress is at the deepest layer ({text}). Extend ",
-                ArgumentRef("depths"),
-                ".",
+                f"Maximum stress is at the deepest layer ({text}). Extend {ArgumentRef('depths')}.",
                 depth=depth,
             )
         if depth == 0:
@@ -168,9 +172,8 @@ class StressResult(Result):
         elif depth == depths[0] != depths[-1]:
             yield as_warning(
                 Kind.STRESS_DEPTH,
-                f"Maximum stress is at the shallowest layer ({text}). Add smaller ",
-                ArgumentRef("depths"),
-                ".",
+                f"Maximum stress is at the shallowest layer ({text}). Add smaller "
+                f"{ArgumentRef('depths')}.",
                 depth=depth,
             )
 
@@ -193,7 +196,7 @@ class StressResult(Result):
             If ``along`` is something else.
         """
         if along not in ("x", "y"):
-            raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
+            raise input_error("along", along, "must be 'x' or 'y'")
         return von_mises(self.section_x if along == "x" else self.section_y)
 
     def save(self, path: str | os.PathLike[str]) -> None:

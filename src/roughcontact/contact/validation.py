@@ -11,20 +11,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import memory as ground
 from roughcontact.contact import load_case, memory
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import LoadCase, Scale
 from roughcontact.contact.pair import Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.share import Slab
 from roughcontact.errors import (
     ArgumentRef,
     CapacityError,
     InputError,
+    input_error,
     require_choice,
     require_count,
     require_positive,
-    shown,
 )
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.memory import ITERATIONS
@@ -111,11 +110,7 @@ def check_terms(terms: LoadCase) -> None:
     require_count(1, ITERATIONS, max_iterations=terms.max_iterations)
     if (terms.load is None) == (terms.approach is None):
         raise InputError(
-            "give either ",
-            ArgumentRef("load"),
-            " or ",
-            ArgumentRef("approach"),
-            ", and only one of them",
+            f"give either {ArgumentRef('load')} or {ArgumentRef('approach')}, and only one of them"
         )
 
 
@@ -146,8 +141,7 @@ def check_holes(pair: Pair) -> None:
     if isinstance(share, Slab) and share.missing and not share.holes_masked:
         raise InputError(
             f"has {share.missing} missing points: fill them beforehand, or let them never touch "
-            "with ",
-            ArgumentRef("holes_masked", True),
+            f"with {ArgumentRef('holes_masked', True)}",
             argument="surface",
         )
     for name, body in (("surface", share), ("counter_surface", pair.counter_surface)):
@@ -178,9 +172,7 @@ def row(values: ArrayLike, argument: str) -> Array:
     except (TypeError, ValueError, OverflowError):
         result = np.empty(0)
     if result.ndim != 1 or not result.size or not np.isfinite(result).all():
-        raise InputError(
-            f"must be a row of finite numbers [m], got {shown(values)}", argument=argument
-        )
+        raise input_error(argument, values, "must be a row of finite numbers [m]")
     return result
 
 
@@ -188,10 +180,8 @@ def require_below(approach: float, full: float) -> None:
     """Raise `CapacityError` for a periodic map that is pressed beyond an approach [m]."""
     if approach >= full:
         raise CapacityError(
-            f"= {approach:.6g} m is beyond full contact of this periodic "
-            f"surface at {full:.6g} m, where the load is undefined; give a ",
-            ArgumentRef("load"),
-            " instead",
+            f"= {approach:.6g} m is beyond full contact of this periodic surface at {full:.6g} m, "
+            f"where the load is undefined; give a {ArgumentRef('load')} instead",
             argument="approach",
         )
 
@@ -204,29 +194,20 @@ def checked_moments(terms: LoadCase, boundary: Boundary) -> tuple[float, float]:
     except (TypeError, ValueError):
         about_y = about_x = math.nan
     if not (math.isfinite(about_y) and math.isfinite(about_x)):
-        raise InputError(
-            f"must be a pair (y, x) of numbers [N m], got {moments!r}",
-            argument="moments",
-            value=moments,
-        )
+        raise input_error("moments", moments, "must be a pair (y, x) of numbers [N m]")
     if terms.load is None:
         raise InputError(
-            "need a load to balance; give ",
-            ArgumentRef("load"),
-            " instead of ",
-            ArgumentRef("approach"),
+            f"need a load to balance; give {ArgumentRef('load')} instead of "
+            f"{ArgumentRef('approach')}",
             argument="moments",
         )
     if boundary.periodic_axes:
         raise InputError(
-            "need ", ArgumentRef("boundary", "free"), ": a tilt has no period", argument="moments"
+            f"need {ArgumentRef('boundary', 'free')}: a tilt has no period", argument="moments"
         )
     if terms.precision == "single":
         raise InputError(
-            "need ",
-            ArgumentRef("precision", "double"),
-            " to be balanced to 1e-8",
-            argument="moments",
+            f"need {ArgumentRef('precision', 'double')} to be balanced to 1e-8", argument="moments"
         )
     return about_y, about_x
 

@@ -263,9 +263,12 @@ def yielding(pressed: ContactResult) -> list[str]:
 
 
 def save(result: ElastoplasticResult, path: str | os.PathLike[str]) -> None:
-    """Write a result whose layers lie on several ranks to one NetCDF file; all of them call it."""
-    names = yielding(result.solution)
+    """Write a result to a NetCDF file; all ranks call it where they share it."""
     bodies = [body for body in result.bodies if isinstance(body, SharedBody)]
+    if not bodies:
+        save_elastoplastic(result, path)
+        return
+    names = yielding(result.solution)
     maps = {
         netcdf.Streamed(
             f"{name}_{field}", own.dtype.str, (body.thickness.size, *own.shape[1:]), about,

@@ -26,7 +26,7 @@ from roughcontact.contact.validation import check
 from roughcontact.elastoplastic import solve as elastoplastic
 from roughcontact.elastoplastic.increments import AUTO
 from roughcontact.elastoplastic.result import ElastoplasticResult
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
@@ -99,15 +99,9 @@ class ModelComparison:
             If there is no such model or quantity.
         """
         if model not in ("ceiling", "elastoplastic"):
-            raise InputError(
-                f"must be 'ceiling' or 'elastoplastic', got {model!r}",
-                argument="model",
-                value=model,
-            )
+            raise input_error("model", model, "must be 'ceiling' or 'elastoplastic'")
         if name not in QUANTITIES:
-            raise InputError(
-                f"must be one of {', '.join(QUANTITIES)}, got {name!r}", argument="name", value=name
-            )
+            raise input_error("name", name, f"must be one of {', '.join(QUANTITIES)}")
         if model == "elastoplastic":
             return np.array([_value(state.solution, state, name) for state in self.volume])
         return np.array([[_value(result, result, name) for result in row] for row in self.ceiling])
@@ -340,16 +334,12 @@ def _ascending(name: str, values: Sequence[float]) -> list[float]:
     try:
         specified = np.array(values, float)
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a row of numbers, got {values!r}", argument=name, value=values
-        ) from None
+        raise input_error(name, values, "must be a row of numbers") from None
     steps = np.diff(specified, prepend=0.0) if specified.ndim == 1 else specified
     if (
         specified.ndim != 1
         or not specified.size
         or not ((steps > 0) & np.isfinite(specified)).all()
     ):
-        raise InputError(
-            f"must be positive and ascend, got {values!r}", argument=name, value=values
-        )
+        raise input_error(name, values, "must be positive and ascend")
     return [float(value) for value in specified]

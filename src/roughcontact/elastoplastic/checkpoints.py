@@ -17,9 +17,8 @@ from roughcontact.checkpoints import Place
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import add_increments, increments_of
-from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.problem import Extent, Problem
-from roughcontact.elastoplastic.result import ElastoplasticResult, Increment
+from roughcontact.elastoplastic.result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
 
 Array = NDArray[Any]

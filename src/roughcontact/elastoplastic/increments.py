@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.elastoplastic.checkpoints import Checkpoint
-from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.plastic_body import GUARD
 from roughcontact.elastoplastic.plastic_flow import Body, StrainSnapshot, Way, equivalent_strain
 from roughcontact.elastoplastic.problem import ContactSolver, Extent, Problem, fits
-from roughcontact.elastoplastic.result import CONVERGED, Increment
+from roughcontact.elastoplastic.result import CONVERGED, Increment, PathPoint
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.halfspace.layers import Pull
 from roughcontact.halfspace.volume_partition import Share
@@ -285,10 +284,8 @@ class Loop:
         return Sentence(
             f"stopped on the way to {load:.6g} N: the {what} did not settle in "
             f"{int(self.problem.max_iterations)} iterations, though the step was halved {cuts} "
-            "times; raise ",
-            ArgumentRef("max_iterations"),
-            ", or ask for a larger ",
-            ArgumentRef("tolerance"),
+            f"times; raise {ArgumentRef('max_iterations')}, or ask for a larger "
+            f"{ArgumentRef('tolerance')}"
         )
 
     def _accept(self) -> None:

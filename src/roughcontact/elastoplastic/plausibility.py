@@ -105,11 +105,7 @@ def _convergence(result: ElastoplasticResult) -> Caution | None:
     return as_warning(
         Kind.NOT_CONVERGED,
         f"Not converged: the load path stopped at {engineering(result.solution.load, 'N', 3)}. "
-        "Increase ",
-        ArgumentRef("max_iterations"),
-        " or ",
-        ArgumentRef("tolerance"),
-        ".",
+        f"Increase {ArgumentRef('max_iterations')} or {ArgumentRef('tolerance')}.",
     )
 
 
@@ -123,9 +119,7 @@ def _excess(result: ElastoplasticResult) -> Caution | None:
     return as_warning(
         Kind.YIELD_EXCESS,
         f"Stress exceeds yield strength by {100 * result.yield_excess:.3g} %: plastic strain is "
-        "not converged. Use a smaller ",
-        ArgumentRef("tolerance"),
-        ".",
+        f"not converged. Use a smaller {ArgumentRef('tolerance')}.",
         yield_excess=result.yield_excess,
     )
 

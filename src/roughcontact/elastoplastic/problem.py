@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from roughcontact import memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
-from roughcontact.elastoplastic.path import moved
 from roughcontact.elastoplastic.plastic_body import GUARD
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.result import ElastoplasticResult, moved
 from roughcontact.errors import InputError
 from roughcontact.halfspace import plastic_halfspace
 from roughcontact.halfspace.fft import Workspace, default_workers

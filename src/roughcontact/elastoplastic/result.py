@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.arguments import checked
 from roughcontact.cautions import Caution
+from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import rim_excess
-from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.plastic_body import (
     DepthProfile,
     DepthSection,
@@ -22,8 +26,98 @@ from roughcontact.elastoplastic.plastic_body import (
     SharedBody,
     Window,
 )
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
+from roughcontact.halfspace.layers import Pull
 from roughcontact.result import Result, face
+from roughcontact.surface.placement import shifted
+from roughcontact.units import Quantities, Quantity, quantity
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """A point of the path of a contact.
+
+    Parameters
+    ----------
+    load : float, str or quantity of pint
+        Normal load [N]; zero separates the bodies.
+    offset : (float, float), str or quantity of pint
+        How far the counter-surface has moved along ``(y, x)`` [m].
+    friction : float
+        Coefficient μ of full sliding: traction μ p on the rough body.
+    direction : float
+        Of that traction [degrees], counter-clockwise from x as seen in the map.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, the load or the coefficient negative.
+    """
+
+    load: float
+    offset: tuple[float, float] = (0.0, 0.0)
+    friction: float = 0.0
+    direction: float = 0.0
+
+    @checked
+    def __init__(
+        self,
+        load: Quantity,
+        offset: Quantities = (0.0, 0.0),
+        friction: float = 0.0,
+        direction: float = 0.0,
+    ) -> None:
+        object.__setattr__(self, "load", quantity(load, "force", "load"))
+        object.__setattr__(self, "offset", _two(quantity(offset, "length", "offset")))
+        object.__setattr__(self, "friction", friction)
+        object.__setattr__(self, "direction", direction)
+        for name, minimum in (("load", 0.0), ("friction", 0.0), ("direction", -math.inf)):
+            value = getattr(self, name)
+            if not (isinstance(value, Real) and minimum <= float(value) < math.inf):
+                raise input_error(
+                    name, value, f"must be finite{' and not negative' if minimum == 0 else ''}"
+                )
+            object.__setattr__(self, name, float(value))
+
+    @property
+    def traction(self) -> Pull:
+        """Traction on the rough body along x and y over the pressure."""
+        angle = math.radians(self.direction)
+        # A right angle has a cosine of 6e-17, which is no traction.
+        shares = (round(math.cos(angle), 15), round(math.sin(angle), 15))
+        return self.friction * shares[0], self.friction * shares[1]
+
+    def between(self, end: PathPoint, part: int, count: int) -> PathPoint:
+        """Return a point after some of n equal parts of the straight line to another.
+
+        Friction is that of the other from the start.
+        """
+        (y, x), (end_y, end_x) = self.offset, end.offset
+        ways = (self.load, end.load), (y, end_y), (x, end_x)
+        load, y, x = (start + (stop - start) * part / count for start, stop in ways)
+        return PathPoint(load, (y, x), end.friction, end.direction)
+
+
+def moved(pair: Pair, offset: tuple[float, float]) -> Pair:
+    """Return a pair whose counter-surface has moved along ``(y, x)`` [m]; see `shifted`."""
+    counter = pair.counter_surface
+    if counter is None or not any(offset):
+        return pair
+    return replace(pair, counter_surface=shifted(counter, offset, pair.boundary.periodic_axes))
+
+
+def _two(values: Any) -> tuple[float, float]:
+    if (
+        isinstance(values, Sequence | np.ndarray)
+        and len(values) == 2
+        and all(isinstance(value, Real) and math.isfinite(value) for value in values)
+    ):
+        return float(values[0]), float(values[1])
+    raise input_error("offset", values, "must be two finite numbers, along y and x [m]")
+
+
+# --- Paths that a contact follows: load, place of the counter-body and friction, point by point ---
+
 
 Array = NDArray[Any]
 CONVERGED = "converged"
@@ -280,9 +374,7 @@ def profile(
     row, column = most_strained(result, body)[1:] if point is None else point
     shape = result.solution.pressure.shape
     if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-        raise InputError(
-            f"must lie on the map of {shape} points, got {point!r}", argument="point", value=point
-        )
+        raise input_error("point", point, f"must lie on the map of {shape} points")
     dy, dx = result.solution.surface.pixel
     where = row + held.margin, column + held.margin
     return DepthProfile(
@@ -296,16 +388,14 @@ def cut(
     """Return plastic strain and stress on a vertical plane."""
     held = _body(result, body)
     if along not in ("x", "y"):
-        raise InputError(f"must be 'x' or 'y', got {along!r}", argument="along", value=along)
+        raise input_error("along", along, "must be 'x' or 'y'")
     axis = 1 if along == "x" else 0
     pressure, pixel = result.solution.pressure, result.solution.surface.pixel
     shape = pressure.shape
     chosen = most_strained(result, body)[2 - axis] if index is None else index
     if not 0 <= chosen < shape[1 - axis]:
         line = "row" if along == "x" else "column"
-        raise InputError(
-            f"must be a {line} of {shape[1 - axis]}, got {index!r}", argument="index", value=index
-        )
+        raise input_error("index", index, f"must be a {line} of {shape[1 - axis]}")
     ends = slice(held.margin, held.margin + shape[axis])
     position = chosen + held.margin
     on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
@@ -330,11 +420,7 @@ def layers(result: ElastoplasticResult, body: int = 0) -> LayerProfile:
 
 def _body(result: ElastoplasticResult, body: int) -> PlasticBody | SharedBody:
     if not 0 <= body < len(result.bodies):
-        raise InputError(
-            f"must be one of {len(result.bodies)} that yield, got {body!r}",
-            argument="body",
-            value=body,
-        )
+        raise input_error("body", body, f"must be one of {len(result.bodies)} that yield")
     return result.bodies[body]
 
 

@@ -19,19 +19,18 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.contact import archive as contact_archive
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.sliding_pair import indented
 from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic import archive, plausibility
-from roughcontact.elastoplastic.path import PathPoint
 from roughcontact.elastoplastic.plastic_body import PlasticBody
-from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.elastoplastic.result import ElastoplasticResult, PathPoint
 from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
-from roughcontact.errors import InputError, require_count
+from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.halfspace import tensors
 from roughcontact.material.hardening import Perfect
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell
+from roughcontact.studies.load_history import indented
 from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
@@ -509,9 +508,7 @@ def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
     if travel is not None:
         length: float = quantity(travel, "length", "travel")
         if not 0 < length < math.inf:
-            raise InputError(
-                f"must be positive and finite [m], got {length!r}", argument="travel", value=length
-            )
+            raise input_error("travel", length, "must be positive and finite [m]")
         return length
     axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
     if axis is None or axis not in pair.boundary.periodic_axes:
@@ -588,7 +585,7 @@ def shakedown_load(
     if not 0 < ends[0] < ends[1] < math.inf:
         raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
     if not rel_tol > 0:
-        raise InputError(f"must be positive, got {rel_tol!r}", argument="rel_tol", value=rel_tol)
+        raise input_error("rel_tol", rel_tol, "must be positive")
 
     def shakes(load: float) -> bool:
         rolled = roll(surface, load=load, passes=passes, **options)

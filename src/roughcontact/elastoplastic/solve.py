@@ -17,16 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact import memory
 from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE
-from roughcontact.elastoplastic import increments as stepping, problem as memory, validation
+from roughcontact.contact.validation import check_holes, row
+from roughcontact.elastoplastic import increments as stepping, problem as setup
 from roughcontact.elastoplastic.checkpoints import Checkpoint, Steps, open_step_folder
-from roughcontact.elastoplastic.increments import AUTO, IterationInfo, Loop
-from roughcontact.elastoplastic.path import PathPoint
+from roughcontact.elastoplastic.increments import AUTO, IterationInfo, Loop, between
 from roughcontact.elastoplastic.plastic_body import gathered
 from roughcontact.elastoplastic.problem import (
     LEAST_LAYERS,
@@ -36,8 +37,19 @@ from roughcontact.elastoplastic.problem import (
     first_extent,
     untouched,
 )
-from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment
-from roughcontact.errors import ConvergenceError, Sentence, message_parts
+from roughcontact.elastoplastic.result import CONVERGED, ElastoplasticResult, Increment, PathPoint
+from roughcontact.errors import (
+    ArgumentRef,
+    CapacityError,
+    ConvergenceError,
+    InputError,
+    Sentence,
+    input_error,
+    message_parts,
+    require_choice,
+    require_count,
+    require_positive,
+)
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
 from roughcontact.material.material import RIGID, Material
@@ -45,6 +57,175 @@ from roughcontact.ranks import Ranks
 from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity
+
+# Mean pressure over the yield strength that no flat punch with the outline of a map reaches: it
+# flows at 2.97 on a strip and 3.28 on a disc (shear strength σ_Y/√3; Hill 1950, Shield 1955).
+_PUNCH = 3.5
+
+
+def check_arguments(
+    problem: Problem,
+    increments: int | str,
+    depth: float | None,
+    layers: ArrayLike | None,
+    start: ElastoplasticResult | None,
+    on_failure: str,
+) -> None:
+    """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
+    pair = problem.pair
+    pair.require_map("plasticity of the volume")
+    precision, tolerance = problem.precision, problem.tolerance
+    pair.boundary.require_volume()
+    require_choice(("double", "single"), precision=precision)
+    require_choice(("raise", "return"), on_failure=on_failure)
+    if isinstance(increments, str) and increments != AUTO:
+        raise input_error("increments", increments, f"must be a whole number, or {AUTO!r}")
+    if not isinstance(increments, str):
+        require_count(1, memory.STEPS, increments=increments)
+    require_count(1, memory.ITERATIONS, max_iterations=problem.max_iterations)
+    require_positive(tolerance=tolerance)
+    if tolerance < 1e-6 and precision == "single":
+        raise InputError(
+            f"= {tolerance!r} lies below what single precision can reach; ask for 1e-6 or more, "
+            f"or for {ArgumentRef('precision', 'double')}",
+            argument="tolerance",
+            value=tolerance,
+        )
+    _check_layers(depth, layers, min(pair.pixel))
+    check_holes(pair)
+    for body in (pair.material, pair.counter_material):
+        if body.yield_strength is not None and math.isinf(body.young):
+            raise InputError("a rigid material cannot yield: give it a Young's modulus")
+    if min(pair.shape) < 8:
+        raise InputError(f"has {pair.shape} pixels: give at least 8 × 8", argument="surface")
+    if start is None:
+        return
+    if depth is not None or layers is not None:
+        raise InputError(
+            f"brings its layers along: leave out {ArgumentRef('depth')} and "
+            f"{ArgumentRef('layers')}",
+            argument="start",
+        )
+    problem.check_same("start", start)
+
+
+def check_shared(**specified: Any) -> None:
+    """Refuse what is not known of a volume on several ranks, by the name of its argument."""
+    for name, value in specified.items():
+        if value is not None:
+            raise InputError(
+                "is not available for a volume on several ranks: give a load or loads alone",
+                argument=name,
+            )
+
+
+def _check_layers(depth: float | None, layers: ArrayLike | None, pixel: float) -> None:
+    """Refuse a depth or layers that cannot be used, or both at once."""
+    if depth is not None:
+        require_positive(depth=depth)
+        if depth < pixel:
+            raise InputError(
+                f"= {depth!r} m is less than a pixel, {pixel:.4g} m: give a few "
+                "radii of a contact spot, or leave it out",
+                argument="depth",
+            )
+        if layers is not None:
+            raise InputError(
+                f"give either {ArgumentRef('depth')} or {ArgumentRef('layers')}, not both"
+            )
+    if layers is not None and not (row(layers, "layers") > 0).all():
+        raise input_error("layers", layers, "must be positive [m]")
+
+
+def check_capacity(problem: Problem, solver: ContactSolver, load: float) -> None:
+    """Refuse a load under which a map that ends yields without limit."""
+    if not problem.pair.boundary.free_axes:
+        return
+    strain = np.array(1e9)
+    strongest = min(float(body.law.strength(strain)) for body in problem.yielding)
+    capacity = _PUNCH * strongest * solver.area * np.count_nonzero(np.isfinite(solver.initial_gap))
+    if load > capacity:
+        raise CapacityError(
+            f"= {load:.6g} N is more than the map can carry: even in full contact the body yields "
+            f"without limit above {capacity:.4g} N, which is {_PUNCH} times the largest yield "
+            "strength times the area",
+            argument="load",
+        )
+
+
+def path_of(
+    problem: Problem,
+    requested: tuple[float | None, Quantities | None, Sequence[PathPoint] | None],
+    increments: int | str,
+    start: ElastoplasticResult | None,
+) -> list[PathPoint]:
+    """Return the points to visit, one after the other, of a load, of loads or of a path."""
+    load, loads, path = requested[0], quantity(requested[1], "force", "loads"), requested[2]
+    if sum(specified is not None for specified in (load, loads, path)) != 1:
+        raise InputError(
+            f"give either {ArgumentRef('load')}, {ArgumentRef('loads')} or {ArgumentRef('path')}, "
+            "and only one of them"
+        )
+    if path is not None:
+        points = _points(path)
+        _check_path(problem, points)
+    else:
+        # A counter-surface that has moved stays where it is.
+        last = start.increments[-1].offset if start and start.increments else (0.0, 0.0)
+        points = [PathPoint(value, last) for value in _asked(load, loads)]
+    if not any(point.load for point in points) and (start is None or start.solution.load == 0):
+        raise InputError(
+            "are all zero: at least one must press the bodies together",
+            argument="loads" if path is None else "path",
+        )
+    if load is None or isinstance(increments, str):
+        return points
+    before = start.increments[-1].point if start and start.increments else PathPoint(0.0)
+    return between(before, points[0], int(increments))
+
+
+def _check_path(problem: Problem, points: Sequence[PathPoint]) -> None:
+    """Refuse a path on which a counter-surface moves that cannot, or slides off and yields."""
+    pair = problem.pair
+    if pair.counter_surface is None and any(any(point.offset) for point in points):
+        raise InputError(
+            "moves a counter-surface, and there is none but a flat: give its heights",
+            argument="path",
+        )
+    yields = pair.counter_material.yield_strength is not None
+    if yields and pair.boundary.free_axes and any(point.friction for point in points):
+        raise InputError(
+            "slides a counter-body that yields over a map that ends, and its strain with it: that "
+            "is not in the model; give a periodic boundary, or leave out its yield strength or "
+            "the friction",
+            argument="path",
+        )
+
+
+def _points(path: Sequence[PathPoint]) -> list[PathPoint]:
+    points = list(path) if isinstance(path, Sequence) else []
+    if not points or not all(isinstance(point, PathPoint) for point in points):
+        raise InputError(f"must be a row of PathPoint, got {path!r:.80}", argument="path")
+    require_count(1, memory.STEPS, path=len(points))
+    return points
+
+
+def _asked(load: float | None, loads: Sequence[float] | None) -> list[float]:
+    """Return the loads that are asked for."""
+    if load is not None:
+        require_positive(load=load)
+        return [float(load)]
+    try:
+        path = np.array(loads, float)
+    except (TypeError, ValueError):
+        raise InputError("must be a row of numbers [N]", argument="loads") from None
+    if path.ndim != 1 or not path.size or not ((path >= 0) & np.isfinite(path)).all():
+        raise input_error("loads", loads, "must be finite and not negative [N]")
+    return [float(value) for value in path]
+
+
+# --- The path of loads, followed load by load ---
+
 
 Array = NDArray[Any]
 
@@ -193,9 +374,9 @@ def solve_elastoplastic(
     volume = quantity(depth, "length", "depth"), quantity(layers, "length", "layers")
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     problem = Problem(pair, tolerance, max_iterations, precision)
-    validation.check_arguments(problem, increments, *volume, start, on_failure)
+    check_arguments(problem, increments, *volume, start, on_failure)
     force, specified = resolve_force(load, pair)
-    points = validation.path_of(problem, (force, loads, path), increments, start)
+    points = path_of(problem, (force, loads, path), increments, start)
     automatic = increments == AUTO and path is None
     share = _share(pair.shape, ranks, start=start, folder=folder, on_step=on_step, path=path)
     solver, extent = _prepared(problem, points, *volume, start, share)
@@ -216,7 +397,7 @@ def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:
     """Return which part of the volume is here: all of it without a communicator."""
     if communicator is None:
         return SingleProcess(Workspace(1 if math.prod(shape) < LEAST_SHARED else None))
-    validation.check_shared(**alone)
+    check_shared(**alone)
     ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
     return Shared(ranks, Workspace(max(1, default_workers() // ranks.beside())))
 
@@ -232,14 +413,14 @@ def _prepared(
     """Return the solver of the contact and the volume to start with, for the loads of a path."""
 
     def require(shape: tuple[int, int], count: int) -> None:
-        share.agreed(lambda: memory.require(shape, count, **memory.given(problem), share=share))
+        share.agreed(lambda: setup.require(shape, count, **setup.given(problem), share=share))
 
     # Before anything of the size of the map is made; again once the volume is known.
     require(problem.pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
     # The contact is one rank's, and the cores of its machine are idle meanwhile.
     solver = untouched(problem, share, share.workspace if share.count == 1 else Workspace())
     load = max(point.load for point in path)
-    validation.check_capacity(problem, solver, load)
+    check_capacity(problem, solver, load)
     if start is None:
         extent = first_extent(problem, solver, load, depth, layers)
     else:

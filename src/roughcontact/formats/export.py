@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
@@ -52,33 +53,9 @@ class OutputFormat:
     contents: dict[Kind, Content]  # What it holds of each `Kind` that it can hold
 
 
-# What writes is loaded by who writes: help and messages need the table alone.
-
-
-def _netcdf(surface: Any, path: Target) -> None:
-    from roughcontact.formats import netcdf
-
-    netcdf.save(surface, path)
-
-
-def _contact(result: Any, path: Target) -> None:
-    from roughcontact.contact.archive import save_result
-
-    save_result(result, path)
-
-
-def _volume(result: Any, path: Target) -> None:
-    from roughcontact.elastoplastic import archive
-    from roughcontact.elastoplastic.plastic_body import SharedBody
-
-    shared = any(isinstance(body, SharedBody) for body in result.bodies)
-    (archive.save if shared else archive.save_elastoplastic)(result, path)
-
-
-def _rolling(rolling: Any, path: Target) -> None:
-    from roughcontact.elastoplastic.rolling import save_rolling
-
-    save_rolling(rolling, path)
+def _by(place: str) -> Writer:
+    """Return a writer that is loaded when it writes: help and messages need the table alone."""
+    return lambda source, path: resolve_name(f"roughcontact.{place}")(source, path)
 
 
 def _last(write: Writer) -> Writer:
@@ -86,58 +63,9 @@ def _last(write: Writer) -> Writer:
     return lambda rolling, path: write(rolling.result, path)
 
 
-def _pvd(rolling: Any, path: Target) -> None:
-    from roughcontact.formats import vtk
-
-    vtk.save_pvd(rolling, path)
-
-
-def _npz(surface: Any, path: Target) -> None:
-    from roughcontact.formats import tables
-
-    tables.save_npz(surface, path)
-
-
-def _x3p(surface: Any, path: Target) -> None:
-    from roughcontact.formats import metrology
-
-    metrology.save_x3p(surface, path)
-
-
-def _sur(surface: Any, path: Target) -> None:
-    from roughcontact.formats import metrology
-
-    metrology.save_sur(surface, path)
-
-
-def _vtr(result: Any, path: Target) -> None:
-    from roughcontact.formats import vtk
-
-    vtk.save_vtr(result, path)
-
-
-def _vti(source: Any, path: Target) -> None:
-    from roughcontact.formats import vtk
-
-    vtk.save_vtk(source, path)
-
-
-def _csv(source: Any, path: Target) -> None:
-    from roughcontact.formats import tables
-
-    tables.save_csv(source, path)
-
-
-def _law(law: Any, path: Target) -> None:
-    from roughcontact.formats import interface_law
-
-    interface_law.save(law, path)
-
-
-def _json(result: Any, path: Target) -> None:
-    from roughcontact.formats import tables
-
-    tables.save_json(result, path)
+_X3P, _SUR = _by("formats.metrology:save_x3p"), _by("formats.metrology:save_sur")
+_VTR, _VTI = _by("formats.vtk:save_vtr"), _by("formats.vtk:save_vtk")
+_CSV, _LAW = _by("formats.tables:save_csv"), _by("formats.interface_law:save")
 
 
 def _of_results(content: Content) -> dict[Kind, Content]:
@@ -146,50 +74,50 @@ def _of_results(content: Content) -> dict[Kind, Content]:
 
 FORMATS = (
     OutputFormat(".nc", {
-        Kind.SURFACE: Content("heights and provenance, every bit", _netcdf),
-        Kind.CONTACT: Content("everything", _contact),
-        Kind.VOLUME: Content("everything", _volume),
-        Kind.ROLLING: Content("everything", _rolling),
+        Kind.SURFACE: Content("heights and provenance, every bit", _by("formats.netcdf:save")),
+        Kind.CONTACT: Content("everything", _by("contact.archive:save_result")),
+        Kind.VOLUME: Content("everything", _by("elastoplastic.archive:save")),
+        Kind.ROLLING: Content("everything", _by("elastoplastic.rolling:save_rolling")),
     }),
     OutputFormat(".npz", {
-        Kind.SURFACE: Content("heights and pixel, every bit", _npz),
-        Kind.LAW: Content("arrays", _law),
+        Kind.SURFACE: Content("heights and pixel, every bit", _by("formats.tables:save_npz")),
+        Kind.LAW: Content("arrays", _LAW),
     }),
     OutputFormat(".x3p", {
-        Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _x3p),
+        Kind.SURFACE: Content("heights and pixel, every bit; ISO 25178-72", _X3P),
     }),
     OutputFormat(".sur", {
-        Kind.SURFACE: Content("heights to 32 bits; Digital Surf", _sur),
+        Kind.SURFACE: Content("heights to 32 bits; Digital Surf", _SUR),
     }),
     OutputFormat(".vtr", {
-        Kind.VOLUME: Content("strain and stress of the volume model", _vtr),
-        Kind.ROLLING: Content("final strain and stress", _last(_vtr)),
+        Kind.VOLUME: Content("strain and stress of the volume model", _VTR),
+        Kind.ROLLING: Content("final strain and stress", _last(_VTR)),
     }),
     OutputFormat(".vti", {
-        Kind.SURFACE: Content("heights for ParaView", _vti),
-        **_of_results(Content("maps for ParaView", _vti)),
-        Kind.ROLLING: Content("final maps", _last(_vti)),
+        Kind.SURFACE: Content("heights for ParaView", _VTI),
+        **_of_results(Content("maps for ParaView", _VTI)),
+        Kind.ROLLING: Content("final maps", _last(_VTI)),
     }),
     OutputFormat(".pvd", {
-        Kind.ROLLING: Content("all steps of --folder for ParaView", _pvd),
+        Kind.ROLLING: Content("all steps of --folder for ParaView", _by("formats.vtk:save_pvd")),
     }),
     OutputFormat(".csv", {
-        Kind.SURFACE: Content("heights as text, every bit", _csv),
-        **_of_results(Content("pressure", _csv)),
-        Kind.LAW: Content("thinned tables", _law),
+        Kind.SURFACE: Content("heights as text, every bit", _CSV),
+        **_of_results(Content("pressure", _CSV)),
+        Kind.LAW: Content("thinned tables", _LAW),
     }),
     OutputFormat(".json", {
-        **_of_results(Content("numbers", _json)),
-        Kind.LAW: Content("numbers", _law),
+        **_of_results(Content("numbers", _by("formats.tables:save_json"))),
+        Kind.LAW: Content("numbers", _LAW),
     }),
     OutputFormat(".inp", {
-        Kind.LAW: Content("a deck for Abaqus", _law),
+        Kind.LAW: Content("a deck for Abaqus", _LAW),
     }),
     OutputFormat(".ccx", {
-        Kind.LAW: Content("a deck for CalculiX", _law),
+        Kind.LAW: Content("a deck for CalculiX", _LAW),
     }),
     OutputFormat(".txt", {
-        Kind.LAW: Content("a table for mixed lubrication", _law),
+        Kind.LAW: Content("a table for mixed lubrication", _LAW),
     }),
 )  # fmt: skip
 """Every format; help, messages, project file and documentation read them from here."""

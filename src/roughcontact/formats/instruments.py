@@ -19,14 +19,18 @@ from numpy.typing import NDArray
 from roughcontact import memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import metrology, readers, source, text_files
-from roughcontact.formats.scale import (
+from roughcontact.formats.source import (
+    Asked,
+    Bounded,
+    Channel,
     asked_pixel,
     in_metres,
     is_length,
+    one_line,
     refuse_unit,
+    surface_of,
     unit_in_meters,
 )
-from roughcontact.formats.source import Asked, Bounded, Channel, one_line, surface_of
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -303,9 +307,8 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
     # MemoryError. All mean the same to the user.
     except Exception as error:
         raise FormatError(
-            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that "
-            "the file is complete, or give its ",
-            ArgumentRef("format"),
+            f"{path.name} cannot be read as format {kind!r} ({one_line(error)}); check that the "
+            f"file is complete, or give its {ArgumentRef('format')}"
         ) from error
 
 

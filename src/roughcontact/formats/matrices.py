@@ -22,14 +22,17 @@ from numpy.typing import NDArray
 from roughcontact import memory, netcdf, units
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import source, text_files
-from roughcontact.formats.scale import (
+from roughcontact.formats.source import (
+    Asked,
+    Channel,
     asked_pixel,
     in_metres,
     is_length,
+    one_line,
     refuse_unit,
+    surface_of,
     unit_in_meters,
 )
-from roughcontact.formats.source import Asked, Channel, one_line, surface_of
 from roughcontact.formats.text_files import Head
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
@@ -398,10 +401,7 @@ def _scale_in_text(path: Path) -> Scale | None:
     if absent:
         raise FormatError(
             f"{path.name} lacks {', '.join(absent)} in its head; complete it, or remove the line "
-            f"{TEXT_MARK!r} and give ",
-            ArgumentRef("unit"),
-            " and ",
-            ArgumentRef("size"),
+            f"{TEXT_MARK!r} and give {ArgumentRef('unit')} and {ArgumentRef('size')}"
         )
     if stated["quantity"] != "height":
         raise FormatError(f"{path.name} holds {stated['quantity']!r}, no heights")
@@ -435,7 +435,7 @@ def chosen(path: Path, names: list[str], channel: str | int | None) -> str:
     listing = "; ".join(f"{index}: {name!r}" for index, name in enumerate(names)) or "none"
     if channel is None:
         raise InputError(
-            f"{path.name} holds the arrays {listing}; choose one with ", ArgumentRef("channel")
+            f"{path.name} holds the arrays {listing}; choose one with {ArgumentRef('channel')}"
         )
     if channel in names:
         return str(channel)
@@ -491,8 +491,8 @@ def _read_text(path: Path, head: int = 0) -> tuple[Array, tuple[str, ...]]:
                 values.extend(row)
     except UnicodeDecodeError:
         raise FormatError(
-            f"{path.name} is no plain text; save it as a plain text matrix, or give its ",
-            ArgumentRef("format"),
+            f"{path.name} is no plain text; save it as a plain text matrix, or give its "
+            f"{ArgumentRef('format')}"
         ) from None
     except OSError as error:
         raise FormatError(f"{path.name} cannot be read ({one_line(error)})") from None

@@ -13,8 +13,16 @@ from numpy.typing import NDArray
 
 from roughcontact import memory, netcdf
 from roughcontact.errors import FormatError, RoughcontactError
-from roughcontact.formats.scale import asked_pixel, in_metres, refuse_unit, unit_in_meters
-from roughcontact.formats.source import Asked, Channel, one_line, surface_of
+from roughcontact.formats.source import (
+    Asked,
+    Channel,
+    asked_pixel,
+    in_metres,
+    one_line,
+    refuse_unit,
+    surface_of,
+    unit_in_meters,
+)
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
 

@@ -8,14 +8,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.contact import archive as contact_archive
+from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
-from roughcontact.formats.scale import check_scale
-from roughcontact.formats.source import Asked, Channel, InputFormat, existing
+from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.elastoplastic.result import ElastoplasticResult
+    from roughcontact.elastoplastic.rolling import RollingResult
+
 
 FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
@@ -157,7 +164,7 @@ def _opened(path: str | os.PathLike[str], wanted: str | None) -> Iterator[tuple[
 def _read(file: Path, known: InputFormat, wanted: str | None, requested: Asked) -> Surface:
     """Return the map in a file, with how it was read in its provenance."""
     if requested.override_size and requested.size is None:
-        raise InputError("needs a ", ArgumentRef("size"), argument="override_size")
+        raise InputError(f"needs a {ArgumentRef('size')}", argument="override_size")
     surface = known.read(file, known.name, requested)
     check_scale(file, surface)
     said = {"channel": requested.channel, "unit": requested.unit, "size": requested.size}
@@ -180,7 +187,7 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
             if name == known.name or f".{name}" in known.suffixes:
                 return known
         names = ", ".join(sorted(known.name for known in FORMATS))
-        raise InputError(f"must be one of {names}, got {wanted!r}", argument="format", value=wanted)
+        raise input_error("format", wanted, f"must be one of {names}")
     # What a shell makes of <(zcat map.csv.gz) has a number for its name.
     suffix = _suffix(path) or (_PIPED if piped else "")
     numbered = _THREE_DIGITS.fullmatch(suffix) is not None
@@ -198,9 +205,8 @@ def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
             return known
     suffixes = ", ".join(sorted(SUFFIXES))
     raise FormatError(
-        f"{path.name} has the unknown suffix {suffix!r}; give ",
-        ArgumentRef("format"),
-        f" or one of the known suffixes {suffixes}, .000 to .999",
+        f"{path.name} has the unknown suffix {suffix!r}; give {ArgumentRef('format')} or one of "
+        f"the known suffixes {suffixes}, .000 to .999"
     )
 
 
@@ -208,3 +214,47 @@ def _suffix(path: Path) -> str:
     """Return the suffix of a file, of one that gzip has packed that before ``.gz``."""
     suffix = path.suffix.lower()
     return Path(path.stem).suffix.lower() if suffix == _PACKED else suffix
+
+
+# --- Results that `save` wrote, read again ---
+
+
+def read_result(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ContactResult | ElastoplasticResult | RollingResult:
+    """Read the result that a NetCDF file holds.
+
+    Parameters
+    ----------
+    path : str or path
+        A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
+    verify : bool
+        Whether to compute load, gap and certificate of the contact again from its pressures and
+        heights, with one application of the operator.
+
+    Returns
+    -------
+    ContactResult, ElastoplasticResult or RollingResult
+        The same result; every number keeps its bits.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged, changed or not a result of this program, or does not hold
+        the solution that it claims to be.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
+
+    Notes
+    -----
+    Every file is compared with its checksums.
+    """
+    from roughcontact.elastoplastic import archive, rolling
+
+    dataset = contact_archive.opened(path)
+    if "rolling_direction" not in dataset.attrs:
+        return archive.load_result(path, dataset, verify=verify)
+    passes = rolling.load_rolling(path, dataset)
+    if verify:
+        archive.verified(passes.result).require(os.path.basename(path))
+    return passes

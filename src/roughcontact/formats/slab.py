@@ -16,14 +16,16 @@ from roughcontact.contact.share import Slab, slab_rows
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import matrices
 from roughcontact.formats.matrices import chosen
-from roughcontact.formats.scale import (
+from roughcontact.formats.source import (
+    Asked,
     asked_pixel,
     check_lengths,
+    existing,
+    one_line,
     pixel_of,
     refuse_unit,
     unit_in_meters,
 )
-from roughcontact.formats.source import Asked, existing, one_line
 from roughcontact.ranks import Ranks
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities

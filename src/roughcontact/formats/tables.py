@@ -8,8 +8,6 @@ position [m] first.
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from typing import Any
@@ -19,7 +17,7 @@ from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
-from roughcontact.errors import InputError
+from roughcontact.errors import input_error
 from roughcontact.files import atomic_write, require_suffix, to_json, write
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.surface.surface import Surface
@@ -86,38 +84,6 @@ def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
 # --- Maps as matrices of numbers, and the numbers of a result as a table and as JSON ---
 
 
-_SUMMARY_UNITS = {
-    "certificate": "1",
-    "load_error": "1",
-    "moments": "N m",
-    "moment_error": "1",
-    "tilt": "rad",
-    "tolerance": "1",
-    "load": "N",
-    "approach": "m",
-    "contact_modulus": "Pa",
-    "ceiling": "Pa",
-    "contact_area": "m2",
-    "perimeter_corrected_area": "m2",
-    "contact_length": "m",
-    "contact_fraction": "1",
-    "spacing": "m",
-    "saturated_fraction": "1",
-    "max_pressure": "Pa",
-    "mean_gap": "m",
-    "max_residual_indentation": "m",
-    "shape": "1",
-    "pixel": "m",
-    "iterations": "1",
-    "convolutions": "1",
-    "seconds": "s",
-    "young": "Pa",
-    "poisson": "1",
-    "yield_strength": "Pa",
-    "hardness": "Pa",
-}
-
-
 def save_npz(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map to a NumPy archive."""
     require_suffix(path, ".npz")
@@ -134,9 +100,7 @@ def save_csv(
         field = "height" if isinstance(source, Surface) else "pressure"
     known = names(source)
     if field not in known:
-        raise InputError(
-            f"must be one of {', '.join(known)}, got {field!r}", argument="field", value=field
-        )
+        raise input_error("field", field, f"must be one of {', '.join(known)}")
     (dy, dx), values = surface_of(source).pixel, field_values(source, field)
     if values.dtype == np.bool_:
         values = values.astype(np.uint8)
@@ -166,28 +130,6 @@ def _save_columns(
         stream.write(f"# x [m],{name}\n".encode())
         for number, value in enumerate(values.tolist()):
             stream.write(f"{(number + 0.5) * spacing!r},{value!r}\n".encode("ascii"))
-
-
-def save_table(result: ContactResult, path: str | os.PathLike[str]) -> None:
-    """Write the summary of a result as a table of name, value and unit."""
-    require_suffix(path, ".csv")
-    rows = [
-        (f"{name}_{part}" if part else name, entry)
-        for name, value in record(result).items()
-        # Their sentences stand under "warnings".
-        if name != "cautions"
-        for part, entry in (value.items() if isinstance(value, dict) else [("", value)])
-    ]
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(("name", "value", "unit"))
-    for name, value in rows:
-        quantity = name.removeprefix("counter_").removeprefix("material_")
-        unit = _SUMMARY_UNITS.get(quantity, "")
-        if quantity == "load":
-            unit = result.pair.load_unit
-        table.writerow((name, _cell(value), "" if isinstance(value, str) else unit))
-    write(path, text.getvalue().encode("utf-8", "backslashreplace"))
 
 
 def save_json(result: Result, path: str | os.PathLike[str]) -> None:
@@ -222,9 +164,3 @@ def record(result: Result) -> dict[str, Any]:
         "counter_source": None if other is None else other.provenance.source,
         "counter_preparation": None if other is None else list(other.provenance.steps),
     }
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, list):
-        return "; ".join(map(_cell, value))
-    return "" if value is None else str(value)

@@ -16,8 +16,14 @@ from numpy.typing import NDArray
 from roughcontact import memory, units
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
-from roughcontact.formats.scale import asked_pixel, in_metres, is_length, unit_in_meters
-from roughcontact.formats.source import Asked, surface_of
+from roughcontact.formats.source import (
+    Asked,
+    asked_pixel,
+    in_metres,
+    is_length,
+    surface_of,
+    unit_in_meters,
+)
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -574,14 +580,14 @@ def _metres(path: Path, stated: tuple[str, str], requested: Asked) -> tuple[floa
     if requested.unit is None and stated[0]:
         raise InputError(
             f"{path.name} is a profile with positions in {stated[0]}, but gives no unit of its "
-            "heights; give it, e.g. ", ArgumentRef("unit", "um"),
-        )  # fmt: skip
+            f"heights; give it, e.g. {ArgumentRef('unit', 'um')}"
+        )
     problem = "gives no units of its positions and heights"
     if requested.unit is not None:
         problem = f"needs two units, of its positions and heights, got {requested.unit!r}"
     raise InputError(
-        f"{path.name} is a profile and {problem}; give both in this order, e.g. ",
-        ArgumentRef("unit", "mm, um"),
+        f"{path.name} is a profile and {problem}; give both in this order, e.g. "
+        f"{ArgumentRef('unit', 'mm, um')}"
     )
 
 

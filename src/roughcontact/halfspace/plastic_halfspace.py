@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError, require_pixel, require_positive
+from roughcontact.errors import input_error, require_pixel, require_positive
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, fast_length
 from roughcontact.halfspace.layers import NO_PULL, Fill, Layers, Pull, Visit
@@ -260,11 +260,7 @@ class HalfSpace:
         require_positive(shear_modulus=shear_modulus)
         layers = np.asarray(thickness, np.float64)
         if layers.ndim != 1 or not layers.size or not (layers > 0).all():
-            raise InputError(
-                f"must be a row of positive numbers [m], got {thickness!r}",
-                argument="thickness",
-                value=thickness,
-            )
+            raise input_error("thickness", thickness, "must be a row of positive numbers [m]")
         boundary = Boundary(boundary)
         boundary.require_volume()
         self.shape, self.thickness = shape, layers

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError, require_choice, require_pixel
+from roughcontact.errors import InputError, input_error, require_choice, require_pixel
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace, free_period
@@ -483,7 +483,7 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
     """
     for name, number in (("friction", friction), ("direction", direction)):
         if not math.isfinite(number):
-            raise InputError(f"must be finite, got {number!r}", argument=name, value=number)
+            raise input_error(name, number, "must be finite")
     # A right angle has a cosine of 6e-17, which is no traction.
     return [
         (axis, friction * share)
@@ -834,11 +834,7 @@ def sections(
     )
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
-        raise InputError(
-            f"must lie on the map of {ny} × {nx} pixels, got {point!r}",
-            argument="point",
-            value=point,
-        )
+        raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")
     along_x: NDArray[Any] = np.empty((6, listed.size, nx), field.real)
     along_y: NDArray[Any] = np.empty((6, listed.size, ny), field.real)
     for number, depth in enumerate(listed.tolist()):
@@ -852,9 +848,5 @@ def depth_list(depths: ArrayLike) -> Array:
     """Return depths as an array; raise `InputError` unless they are finite and ≥ 0."""
     listed = np.asarray(depths, dtype=np.float64)
     if listed.ndim != 1 or not listed.size or not (listed >= 0).all() or np.isinf(listed).any():
-        raise InputError(
-            f"must be a list of finite depths ≥ 0 [m], got {depths!r}",
-            argument="depths",
-            value=depths,
-        )
+        raise input_error("depths", depths, "must be a list of finite depths ≥ 0 [m]")
     return listed

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import input_error, require_pixel
 from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, ZZ
 
 Array = NDArray[np.float64]
@@ -434,18 +434,12 @@ def _pulled(axis: str, c: Array, s: Array, qz: Array, poisson: float) -> tuple[A
 
 def _require_load(depth: float, direction: str) -> None:
     if not 0 <= depth < math.inf:
-        raise InputError(
-            f"must be finite and ≥ 0 [m], got {depth!r}", argument="depth", value=depth
-        )
+        raise input_error("depth", depth, "must be finite and ≥ 0 [m]")
     if direction not in ("x", "y", "z"):
-        raise InputError(
-            f"must be 'z', 'x' or 'y', got {direction!r}", argument="direction", value=direction
-        )
+        raise input_error("direction", direction, "must be 'z', 'x' or 'y'")
 
 
 def require_poisson(poisson: float) -> None:
     """Raise `InputError` unless Poisson's ratio is that of a stable isotropic body."""
     if not -1 < poisson <= 0.5:
-        raise InputError(
-            f"must lie in (-1, 0.5], got {poisson!r}", argument="poisson", value=poisson
-        )
+        raise input_error("poisson", poisson, "must lie in (-1, 0.5]")

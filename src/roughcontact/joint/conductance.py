@@ -42,7 +42,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.material import catalog
@@ -51,7 +51,7 @@ from roughcontact.result import Result
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
-from roughcontact.theory.rarefied import jump_distance, mean_free_path
+from roughcontact.theory.constriction import jump_distance, mean_free_path
 from roughcontact.units import Quantity, percent, quantity
 
 Array = NDArray[np.float64]
@@ -160,9 +160,7 @@ def form(texture: Texture) -> tuple[Caution, ...]:
         as_note(
             Kind.CURVED,
             f"Bodies are curved ({percent(texture.curved)} of gap variance): flat-joint "
-            "correlations omitted. Flat face? Add ",
-            ArgumentRef("level", "quadric"),
-            ".",
+            f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
             curved=texture.curved,
         ),
     )
@@ -566,9 +564,7 @@ def conductor_of(specified: Conductor | str) -> Conductor:
 def _film(value: Quantity, dimension: str, argument: str) -> float:
     result = quantity(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 <= result < math.inf):
-        raise InputError(
-            f"must be zero or positive, and finite, got {value!r}", argument=argument, value=value
-        )
+        raise input_error(argument, value, "must be zero or positive, and finite")
     return float(result)
 
 

@@ -21,9 +21,8 @@ _SAME = 1e-6
 
 ONE_ROUGH_FACE = as_note(
     Kind.ONE_ROUGH_FACE,
-    "One rough face against a smooth flat. Two rough faces? Add ",
-    ArgumentRef("counter_surface"),
-    ": roughness rises by about √2.",
+    "One rough face against a smooth flat. Two rough faces? Add "
+    f"{ArgumentRef('counter_surface')}: roughness rises by about √2.",
 )
 """Of a joint whose counter-body is smooth."""
 
@@ -157,6 +156,6 @@ def _nothing_left(pair: Pair, rim: float) -> InputError:
     return InputError(
         f"of {lengths(pair.size)} is too small for a free boundary: a rim {wide} along each edge, "
         f"{RIM:.0f} autocorrelation lengths, leaves less than half of a side; take long waves out "
-        "with ", ArgumentRef("l"), ", give a larger map, or ", ArgumentRef("boundary", "periodic"),
+        f"with {ArgumentRef('l')}, give a larger map, or {ArgumentRef('boundary', 'periodic')}",
         argument="surface",
-    )  # fmt: skip
+    )

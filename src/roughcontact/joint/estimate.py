@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_note, ordered
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.material.hardening import Linear, Perfect
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
 from roughcontact.result import Result
@@ -459,7 +459,7 @@ def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
         if value is not None and name != "Ssk":
             require_positive(**{name: value})
         elif value is not None and not math.isfinite(value):
-            raise InputError(f"must be finite, got {value!r}", argument=name, value=value)
+            raise input_error(name, value, "must be finite")
     stated = {name: value for name, value in specified.items() if value is not None}
     if surface is not None:
         if surface.is_profile:
@@ -624,9 +624,8 @@ def _volume(
         return None, [
             as_note(
                 Kind.ESTIMATE_DOMAIN,
-                "No formula for plastic depth with this hardening law. Use ",
-                ArgumentRef("model", "elastoplastic"),
-                ".",
+                "No formula for plastic depth with this hardening law. Use "
+                f"{ArgumentRef('model', 'elastoplastic')}.",
             )
         ]
     ratio = stress / (CEILING_FACTOR * strength)

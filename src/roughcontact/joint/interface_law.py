@@ -599,8 +599,9 @@ def _lowered(samples: _Samples, pair: Pair, number: int) -> float:
 def _stranger(number: int) -> InputError:
     return InputError(
         f"map {number} is not map {number} of the contacts as its largest load left it: give the "
-        "maps in their order, each from ", ArgumentRef("indented_surface"), argument="unloading",
-    )  # fmt: skip
+        f"maps in their order, each from {ArgumentRef('indented_surface')}",
+        argument="unloading",
+    )
 
 
 def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
@@ -684,10 +685,13 @@ def _check(result: ContactResult, first: ContactResult) -> None:
             argument="contacts",
         )
     require_alike(
-        other, pair, "contacts",
+        other,
+        pair,
+        "contacts",
         "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
-        ArgumentRef("pixel"), "), pressed alike",
-    )  # fmt: skip
+        ArgumentRef("pixel"),
+        "), pressed alike",
+    )
     require_one_model(first.ceiling is None, result.ceiling is None)
 
 

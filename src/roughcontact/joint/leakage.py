@@ -13,12 +13,12 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.result import Result
-from roughcontact.theory.rarefied import mean_free_path
+from roughcontact.theory.constriction import mean_free_path
 from roughcontact.units import Quantity, changed_by, quantity
 
 THRESHOLD = 0.42
@@ -387,11 +387,7 @@ def _axes(direction: str | None) -> tuple[int, ...]:
     if direction is None:
         return 0, 1
     if direction not in AXES:
-        raise InputError(
-            f"must be 'y' or 'x', or left out for both, got {direction!r}",
-            argument="flow_axis",
-            value=direction,
-        )
+        raise input_error("flow_axis", direction, "must be 'y' or 'x', or left out for both")
     return (AXES.index(direction),)
 
 
@@ -427,7 +423,5 @@ def seal_of(
 def _positive(value: Quantity, dimension: str, argument: str) -> float:
     result = quantity(value, dimension, argument)
     if not (isinstance(result, (int, float)) and 0 < result < math.inf):
-        raise InputError(
-            f"must be positive and finite, got {value!r}", argument=argument, value=value
-        )
+        raise input_error(argument, value, "must be positive and finite")
     return float(result)

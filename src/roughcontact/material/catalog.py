@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from roughcontact.errors import InputError, shown
+from roughcontact.errors import InputError, input_error
 from roughcontact.material import hardness
 from roughcontact.material.hardening import Swift
 from roughcontact.material.material import Conductor, Material
@@ -107,7 +107,7 @@ def entries() -> tuple[Entry, ...]:
 def entry(name: str) -> Entry:
     """Return a material with the sources of its values."""
     if not isinstance(name, str):
-        raise InputError(f"must be a name, got {shown(name)}", argument="material", value=name)
+        raise input_error("material", name, "must be a name")
     result = _index()
     plain = _plain(name)
     if plain in result:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.units import Quantities, Quantity, quantity
 
 Array = NDArray[Any]
@@ -146,11 +146,7 @@ class Swift:
         object.__setattr__(self, "exponent", exponent)
         require_positive(coefficient=self.coefficient, offset=self.offset)
         if not isinstance(self.exponent, Real) or not 0 <= self.exponent <= 1:
-            raise InputError(
-                f"must lie in [0, 1], got {self.exponent!r}",
-                argument="exponent",
-                value=self.exponent,
-            )
+            raise input_error("exponent", self.exponent, "must lie in [0, 1]")
 
     @property
     def initial(self) -> float:
@@ -207,28 +203,18 @@ class Tabulated:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
         except (TypeError, ValueError):
             raise InputError(
-                "and ", ArgumentRef("stress"), " must be rows of numbers", argument="strain"
+                f"and {ArgumentRef('stress')} must be rows of numbers", argument="strain"
             ) from None
         if strain.ndim != 1 or strain.shape != stress.shape or strain.size < 2:
             raise InputError(
-                "and ",
-                ArgumentRef("stress"),
-                " must be rows of the same length, two or more; got shapes "
-                f"{strain.shape} and {stress.shape}",
+                f"and {ArgumentRef('stress')} must be rows of the same length, two or more; got "
+                f"shapes {strain.shape} and {stress.shape}",
                 argument="strain",
             )
         if strain[0] != 0 or not (np.diff(strain) > 0).all() or not np.isfinite(strain).all():
-            raise InputError(
-                f"must increase from 0 on, got {self.strain!r}",
-                argument="strain",
-                value=self.strain,
-            )
+            raise input_error("strain", self.strain, "must increase from 0 on")
         if not stress[0] > 0 or not np.isfinite(stress).all():
-            raise InputError(
-                f"must be positive and finite [Pa], got {self.stress!r}",
-                argument="stress",
-                value=self.stress,
-            )
+            raise input_error("stress", self.stress, "must be positive and finite [Pa]")
         if (np.diff(stress) < 0).any():
             raise InputError(
                 f"must not decrease, got {self.stress!r}: a material that softens has no "
@@ -357,9 +343,7 @@ def from_text(text: str) -> Hardening:
     try:
         return _law(json.loads(text))
     except (KeyError, TypeError, AttributeError, json.JSONDecodeError):
-        raise InputError(
-            f"must be JSON that names a law, got {text!r}", argument="hardening", value=text
-        ) from None
+        raise input_error("hardening", text, "must be JSON that names a law") from None
 
 
 def _law(constants: dict[str, Any]) -> Hardening:

@@ -48,7 +48,7 @@ import numpy as np
 
 from roughcontact import units
 from roughcontact.arguments import checked
-from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 
 STANDARD_GRAVITY = 9.80665
 """Force of one kilogram-force [N]."""
@@ -109,7 +109,7 @@ def parse(text: str) -> Reading:
     """Return the number and the scale of a hardness as engineers write it."""
     wanted = "needs a number and a scale (HV, HBW, HRB or HRC) such as '62 HRC'"
     if not isinstance(text, str):
-        raise InputError(f"{wanted}, got {text!r}", argument="hardness", value=text)
+        raise input_error("hardness", text, f"{wanted}")
     shown = repr(text if len(text) <= 60 else text[:59] + "…")
     plain = text.strip()
     match = _VALUE_FIRST.fullmatch(plain) or _VALUE_LAST.fullmatch(plain)
@@ -141,9 +141,7 @@ def vickers(value: float, scale: str) -> float:
     if scale == "HV":
         return float(value)
     if scale not in _STEEL:
-        raise InputError(
-            f"must be one of HV, {', '.join(_STEEL)}, got {scale!r}", argument="scale", value=scale
-        )
+        raise input_error("scale", scale, f"must be one of HV, {', '.join(_STEEL)}")
     numbers, equivalents = _STEEL[scale]
     if not numbers[0] <= value <= numbers[-1]:
         raise InputError(

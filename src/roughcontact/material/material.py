@@ -8,7 +8,7 @@ from numbers import Real
 
 from roughcontact.arguments import checked
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
 from roughcontact.result import face
@@ -103,9 +103,7 @@ class Material(Renamed):
             value = getattr(self, name)
             optional = name in ("yield_strength", "hardness")
             if not isinstance(value, Real) and not (optional and value is None):
-                raise InputError(
-                    f"must be a number in SI units, got {value!r}", argument=name, value=value
-                )
+                raise input_error(name, value, "must be a number in SI units")
         for name in ("young", "yield_strength", "hardness"):
             value = getattr(self, name)
             rigid = name == "young" and value == math.inf
@@ -117,11 +115,7 @@ class Material(Renamed):
                     value=value,
                 )
         if not -1 < self.poisson <= 0.5:
-            raise InputError(
-                f"must lie in (-1, 0.5], got {self.poisson!r}",
-                argument="poisson",
-                value=self.poisson,
-            )
+            raise input_error("poisson", self.poisson, "must lie in (-1, 0.5]")
         if self.hardening is None:
             return
         if not isinstance(self.hardening, Hardening):
@@ -134,9 +128,8 @@ class Material(Renamed):
         first = self.hardening.initial
         if self.yield_strength is not None and not math.isclose(self.yield_strength, first):
             raise InputError(
-                f"= {self.yield_strength:.6g} Pa, but ",
-                ArgumentRef("hardening"),
-                f" starts at {first:.6g} Pa; leave one of them out",
+                f"= {self.yield_strength:.6g} Pa, but {ArgumentRef('hardening')} starts at "
+                f"{first:.6g} Pa; leave one of them out",
                 argument="yield_strength",
                 value=self.yield_strength,
             )

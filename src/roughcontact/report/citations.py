@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.nominal_hertz import ELLIPSE
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.formats import instruments

@@ -24,7 +24,7 @@ from roughcontact.surface.provenance import Provenance
 from roughcontact.units import changed_by, engineering, percent
 
 if TYPE_CHECKING:
-    from roughcontact.contact.calibrated_ceiling import CalibrationRecord
+    from roughcontact.contact.result import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
     from roughcontact.studies.load_history import LoadHistory
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import RIGID, Material

@@ -107,7 +107,7 @@ _PARAMETERS: tuple[Option[Any], ...] = (
 
 def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     """Return the surface that options in words ask for, and the files that it was written to."""
-    from roughcontact.formats.scale import pixel_of
+    from roughcontact.formats.source import pixel_of
     from roughcontact.surface.generation import generate
 
     requested = COMMAND.read(specified)

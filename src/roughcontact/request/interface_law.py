@@ -52,8 +52,8 @@ def _run(request: Request, work: Work) -> Outcome:
 
 def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
     """Return the law of some maps; where they flow, with the branch of unloading."""
-    from roughcontact.contact.sliding_pair import indented_surface
     from roughcontact.joint.interface_law import interface_law
+    from roughcontact.studies.load_history import indented_surface
 
     remaining: list[Contacts] = []
     flowed: list[bool] = []

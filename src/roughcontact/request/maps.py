@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from roughcontact.cautions import Caution, of_several
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import read
-from roughcontact.formats.scale import pixel_of
+from roughcontact.formats.source import pixel_of
 from roughcontact.memory import require_grid
 from roughcontact.request import options, solve_arguments
 from roughcontact.request.outputs import Say

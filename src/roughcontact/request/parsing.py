@@ -140,7 +140,7 @@ def choice(*known: str) -> Choice:
 
 def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
-    from roughcontact.contact.calibrated_ceiling import CALIBRATED
+    from roughcontact.contact.result import CALIBRATED
     from roughcontact.material import hardness
 
     plain = text.strip()

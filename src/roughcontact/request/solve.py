@@ -130,7 +130,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
 def _volume(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.increments import AUTO, between
-    from roughcontact.elastoplastic.path import PathPoint
+    from roughcontact.elastoplastic.result import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
 
     load, specified = solve_arguments.pressed(request, work.maps, *request.load)
@@ -220,7 +220,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
 
 def apart(request: Request) -> tuple[str, ...]:
     """Return a word for each part of the study that can be solved by itself; none for no study."""
-    from roughcontact.contact.calibrated_ceiling import CALIBRATED
+    from roughcontact.contact.result import CALIBRATED
 
     later = request.load[0] is None or request[options.CEILING] == CALIBRATED
     if later or not request[STUDY]:

@@ -10,7 +10,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options
 from roughcontact.request.option import Option
 from roughcontact.request.request import Request
-from roughcontact.surface import memory
+from roughcontact.surface.grid import CORRELATED, PREPARED, require_memory
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import GivenLoad
@@ -60,13 +60,13 @@ def pressed(
 
 
 # Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
-_REPORTED = 2 + memory.CORRELATED
+_REPORTED = 2 + CORRELATED
 
 
 def require_prepared(request: Request, shape: tuple[int, int]) -> None:
     """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
     grid = cropped(request, shape)
-    memory.require(grid, memory.PREPARED, "preparing a map")
+    require_memory(grid, PREPARED, "preparing a map")
     # Where heights or sides decide it, the grid is known once the map is there.
     if request[options.MISSING] == "crop" or request[options.PIXEL] is not None or request.aligned:
         return
@@ -80,7 +80,7 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     else:
         request.task.memory(request, shape)
     if request.get(options.REPORT) is not None:
-        memory.require(shape, _bodies(request) + _REPORTED, "the report on a map")
+        require_memory(shape, _bodies(request) + _REPORTED, "the report on a map")
 
 
 def require_contact(request: Request, shape: tuple[int, int], held: int = 0) -> None:

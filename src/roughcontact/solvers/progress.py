@@ -18,9 +18,7 @@ class Status(Enum):
 
     CONVERGED = "converged"
     CONVOLUTION_LIMIT = Sentence(
-        "stopped at ",
-        ArgumentRef("max_iterations"),
-        "; allow more, or start from a nearby solution",
+        f"stopped at {ArgumentRef('max_iterations')}; allow more, or start from a nearby solution"
     )
     STALLED = (
         "no further progress; the tolerance may lie below the rounding error of this problem "

@@ -163,9 +163,8 @@ class Comparison(Result):
             low, high = (engineering(end, "m") for end in (min(pixels), max(pixels)))
             yield as_caution(
                 Kind.UNLIKE_PIXEL,
-                f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common ",
-                ArgumentRef("pixel"),
-                ".",
+                f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common "
+                f"{ArgumentRef('pixel')}.",
                 ratio=max(pixels) / min(pixels),
                 smallest=min(pixels),
                 largest=max(pixels),
@@ -177,9 +176,7 @@ class Comparison(Result):
             yield as_caution(
                 Kind.UNLIKE_PIXEL,
                 f"Shortest waves differ ({low} to {high}): contact area differs for that alone. "
-                "Use a common ",
-                ArgumentRef("s"),
-                ".",
+                f"Use a common {ArgumentRef('s')}.",
                 ratio=max(waves) / min(waves),
                 smallest=min(waves),
                 largest=max(waves),
@@ -345,7 +342,7 @@ class MapLoadCase:
         if self.before is not None and len(counts) != 1:
             raise InputError(
                 "sets each map beside itself after a first loading, and goes with one group of "
-                "maps", argument="preload_pressure",
+                "maps", argument="preload_pressure"
             )  # fmt: skip
         if not counts or not all(counts.values()):
             raise InputError("has a group without maps", argument="maps")
@@ -359,7 +356,7 @@ class MapLoadCase:
         if self.before is None and sum(numbers) < 2:
             raise InputError(
                 "is a single map, which nothing can be compared with: give a second one, or its "
-                "parts", argument="maps",
+                "parts", argument="maps"
             )  # fmt: skip
 
     def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
@@ -424,7 +421,8 @@ def _after(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Sur
     history = load_history(surface, [load, 0.0], **terms)
     if history.indented_body != "surface":
         raise InputError(
-            "indents the counter-body, which is softer: the map stays as it is; swap the two ",
-            ArgumentRef("material"), "s to see what the map keeps", argument="preload_pressure",
-        )  # fmt: skip
+            "indents the counter-body, which is softer: the map stays as it is; swap the two "
+            f"{ArgumentRef('material')}s to see what the map keeps",
+            argument="preload_pressure",
+        )
     return history.residual

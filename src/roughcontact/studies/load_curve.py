@@ -19,17 +19,23 @@ from roughcontact import checkpoints, memory
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.checkpoints import Place
-from roughcontact.contact.calibrated_ceiling import CALIBRATED, CalibrationRecord
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.plausibility import over_loads
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
 from roughcontact.contact.validation import check, check_profile
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, ConvergenceError, InputError, Sentence, require_count
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    Sentence,
+    input_error,
+    require_count,
+)
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.result import Result
@@ -151,9 +157,7 @@ class LoadCurve(Result):
     def column(self, name: str) -> Array:
         """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
         if name not in _FIELDS:
-            raise InputError(
-                f"must be one of {', '.join(_FIELDS)}, got {name!r}", argument="name", value=name
-            )
+            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
     @property
@@ -296,9 +300,9 @@ max_iterations, precision
     """
     if (loads is None) == (approaches is None):
         raise InputError(
-            "give either ", ArgumentRef("loads"), " or ", ArgumentRef("approaches"),
-            ", and only one of them",
-        )  # fmt: skip
+            f"give either {ArgumentRef('loads')} or {ArgumentRef('approaches')}, and only one of "
+            "them"
+        )
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
     listed = [] if loads is None else _listed(pair, loads)
@@ -474,9 +478,7 @@ def _unsolved(
 def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
     """Return loads or approaches between two ends."""
     if spacing not in ("log", "linear"):
-        raise InputError(
-            f"must be 'log' or 'linear', got {spacing!r}", argument="spacing", value=spacing
-        )
+        raise input_error("spacing", spacing, "must be 'log' or 'linear'")
     if not (0 < first < last < math.inf):
         raise InputError(f"the first value must be positive and below the last: {first}, {last}")
     require_count(2, memory.STEPS, number=number)

@@ -27,7 +27,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check, check_holes, touchable_gap
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace import stress_summary
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -371,24 +371,25 @@ class _Finder:
         argument = _ARGUMENTS.get(name)
         if name == SATURATED and resolved_ceiling(self.terms.ceiling, self.pair) is None:
             raise InputError(
-                "needs a ", ArgumentRef("ceiling"), " or a ", ArgumentRef("yield_strength"),
-                ": without one nothing is saturated", argument=argument,
-            )  # fmt: skip
+                f"needs a {ArgumentRef('ceiling')} or a {ArgumentRef('yield_strength')}: without "
+                "one nothing is saturated",
+                argument=argument,
+            )
         if name == GAP:
             open_gap = float(np.nanmean(self.pair.initial_gap))
             if value >= open_gap:
                 raise InputError(
                     f"must be below that of the bodies at their first touch, "
                     f"{engineering(open_gap, 'm')}, got {engineering(value, 'm')}",
-                    argument=argument,
+                    argument=argument
                 )  # fmt: skip
         if name == YIELD:
             self.pair.boundary.require_stress()
             if not _yielding(self.pair):
                 raise InputError(
-                    "needs a ", ArgumentRef("yield_strength"), " of either body",
+                    f"needs a {ArgumentRef('yield_strength')} of either body",
                     argument="first_yield",
-                )  # fmt: skip
+                )
 
     def ends(self) -> tuple[float, float]:
         """Return the logarithms of the smallest and largest load looked at."""
@@ -504,7 +505,7 @@ class _Finder:
         return InputError(
             f"{_told(name, value)} is not passed at any load: under the {side} that was tried, "
             f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_told(name, reached)}",
-            argument=_ARGUMENTS.get(name, name),
+            argument=_ARGUMENTS.get(name, name)
         )  # fmt: skip
 
 
@@ -571,16 +572,9 @@ def _targets(
     ]
     if not targets:
         raise InputError(
-            "nothing is asked: give ",
-            ArgumentRef("contact_fraction"),
-            ", ",
-            ArgumentRef("saturated_fraction"),
-            ", ",
-            ArgumentRef("approach"),
-            ", ",
-            ArgumentRef("mean_gap"),
-            " or ",
-            ArgumentRef("first_yield"),
+            f"nothing is asked: give {ArgumentRef('contact_fraction')}, "
+            f"{ArgumentRef('saturated_fraction')}, {ArgumentRef('approach')}, "
+            f"{ArgumentRef('mean_gap')} or {ArgumentRef('first_yield')}"
         )
     return targets
 
@@ -591,10 +585,7 @@ def _shares(name: str, specified: Any) -> list[Target]:
     result = [] if specified is None else list(specified) if np.ndim(specified) else [specified]
     for share in result:
         if not 0 < share <= 1:
-            raise InputError(
-                f"must be a share above 0 and up to 1, got {share!r}",
-                argument=argument, value=share,
-            )  # fmt: skip
+            raise input_error(argument, share, "must be a share above 0 and up to 1")
     return [(name, float(share)) for share in result]
 
 
@@ -605,7 +596,5 @@ def _lengths(name: str, specified: Any) -> list[Target]:
     result = [] if values is None else list(values) if np.ndim(values) else [values]
     for length in result:
         if not (isinstance(length, (int, float)) and 0 < length < math.inf):
-            raise InputError(
-                f"must be positive and finite [m], got {length!r}", argument=argument, value=length
-            )
+            raise input_error(argument, length, "must be positive and finite [m]")
     return [(name, float(length)) for length in result]

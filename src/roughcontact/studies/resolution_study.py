@@ -24,15 +24,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_warning
-from roughcontact.contact.calibrated_ceiling import CALIBRATED
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import ContactResult
+from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.validation import check
-from roughcontact.errors import InputError, InsufficientMemoryError
+from roughcontact.errors import InputError, InsufficientMemoryError, input_error
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.result import Result
@@ -117,9 +116,7 @@ class ResolutionStudy(Result):
         """Return a quantity on each grid, the coarsest first."""
         known = (*QUANTITIES, *_MOVED)
         if name not in known:
-            raise InputError(
-                f"must be one of {', '.join(known)}, got {name!r}", argument="name", value=name
-            )
+            raise input_error("name", name, f"must be one of {', '.join(known)}")
         return tuple(getattr(grid, name) for grid in self.grids)
 
     def changes(self, name: str) -> tuple[float, ...]:

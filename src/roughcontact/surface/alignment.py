@@ -37,8 +37,8 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import ArgumentRef, InputError, require_pixel
-from roughcontact.surface import filters, form, memory as map_memory
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_pixel
+from roughcontact.surface import filters, form, grid
 
 Array = NDArray[np.float64]
 Placement = tuple[Array, Array]
@@ -58,9 +58,7 @@ _CLOSE = _SLACK / 4
 def cosine_sine(angle: float) -> tuple[float, float]:
     """Return cosine and sine of an angle in degrees, exact for multiples of 90."""
     if not isinstance(angle, Real) or isinstance(angle, bool) or not math.isfinite(angle):
-        raise InputError(
-            f"must be a finite number of degrees, got {angle!r}", argument="angle", value=angle
-        )
+        raise input_error("angle", angle, "must be a finite number of degrees")
     quarters = round(float(angle) / 90)
     rest = math.radians(float(angle) - 90 * quarters)
     c, s = math.cos(rest), math.sin(rest)
@@ -202,11 +200,8 @@ def common_rectangle(
             columns = int(left[end]), int(right[end]) + 1
     if best == 0:
         raise InputError(
-            "the maps do not overlap: they have no 2 × 2 points in common; check ",
-            ArgumentRef("offset"),
-            " and ",
-            ArgumentRef("angle"),
-            ", and that the sizes are in metres",
+            "the maps do not overlap: they have no 2 × 2 points in common; check "
+            f"{ArgumentRef('offset')} and {ArgumentRef('angle')}, and that the sizes are in metres"
         )
     return rows, columns
 
@@ -239,7 +234,7 @@ def align(
     heights = np.asarray(heights, dtype=np.float64)
     ny, nx = heights.shape
     placement = place((ny, nx), pixel, new_shape, new_pixel, offset, angle, mirrored)
-    map_memory.require(new_shape, map_memory.RESAMPLED)
+    grid.require_memory(new_shape, grid.RESAMPLED)
     new = sample(heights, placement, new_shape)
     if np.isnan(new).all():
         old_size = ny * pixel[0], nx * pixel[1]
@@ -247,10 +242,7 @@ def align(
         raise InputError(
             f"the maps do not overlap: a map of {old_size[0]:.6g} × {old_size[1]:.6g} m, shifted "
             f"by {tuple(offset)} m, has no measured point on a grid of {new_size[0]:.6g} × "
-            f"{new_size[1]:.6g} m; check ",
-            ArgumentRef("offset"),
-            " and ",
-            ArgumentRef("angle"),
+            f"{new_size[1]:.6g} m; check {ArgumentRef('offset')} and {ArgumentRef('angle')}"
         )
     return new
 
@@ -259,13 +251,9 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     try:
         y, x = (float(shift) for shift in offset)
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (y, x) in metres, got {offset!r}", argument="offset", value=offset
-        ) from None
+        raise input_error("offset", offset, "must be a pair (y, x) in metres") from None
     if not (math.isfinite(y) and math.isfinite(x)):
-        raise InputError(
-            f"must be finite (y, x) [m], got {offset!r}", argument="offset", value=offset
-        )
+        raise input_error("offset", offset, "must be finite (y, x) [m]")
     return y, x
 
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import ArgumentRef, InputError, require_positive
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.surface import grid
 from roughcontact.units import percent
 
@@ -45,11 +45,7 @@ def remove_outliers(heights: Array, limit: float = 6.0, window: int = 5) -> Arra
     """Return the heights with spikes replaced by NaN."""
     require_positive(limit=limit)
     if not isinstance(window, (int, np.integer)) or not (3 <= window <= 31 and window % 2):
-        raise InputError(
-            f"must be an odd number of points from 3 to 31, got {window!r}",
-            argument="window",
-            value=window,
-        )
+        raise input_error("window", window, "must be an odd number of points from 3 to 31")
     heights = np.asarray(heights, dtype=np.float64)
     deviation = np.abs(heights - _local_median(heights, int(window)))
     there = deviation[np.isfinite(deviation)]
@@ -94,9 +90,7 @@ def largest_rectangle(heights: Array) -> tuple[tuple[int, int], tuple[int, int]]
 def rotate(heights: Array, angle: int = 90) -> Array:
     """Return the map turned by multiples of 90°."""
     if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
-        raise InputError(
-            f"must be a multiple of 90 degrees, got {angle!r}", argument="angle", value=angle
-        )
+        raise input_error("angle", angle, "must be a multiple of 90 degrees")
     turned: Array = np.rot90(heights, int(angle) // 90 % 4).copy()
     return turned
 
@@ -166,8 +160,8 @@ def fill(heights: Array, pixel: tuple[float, float], maximum: float = 1.0) -> Ar
     if not share <= maximum:
         raise InputError(
             f"has no height at {percent(share)} of its points, and at most {percent(maximum)} are "
-            "filled: crop it, let the missing points never touch (masked), or fill them all with ",
-            ArgumentRef("most", 1.0),
+            "filled: crop it, let the missing points never touch (masked), or fill them all with "
+            f"{ArgumentRef('most', 1.0)}",
             argument="surface",
             value=share,
         )

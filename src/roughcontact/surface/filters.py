@@ -24,10 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory
-from roughcontact.errors import ArgumentRef, InputError, require_pixel, require_positive
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    input_error,
+    require_pixel,
+    require_positive,
+)
 from roughcontact.halfspace import fft
 from roughcontact.roots import brentq
-from roughcontact.surface import memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.units import engineering
 
 Array = NDArray[np.float64]
@@ -54,11 +60,7 @@ def along_axes(heights: Array, cutoffs: tuple[float, float]) -> Array:
     """Return the map smoothed along y and along x by the Gaussian filter of ISO 16610-21."""
     for cutoff in cutoffs:
         if not (cutoff == 0 or 2 * (1 - 1e-12) <= cutoff < math.inf):
-            raise InputError(
-                f"must be 0 or at least two pixels, got {cutoffs!r}",
-                argument="cutoffs",
-                value=cutoffs,
-            )
+            raise input_error("cutoffs", cutoffs, "must be 0 or at least two pixels")
     return _smoothed(np.asarray(heights, dtype=np.float64), cutoffs)
 
 
@@ -91,9 +93,7 @@ def band(
 def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited") -> Array:
     """Return the map on another number of points over the same outline."""
     if method not in ("bandlimited", "spline"):
-        raise InputError(
-            f"must be one of bandlimited, spline, got {method!r}", argument="method", value=method
-        )
+        raise input_error("method", method, "must be one of bandlimited, spline")
     heights = np.asarray(heights, dtype=np.float64)
     line = heights.shape[0] == 1
     new = _checked_shape(shape, line)
@@ -105,11 +105,10 @@ def resample(heights: Array, shape: tuple[int, int], method: str = "bandlimited"
         )
     if method == "spline" and min(heights.shape[line:]) < 4:
         raise InputError(
-            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; ",
-            "use ",
-            ArgumentRef("method", "bandlimited"),
+            f"a spline needs at least 4 × 4 points, got {heights.shape[0]} × {heights.shape[1]}; "
+            f"use {ArgumentRef('method', 'bandlimited')}"
         )
-    map_memory.require(max(heights.shape, new, key=math.prod), map_memory.RESAMPLED)
+    grid.require_memory(max(heights.shape, new, key=math.prod), grid.RESAMPLED)
     values = heights.copy()
     # The axis that shrinks most first: fewest points in between.
     axes = sorted((0, 1), key=lambda axis: new[axis] / heights.shape[axis])

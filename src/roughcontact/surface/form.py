@@ -24,7 +24,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import InputError, input_error, require_pixel
 from roughcontact.surface import grid
 
 Array = NDArray[np.float64]
@@ -177,9 +177,7 @@ def remove_form(
         return _remove_sphere(heights, pixel)
     if shape == "cylinder":
         return _remove_cylinder(heights, pixel)
-    raise InputError(
-        f"must be one of cylinder, polynomial, sphere, got {shape!r}", argument="shape", value=shape
-    )
+    raise input_error("shape", shape, "must be one of cylinder, polynomial, sphere")
 
 
 def _remove_circle(
@@ -187,11 +185,7 @@ def _remove_circle(
 ) -> tuple[Array, dict[str, float]]:
     """Remove the circle of a profile, as the cylinder along y of a map."""
     if shape != "cylinder":
-        raise InputError(
-            f"must be cylinder or polynomial of a profile, got {shape!r}",
-            argument="shape",
-            value=shape,
-        )
+        raise input_error("shape", shape, "must be cylinder or polynomial of a profile")
     square = 0.5 * (heights.shape[1] - 1) * pixel[1], pixel[1]
     residual, parameters = _remove_cylinder(np.repeat(heights, 3, axis=0), square)
     return residual[:1].copy(), parameters
@@ -356,11 +350,7 @@ class _Fit:
 
 def _remove_polynomial(heights: Array, degree: int) -> tuple[Array, dict[str, float]]:
     if not isinstance(degree, (int, np.integer)) or not 0 <= degree <= _MAX_DEGREE:
-        raise InputError(
-            f"must be an integer from 0 to {_MAX_DEGREE}, got {degree!r}",
-            argument="degree",
-            value=degree,
-        )
+        raise input_error("degree", degree, f"must be an integer from 0 to {_MAX_DEGREE}")
     terms = tuple((b, n - b) for n in range(degree + 1) for b in range(n + 1))
     residual = without_terms(heights, terms, f"polynomial of degree {degree}")
     removed = float(np.nanstd(heights - residual))
@@ -440,11 +430,7 @@ def level(
 ) -> Array:
     """Return the heights without a fitted mean, plane or quadric."""
     if form not in _LEVELS:
-        raise InputError(
-            f"must be one of {', '.join(sorted(_LEVELS))}, got {form!r}",
-            argument="form",
-            value=form,
-        )
+        raise input_error("form", form, f"must be one of {', '.join(sorted(_LEVELS))}")
     if (points is not None) != (form == "three-point"):
         raise InputError(
             "must be given with the form 'three-point' and only with it, "
@@ -465,11 +451,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     except (TypeError, ValueError):
         corners = np.empty((0, 2), dtype=np.int64)
     if corners.shape != (3, 2):
-        raise InputError(
-            f"must be three pairs (y, x) of indices, got {points!r}",
-            argument="points",
-            value=points,
-        )
+        raise input_error("points", points, "must be three pairs (y, x) of indices")
     ny, nx = heights.shape
     for y, x in corners:
         if not (0 <= y < ny and 0 <= x < nx):
@@ -484,9 +466,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     (ay, ax), (by, bx) = corners[1:] - corners[0]
     determinant = int(ay * bx - ax * by)
     if determinant == 0:
-        raise InputError(
-            f"must not lie on one line, got {points!r}", argument="points", value=points
-        )
+        raise input_error("points", points, "must not lie on one line")
     origin, first, second = (float(heights[y, x]) for y, x in corners)
     slope_y = ((first - origin) * bx - (second - origin) * ax) / determinant
     slope_x = ((second - origin) * ay - (first - origin) * by) / determinant

@@ -14,9 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import both, checked
-from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    input_error,
+    require_count,
+    require_positive,
+)
 from roughcontact.halfspace import fft
-from roughcontact.surface import memory as map_memory, random_surfaces
+from roughcontact.surface import grid, random_surfaces
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.random_surfaces import Spectrum, with_gradient
@@ -226,7 +232,7 @@ def generate(
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
-    require_grid(shape, edges, map_memory.TRANSLATED)
+    require_grid(shape, edges, grid.TRANSLATED)
     require_count(0, _LARGEST_SEED, seed=seed)
     specified = _in_metres(
         Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
@@ -308,30 +314,21 @@ def _feed(specified: dict[str, Any]) -> float | None:
     if turning is None:
         return None
     if not isinstance(turning, Sequence) or len(turning) != 2:
-        raise InputError(
-            f"must be a pair (feed, nose radius) in metres, got {turning!r}",
-            argument="turning",
-            value=turning,
-        )
+        raise input_error("turning", turning, "must be a pair (feed, nose radius) in metres")
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
         if specified[name] is not None:
             raise InputError(
-                "does not go with ",
-                ArgumentRef("turning"),
-                ", whose grooves decide it; leave one out",
+                f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one "
+                "out",
                 argument=name,
             )
     if specified["Ssk"]:
         raise InputError(
-            "does not go with ", ArgumentRef("turning"), ", whose grooves decide it; leave one out",
+            f"does not go with {ArgumentRef('turning')}, whose grooves decide it; leave one out",
             argument="Ssk",
-        )  # fmt: skip
-    if not all(0 < length < math.inf for length in turning):
-        raise InputError(
-            f"must be two positive lengths, feed and nose radius, got {turning!r}",
-            argument="turning",
-            value=turning,
         )
+    if not all(0 < length < math.inf for length in turning):
+        raise input_error("turning", turning, "must be two positive lengths, feed and nose radius")
     return float(turning[0])
 
 
@@ -342,30 +339,19 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
         if specified[name] is not None:
             require_positive(**{name: specified[name]})
     if requested.Str is not None and not 0 < requested.Str <= 1:
-        raise InputError(
-            f"must lie in (0, 1], got {requested.Str!r}", argument="Str", value=requested.Str
-        )
+        raise input_error("Str", requested.Str, "must lie in (0, 1]")
     if requested.honing is not None and not 0 < requested.honing < 180:
-        raise InputError(
-            f"must be an angle between 0 and 180 degrees, got {requested.honing!r}",
-            argument="honing",
-            value=requested.honing,
-        )
+        raise input_error("honing", requested.honing, "must be an angle between 0 and 180 degrees")
     cosine_sine(requested.lay)
     if requested.Sal is not None and requested.rolloff is not None:
         raise InputError(
-            "and ",
-            ArgumentRef("rolloff_wavelength"),
-            " set the same; give one of them",
+            f"and {ArgumentRef('rolloff_wavelength')} set the same; give one of them",
             argument="Sal",
         )
     if requested.Sal is None and requested.Sdq is None and requested.rolloff is None:
         raise InputError(
-            "or ",
-            ArgumentRef("Sdq"),
-            " or ",
-            ArgumentRef("rolloff_wavelength"),
-            " must be given: how far the hills are apart",
+            f"or {ArgumentRef('Sdq')} or {ArgumentRef('rolloff_wavelength')} must be given: how "
+            "far the hills are apart",
             argument="Sal",
         )
     longest = requested.rolloff or requested.cutoff
@@ -459,8 +445,7 @@ def _longer(spectrum: Spectrum, requested: _Asked, Sal: float) -> float:
         )
         raise InputError(
             f"must be {kind} {Sal:.4g} m on this map, got {requested.Sal:.4g} m: its waves would "
-            f"be {other}",
-            ArgumentRef("cutoff_wavelength"),
+            f"be {other}{ArgumentRef('cutoff_wavelength')}",
             argument="Sal",
             value=requested.Sal,
         )

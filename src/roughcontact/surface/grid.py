@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.errors import InputError
-from roughcontact.surface import memory
+from roughcontact import memory
+from roughcontact.errors import InputError, input_error
 from roughcontact.units import quantity
 
 VALUES = 2**20
@@ -92,7 +92,7 @@ def _locked(array: NDArray[Any]) -> NDArray[np.float64]:
         and not array.flags.writeable
     ):
         return array
-    memory.require((array.shape[0], array.shape[1]), memory.COPIED)
+    require_memory((array.shape[0], array.shape[1]), COPIED)
     copy = np.array(array, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
@@ -102,15 +102,9 @@ def _edges(pixel: Any) -> tuple[float, float]:
     try:
         dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (dy, dx) in metres, got {pixel!r}", argument="pixel", value=pixel
-        ) from None
+        raise input_error("pixel", pixel, "must be a pair (dy, dx) in metres") from None
     if not (0 < dy < np.inf and 0 < dx < np.inf):
-        raise InputError(
-            f"must be positive and finite (dy, dx) [m], got {pixel!r}",
-            argument="pixel",
-            value=pixel,
-        )
+        raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
     return dy, dx
 
 
@@ -118,13 +112,51 @@ def _spacing(pixel: Any) -> float:
     try:
         spacing = float(quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
-        raise InputError(
-            f"of a profile must be the one distance of its points in metres, got {pixel!r}",
-            argument="pixel",
-            value=pixel,
+        raise input_error(
+            "pixel", pixel, "of a profile must be the one distance of its points in metres"
         ) from None
     if not 0 < spacing < np.inf:
-        raise InputError(
-            f"must be positive and finite [m], got {pixel!r}", argument="pixel", value=pixel
-        )
+        raise input_error("pixel", pixel, "must be positive and finite [m]")
     return spacing
+
+
+# --- The memory that making a map takes ---
+
+
+MADE = 7
+"""Maps held at once while a form is laid on a grid."""
+
+GENERATED = 3
+"""The same while a random surface is generated."""
+
+TRANSLATED = 17
+"""The same while one is brought to a distribution of heights and a spectrum."""
+
+RESAMPLED = 6
+"""The same while a map is brought to another grid."""
+
+CORRELATED = 10
+"""The same while the autocorrelation of a map is made, for Sal and Str."""
+
+COPIED = 2
+"""The same while heights are copied and checked."""
+
+PREPARED = 8
+"""The same, at most, in any step of the preparation; the map itself is one of them."""
+
+# Points below which it is not worth asking the system.
+_TRIFLE = 2**20
+
+
+def require_memory(shape: tuple[int, ...], maps: int, what: str = "a map") -> None:
+    """Raise an error with advice unless so many maps in double precision fit into the memory."""
+    ny, nx = shape
+    if ny * nx < _TRIFLE:
+        return
+    needed = 8 * maps * ny * nx
+    side = memory.square_side(needed, (ny, nx))
+    memory.require(
+        needed,
+        f"{what} of {ny} × {nx} points needs",
+        advice=(f"a square grid of up to about {side} × {side} points fits",),
+    )

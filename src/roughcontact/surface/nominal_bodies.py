@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
-from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.surface import shapes
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -242,7 +242,7 @@ FORMS = ("flat", *(text for form in BODIES.values() for text in form.examples))
 def parse(text: str, name: str = "body") -> NominalBody:
     """Return the nominal body that a text describes."""
     examples = ", ".join(repr(form) for form in FORMS)
-    wrong = InputError(f"must read like one of {examples}, got {text!r}", argument=name, value=text)
+    wrong = input_error(name, text, f"must read like one of {examples}")
     if not isinstance(text, str) or not text.strip():
         raise wrong
     word, *rest = text.split()

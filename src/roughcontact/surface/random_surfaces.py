@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import both, checked
-from roughcontact.errors import InputError, require_count, require_positive
+from roughcontact.errors import InputError, input_error, require_count, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.roots import brentq
-from roughcontact.surface import grid, memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.shapes import require_grid
 from roughcontact.units import Quantities, Quantity, quantity
@@ -102,7 +102,7 @@ def self_affine(
     Sq = quantity(rms_height, "length", "rms_height")
     longest = quantity(rolloff_wavelength, "length", "rolloff_wavelength")
     shortest = quantity(cutoff_wavelength, "length", "cutoff_wavelength")
-    require_grid(shape, edges, map_memory.GENERATED)
+    require_grid(shape, edges, grid.GENERATED)
     require_positive(rms_height=Sq)
     check_waves(edges, longest, shortest, hurst)
     return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)
@@ -174,13 +174,13 @@ def check_waves(
     """Raise `InputError` unless a grid can hold waves of these lengths [m] and Hurst exponent."""
     require_positive(rolloff_wavelength=rolloff_wavelength, cutoff_wavelength=cutoff_wavelength)
     if not 0 <= hurst <= 1:
-        raise InputError(f"must lie in [0, 1], got {hurst!r}", argument="hurst", value=hurst)
+        raise input_error("hurst", hurst, "must lie in [0, 1]")
     # The slack in the comparisons with wavelengths forgives the rounding of side / waves.
     if cutoff_wavelength < 2 * max(pixel) * (1 - _SLACK):
-        raise InputError(
-            f"must be at least two pixels = {2 * max(pixel):g} m, got {cutoff_wavelength!r}",
-            argument="cutoff_wavelength",
-            value=cutoff_wavelength,
+        raise input_error(
+            "cutoff_wavelength",
+            cutoff_wavelength,
+            f"must be at least two pixels = {2 * max(pixel):g} m",
         )
     if cutoff_wavelength > rolloff_wavelength * (1 + _SLACK):
         raise InputError(
@@ -333,10 +333,10 @@ def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float)
             if rolloff
             else f"a roll-off at {spectrum.rolloff:.4g} m"
         )
-        raise InputError(
+        raise input_error(
+            "Sdq",
+            gradient,
             f"must lie in {flattest:.4g} to {steepest:.4g}, which this map has with Sq = "
-            f"{height:.4g} m, a Hurst exponent of {spectrum.hurst:g} and {other}, got {gradient!r}",
-            argument="Sdq",
-            value=gradient,
+            f"{height:.4g} m, a Hurst exponent of {spectrum.hurst:g} and {other}",
         )
     return at(brentq(excess, low, high, xtol=1e-4))

@@ -270,9 +270,8 @@ def tip_limits(
         if max(pixel) > _PROBED or not _SCANNING_PROBE.search(instrument):
             return []
         requested = Sentence(
-            "Probe measurement without tip radius: finest peaks may show the tip. Give ",
-            ArgumentRef("tip_radius"),
-            ".",
+            "Probe measurement without tip radius: finest peaks may show the tip. Give "
+            f"{ArgumentRef('tip_radius')}."
         )
         return [Limit(Cause.UNKNOWN_TIP, 0.0, requested)]
     scale = tip_cutoff(heights, pixel, tip_radius)

@@ -240,9 +240,7 @@ def volume_parameters(
     """Return the volume parameters Vmp, Vmc, Vvc and Vvv."""
     if not 0 < peak < core < 1:
         raise InputError(
-            "and ",
-            ArgumentRef("core"),
-            f" must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
+            f"and {ArgumentRef('core')} must fulfil 0 < peak < core < 1, got {peak!r}, {core!r}",
             argument="peak",
             value=peak,
         )

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import memory
-from roughcontact.errors import InputError, require_pixel, require_positive
-from roughcontact.surface import memory as map_memory
+from roughcontact.errors import InputError, input_error, require_pixel, require_positive
+from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 
 Array = NDArray[np.float64]
@@ -177,11 +177,9 @@ def _from_center(
     try:
         cy, cx = (float(c) for c in (middle if center is None else center))
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (y, x) in pixels, got {center!r}", argument="center", value=center
-        ) from None
+        raise input_error("center", center, "must be a pair (y, x) in pixels") from None
     if not (math.isfinite(cy) and math.isfinite(cx)):
-        raise InputError(f"must be finite (y, x), got {center!r}", argument="center", value=center)
+        raise input_error("center", center, "must be finite (y, x)")
     y: Array = pixel[0] * (np.arange(shape[0], dtype=np.float64) - cy)
     x: Array = pixel[1] * (np.arange(shape[1], dtype=np.float64) - cx)
     return y[:, None], x
@@ -199,9 +197,7 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
     try:
         along_y, along_x = values
     except (TypeError, ValueError):
-        raise InputError(
-            f"must be a pair (y, x) in metres, got {values!r}", argument=name, value=values
-        ) from None
+        raise input_error(name, values, "must be a pair (y, x) in metres") from None
     require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
     return along_y, along_x
 
@@ -242,14 +238,10 @@ def _on_grid(heights: Array, name: str) -> Array:
     return heights
 
 
-def require_grid(
-    shape: tuple[int, int], pixel: tuple[float, float], maps: int = map_memory.MADE
-) -> None:
+def require_grid(shape: tuple[int, int], pixel: tuple[float, float], maps: int = grid.MADE) -> None:
     """Raise an error unless a grid has points, its pixel edges are positive, and maps of it fit."""
     if len(shape) != 2 or min(shape) < 1:
-        raise InputError(
-            f"must be (ny, nx), both at least 1, got {shape!r}", argument="shape", value=shape
-        )
+        raise input_error("shape", shape, "must be (ny, nx), both at least 1")
     memory.require_grid("shape", shape)
     require_pixel(pixel)
-    map_memory.require(shape, maps)
+    grid.require_memory(shape, maps)

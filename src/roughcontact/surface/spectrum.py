@@ -39,9 +39,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError, require_pixel
+from roughcontact.errors import InputError, input_error, require_pixel
 from roughcontact.halfspace import fft
-from roughcontact.surface import grid, memory as map_memory
+from roughcontact.surface import grid
 from roughcontact.surface.roughness import mean_and_count, rms_height
 
 Array = NDArray[np.float64]
@@ -53,7 +53,7 @@ _LEAST_OVERLAP = 0.05
 def autocorrelation(heights: Array) -> Array:
     """Return the autocorrelation function of a map, f_ACF, for lags up to half its sides."""
     ny, nx = heights.shape
-    map_memory.require((ny, nx), map_memory.CORRELATED, "the autocorrelation of a map")
+    grid.require_memory((ny, nx), grid.CORRELATED, "the autocorrelation of a map")
     half_y, half_x = ny // 2, nx // 2
     mean, count = mean_and_count(heights)
     Sq = rms_height(heights)
@@ -102,9 +102,7 @@ def _decay(heights: Array, pixel: tuple[float, float], threshold: float) -> tupl
     """Return where each ray from zero lag meets the threshold, and how far it stays above it."""
     require_pixel(pixel)
     if not 0 < threshold < 1:
-        raise InputError(
-            f"must lie between 0 and 1, got {threshold!r}", argument="threshold", value=threshold
-        )
+        raise input_error("threshold", threshold, "must lie between 0 and 1")
     function = autocorrelation(heights)
     if np.isnan(function[function.shape[0] // 2, 0]):
         return np.full(1, math.nan), np.full(1, math.nan)

@@ -410,7 +410,7 @@ class Surface(Displayable):
         if shape is None:
             if wanted is None:
                 raise InputError(
-                    "or ", ArgumentRef("pixel"), " of the new grid must be given", argument="shape"
+                    f"or {ArgumentRef('pixel')} of the new grid must be given", argument="shape"
                 )
             require_pixel(wanted)
             if self.is_profile:
@@ -426,10 +426,7 @@ class Surface(Displayable):
                 )
         elif pixel is not None:
             raise InputError(
-                "and ",
-                ArgumentRef("pixel"),
-                " exclude each other; give one of them",
-                argument="shape",
+                f"and {ArgumentRef('pixel')} exclude each other; give one of them", argument="shape"
             )
         heights = filters.resample(self.heights, shape, method)
         edges = (self.size[0] / heights.shape[0], self.size[1] / heights.shape[1])

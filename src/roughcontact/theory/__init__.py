@@ -5,13 +5,12 @@ import lazy_loader
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submodules=(
+        "constriction",
         "greenwood_williamson",
-        "heights",
+        "height_distribution",
         "hertz",
-        "hertz_elliptic",
         "indenters",
         "persson",
         "waves",
-        "yielding_sphere",
     ),
 )

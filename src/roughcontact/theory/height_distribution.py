@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, input_error
 from roughcontact.roots import brentq
 
 Array = NDArray[np.float64]
@@ -122,7 +122,7 @@ def require(skewness: float, kurtosis: float, families: int = 1) -> None:
         How many independent maps of one distribution add up to the map.
     """
     if not math.isfinite(skewness):
-        raise InputError(f"must be finite, got {skewness!r}", argument="Ssk", value=skewness)
+        raise input_error("Ssk", skewness, "must be finite")
     minimum = least_kurtosis(skewness)
     if not minimum < kurtosis < math.inf:
         raise InputError(
