@@ -149,9 +149,9 @@ class Multigrid:
     -----
     Pairs of nodes that couple strongly are taken together, pairs of pairs, and pairs of those; the
     coarser network has one node for each, its conductances are the sums. On every level two
-    Chebyshev steps smooth before and after; a coarse network is solved by one or two steps of conjugate
-    gradients with the still coarser ones as preconditioner, which is why it does not matter that
-    the corrections are constant on an aggregate.
+    Chebyshev steps smooth before and after; a coarse network is solved by one or two steps of
+    conjugate gradients with the still coarser ones as preconditioner, which is why it does not
+    matter that the corrections are constant on an aggregate.
 
     References
     ----------
