@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_array, csr_array
+    from scipy.sparse import csr_array
     from scipy.sparse.linalg import SuperLU
 
 Array = NDArray[np.float64]
@@ -148,10 +148,10 @@ class Multigrid:
     Notes
     -----
     Pairs of nodes that couple strongly are taken together, pairs of pairs, and pairs of those; the
-    coarser network has one node for each, its conductances are the sums. On every level two Chebyshev
-    steps smooth before and after; a coarse network is solved by one or two steps of conjugate
-    gradients with the still coarser ones as preconditioner, which is why it does not matter that
-    the corrections are constant on an aggregate.
+    coarser network has one node for each, its conductances are the sums. On every level two
+    Chebyshev steps smooth before and after; a coarse network is solved by one or two steps of
+    conjugate gradients with the still coarser ones as preconditioner, which is why it does not
+    matter that the corrections are constant on an aggregate.
 
     References
     ----------
