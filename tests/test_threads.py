@@ -31,7 +31,9 @@ FEW = {
     },
     "halfspace.layers": {"_mean_displacement": "layers"},
     "halfspace.stress_summary": {"_with_slope": "six parameters of a paraboloid"},
-    "solvers.aggregation": {"apply": "sparse matrices, no BLAS"},
+    "solvers.aggregation": dict.fromkeys(
+        ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
+    ),
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
     "solvers.rigid_tilt": {
         "rigid_tilt": "the few points on which rigid bodies rest",

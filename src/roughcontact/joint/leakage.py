@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, input_error
+from roughcontact.halfspace.fft import default_workers
 from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
@@ -357,7 +359,10 @@ def leakage(
 def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tuple[Flow, ...]]:
     gap = flow_gap(result)
     periodic_axes = result.boundary.periodic_axes
-    flows = tuple(flow(gap, result.pair.pixel, axis, periodic_axes) for axis in axes)
+    with ThreadPoolExecutor(default_workers()) as threads:
+        flows = tuple(
+            threads.map(lambda axis: flow(gap, result.pair.pixel, axis, periodic_axes), axes)
+        )
     tensor = np.full((2, 2), math.nan)
     places: list[Constriction | None] = [None, None]
     for answer in flows:

@@ -77,8 +77,8 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     rules=joints.LOAD_RULES,
     check=_check,
     last=last_contact,
-    # Maps that a flow through the gap takes beside the contact, at most 250 bytes a point.
-    held=32,
+    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each.
+    held=64,
     questions=(
         Question(
             "Leakage",
