@@ -243,3 +243,17 @@ def test_large_changes_do_not_add_up_to_no_contact_at_all():
     told = Interval("contact_fraction", 0.256, (ErrorSource(Cause.RIM, -0.33, 0.0),
                                                 ErrorSource(Cause.GRID, -0.93, 0.0)))  # fmt: skip
     assert told.low == pytest.approx(0.256 * 0.67 * 0.07)
+
+
+def test_nearly_full_contact_has_shares_up_to_one_and_no_interval_of_a_closed_gap():
+    surface = rc.Surface(*rc.reference_map(64))
+    given = {"material": STEEL, "boundary": "periodic"}
+    nearly = rc.solve(surface, load="2.95 GPa", calibrated=False, **given)
+    assert nearly.contact_fraction > 0.95
+    found = interval(nearly)
+    assert nearly.contact_fraction < found.high <= 1
+    assert found.value * (1 + max(doubt.high for doubt in found.doubts if doubt.known)) <= 1 + 1e-9
+    full = rc.solve(surface, load="2.99999 GPa", calibrated=False, **given)
+    study = rc.resolution_study(surface, load="2.99999 GPa", **given)
+    assert full.mean_gap < 1e-12
+    assert "mean_gap" not in [one.name for one in uncertainty_intervals(full, study)]

@@ -126,7 +126,8 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
     if interval.unknown and low == high:
         return f"{low}, no interval"
     text = low if low == high else f"{low} to {high}"
-    return f"{text} (pixel not studied)" if interval.unknown else text
+    unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
+    return f"{text} ({unknown} not studied)" if unknown else text
 
 
 def _causes(interval: Interval) -> list[str]:

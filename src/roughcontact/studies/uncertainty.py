@@ -18,7 +18,7 @@ cause below first yield or where no strength is known. Tolerance: the certificat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -34,6 +34,10 @@ _ONE_SPHERE = 0.02
 
 # Numbers of an elastic contact that each shorter wave moves on, and what tells so.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
+
+# Parts of the map, at most all of it; and lengths below which a gap is closed [m].
+_SHARES = ("contact_fraction", "saturated_fraction")
+_CLOSED = 1e-12
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Names of the numbers that get an interval."""
@@ -79,8 +83,9 @@ class Interval:
 
     @property
     def high(self) -> float:
-        """Upper end [SI]; infinite where there is none."""
-        return self.value * math.prod(1 + d.high for d in self.doubts if d.known)
+        """Upper end [SI], of a share at most 1; infinite where there is none."""
+        high = self.value * math.prod(1 + d.high for d in self.doubts if d.known)
+        return min(high, 1.0) if self.name in _SHARES and math.isfinite(high) else high
 
     @property
     def unknown(self) -> tuple[Cause, ...]:
@@ -106,14 +111,25 @@ def uncertainty_intervals(
         value = float(getattr(result, name))
         if name == result.control or not (math.isfinite(value) and value):
             continue
+        if name == "mean_gap" and value < _CLOSED:
+            continue
         grid = _grid(name, result, study)
         doubts = [*grid, ErrorSource(Cause.TOLERANCE, -result.certificate, result.certificate)]
         if yields:
             doubts.insert(0, _yielding(name, result))
         if name == "contact_fraction" and not grid[0].known:
             doubts.insert(0, _rim(result))
-        answer.append(Interval(name, value, tuple(doubts)))
+        answer.append(Interval(name, value, tuple(_possible(item, name, value) for item in doubts)))
     return tuple(answer)
+
+
+def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
+    """Return an error within what a number can be: none is negative, no share above 1."""
+    high = doubt.high
+    if name in _SHARES and math.isfinite(high):
+        high = min(high, max(1 / value - 1, 0.0))
+    # NaN stays, since it comes first.
+    return replace(doubt, low=max(doubt.low, -1.0), high=high)
 
 
 def _rim(result: ContactResult) -> ErrorSource:
