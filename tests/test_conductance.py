@@ -80,7 +80,7 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
         rc.conductance([], COPPER, COPPER)
     with pytest.raises(rc.InputError, match="conductor must be a Conductor"):
         rc.conductance(RESULT, 17e-9, COPPER)  # type: ignore[arg-type]
-    with pytest.raises(rc.InputError, match="'nickle' is not in the catalogue"):
+    with pytest.raises(rc.InputError, match="'nickle' is not in the catalog"):
         rc.conductance(RESULT, "nickle", COPPER)
     with pytest.raises(rc.InputError, match="resistivity must be positive and finite"):
         rc.Conductor(resistivity=0.0)
@@ -268,8 +268,8 @@ def test_the_command_tells_in_a_table_and_in_json(
 def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     load = ("--load", "1 N")
     for more, said in (
-        (load, "--counter-conductivity is needed, such as --counter-conductivity '46 W/m/K'"),
-        ((*load, "--counter-material", "100Cr6"), "where a source is known, which 100Cr6 lacks"),
+        (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
+        ((*load, "--counter-material", "100Cr6"), "--counter-conductivity is needed: 100Cr6 has none"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (

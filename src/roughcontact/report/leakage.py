@@ -209,7 +209,7 @@ _PER_SECOND = 1e-9
 def _rate(value: float) -> str:
     if value >= _PER_SECOND:
         return f"{plain(value * 1e9, 3)} mm³/s"
-    return f"{plain(value * 3.6e12, 2)} mm³/h"
+    return f"{plain(value * 3.6e12, 3)} mm³/h"
 
 
 def _flows(result: Leakage, axis: int) -> bool:

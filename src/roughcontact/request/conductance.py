@@ -69,15 +69,13 @@ def _check(request: Request) -> None:
             if body.conductivity is None
         )  # fmt: skip
         named = request[material]
-        which = "" if named is None else f", which {named.name} lacks"
+        which = "" if named is None else f": {named.name} has none"
         raise InputError(
-            "is needed, such as ",
+            f"is needed{which}. Give ",
             ArgumentRef(lacking.argument, "46 W/m/K"),
-            ", or the resistivity of both bodies; ",
-            ArgumentRef("material"),
-            " and ",
-            ArgumentRef("counter_material"),
-            f" of the catalogue have them where a source is known{which}",
+            " or ",
+            ArgumentRef(material.argument, "Cu-ETP"),
+            ".",
             argument=lacking.argument,
         )
     for film, kind, there in zip((ELECTRICAL_FILM, THERMAL_FILM), kinds, known, strict=True):
