@@ -21,6 +21,7 @@ from roughcontact.studies.uncertainty import (
     Cause,
     ErrorSource,
     Interval,
+    of_joint,
     uncertainty_intervals,
 )
 from roughcontact.surface import shapes
@@ -257,3 +258,18 @@ def test_nearly_full_contact_has_shares_up_to_one_and_no_interval_of_a_closed_ga
     study = rc.resolution_study(surface, load="2.99999 GPa", **given)
     assert full.mean_gap < 1e-12
     assert "mean_gap" not in [one.name for one in uncertainty_intervals(full, study)]
+
+
+def test_a_number_of_a_joint_has_the_interval_of_the_area_where_it_changes_alike():
+    surface = rc.Surface(*rc.reference_map(128))
+    contact = rc.solve(surface, material=STEEL, load=1.0, boundary="periodic", calibrated=False)
+    change = causes(interval(contact))[Cause.YIELDING].high / 1.11 - 0.11 / 1.11
+    alike = of_joint("length", 1.0, contact, math.nan, (change, change))
+    assert causes(alike)[Cause.YIELDING] == causes(interval(contact))[Cause.YIELDING]
+    # Half the change has half the error of the rule; two grids count three times.
+    half = (1 + change) ** 0.5 - 1
+    rooted = of_joint("length", 1.0, contact, -0.02, (half, change))
+    assert rooted.high == pytest.approx((half + (1 + half) * 0.055 + 1) * 1.06)
+    assert rooted.doubts[1] == ErrorSource(Cause.GRID, -0.06, 0.06)
+    unknown = of_joint("length", 1.0, contact, 0.01, (math.nan, math.nan))
+    assert unknown.unknown == (Cause.YIELDING,)

@@ -30,7 +30,7 @@ def size(value: float, unit: str) -> str:
 def between(low: float, high: float, form: Any) -> str:
     """Return both ends of an interval, the unit once where it is the same."""
     first, last = form(low), form(high)
-    number, _, unit = first.rpartition(" ")
+    number, _, unit = first.partition(" ")
     return f"{number if number and last.endswith(f' {unit}') else first} to {last}"
 
 

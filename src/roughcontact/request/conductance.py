@@ -48,8 +48,7 @@ def _run(request: Request, work: Work) -> Outcome:
         electrical_film=request[ELECTRICAL_FILM] or 0.0,
         thermal_film=request[THERMAL_FILM] or 0.0,
     )
-    coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
+    return outcome(request, work, contacts.with_variants(result))
 
 
 def _check(request: Request) -> None:

@@ -54,8 +54,7 @@ def _run(request: Request, work: Work) -> Outcome:
         contacts.under(loads(request)),
         **{option.argument: request[option] for option in _FLUID},
     )
-    coarser = contacts.coarser(result.largest)
-    return outcome(request, work, result if coarser is None else result.with_coarser_grid(coarser))
+    return outcome(request, work, contacts.with_variants(result))
 
 
 def _check(request: Request) -> None:

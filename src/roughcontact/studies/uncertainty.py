@@ -32,6 +32,9 @@ from roughcontact.studies.resolution_study import STEADY, ResolutionStudy
 # What the change of one sphere is wrong by itself, beside what the rule is.
 _ONE_SPHERE = 0.02
 
+# Factor of safety of two grids of first order (Roache 1994).
+_TWO_GRIDS = 3.0
+
 # Numbers of an elastic contact that each shorter wave moves on, and what tells so.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
 
@@ -130,6 +133,25 @@ def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
         high = min(high, max(1 / value - 1, 0.0))
     # NaN stays, since it comes first.
     return replace(doubt, low=max(doubt.low, -1.0), high=high)
+
+
+def of_joint(
+    name: str, value: float, contact: ContactResult, coarser: float, calibrated: tuple[float, float]
+) -> Interval:
+    """Return the interval of what a joint does, from two more solutions of its contact.
+
+    ``coarser`` is its relative change on twice the pixel, ``calibrated`` its own and that of the
+    contact area under the calibrated ceiling; NaN where that is not known. Two grids give three
+    times their difference to either side (Roache 1994). The error of the calibrated ceiling is
+    that of the area, times the change of the number over that of the area.
+    """
+    doubts = [ErrorSource(Cause.GRID, -_TWO_GRIDS * abs(coarser), _TWO_GRIDS * abs(coarser))]
+    if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
+        change, area = calibrated
+        rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
+        error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
+        doubts.insert(0, ErrorSource(Cause.YIELDING, *_around(change, error)))
+    return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))
 
 
 def _rim(result: ContactResult) -> ErrorSource:
