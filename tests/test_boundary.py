@@ -353,7 +353,7 @@ def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
     page = html.unescape((tmp_path / "strip.html").read_text(encoding="utf-8"))
     axis = str(pressed_strip.boundary)[-1]
     assert f"repeats along {axis}<" in page
-    assert f"one period of a strip that is endless along {axis}" in page
+    assert f"the map repeats along {axis}" in page
     assert "Datum of the approach" in page
 
 

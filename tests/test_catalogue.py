@@ -209,12 +209,12 @@ def test_every_name_finds_its_entry(data: st.DataObject) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("100Cr7", r"material '100Cr7' is not in the catalogue; did you mean .*100Cr6.*\?"),
+        ("100Cr7", r"material '100Cr7' is not in the catalog; did you mean .*100Cr6.*\?"),
         ("CuSn12", r"did you mean .*CuSn12Ni2-C.*\?"),
         ("zirkonia", r"did you mean 3Y-TZP\?"),
         ("???", r"it holds 100Cr6, .*, PEEK$"),
-        ("", r"material '' is not in the catalogue; it holds"),
-        ("x" * 400, r"x…' is not in the catalogue"),
+        ("", r"material '' is not in the catalog; it holds"),
+        ("x" * 400, r"x…' is not in the catalog"),
         (None, r"material must be a name, got None"),
     ],
 )

@@ -20,6 +20,7 @@ from roughcontact.studies.uncertainty import (
     Cause,
     ErrorSource,
     Interval,
+    of_joint,
     uncertainty_intervals,
 )
 from roughcontact.surface import shapes
@@ -242,3 +243,32 @@ def test_large_changes_do_not_add_up_to_no_contact_at_all():
     told = Interval("contact_fraction", 0.256, (ErrorSource(Cause.RIM, -0.33, 0.0),
                                                 ErrorSource(Cause.GRID, -0.93, 0.0)))  # fmt: skip
     assert told.low == pytest.approx(0.256 * 0.67 * 0.07)
+
+
+def test_nearly_full_contact_has_shares_up_to_one_and_no_interval_of_a_closed_gap():
+    surface = rc.Surface(*rc.reference_map(64))
+    given = {"material": STEEL, "boundary": "periodic"}
+    nearly = rc.solve(surface, load="2.95 GPa", calibrated=False, **given)
+    assert nearly.contact_fraction > 0.95
+    found = interval(nearly)
+    assert nearly.contact_fraction < found.high <= 1
+    assert found.value * (1 + max(doubt.high for doubt in found.doubts if doubt.known)) <= 1 + 1e-9
+    full = rc.solve(surface, load="2.99999 GPa", calibrated=False, **given)
+    study = rc.resolution_study(surface, load="2.99999 GPa", **given)
+    assert full.mean_gap < 1e-12
+    assert "mean_gap" not in [one.name for one in uncertainty_intervals(full, study)]
+
+
+def test_a_number_of_a_joint_has_the_interval_of_the_area_where_it_changes_alike():
+    surface = rc.Surface(*rc.reference_map(128))
+    contact = rc.solve(surface, material=STEEL, load=1.0, boundary="periodic", calibrated=False)
+    change = causes(interval(contact))[Cause.YIELDING].high / 1.11 - 0.11 / 1.11
+    alike = of_joint("length", 1.0, contact, math.nan, (change, change))
+    assert causes(alike)[Cause.YIELDING] == causes(interval(contact))[Cause.YIELDING]
+    # Half the change has half the error of the rule; two grids count three times.
+    half = (1 + change) ** 0.5 - 1
+    rooted = of_joint("length", 1.0, contact, -0.02, (half, change))
+    assert rooted.high == pytest.approx((half + (1 + half) * 0.055 + 1) * 1.06)
+    assert rooted.doubts[1] == ErrorSource(Cause.GRID, -0.06, 0.06)
+    unknown = of_joint("length", 1.0, contact, 0.01, (math.nan, math.nan))
+    assert unknown.unknown == (Cause.YIELDING,)

@@ -834,7 +834,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
     for words in (
         "512 × 512 points",
         "195.3 pm × 195.3 pm",
-        "-1.761 µm to -1.648 µm",
+        "−1.761 µm to −1.648 µm",
         "27.79 nm, after plane 4.688 nm",
         "0: Height [nm]",
         "2: Phase, no heights",

@@ -270,7 +270,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
         "yield strength σ_Y 1 GPa",
         "Contact modulus E* 230.8 GPa",
         "3 GPa, three times the yield strength",
-        "free: the map is all that touches",
+        "free: the body ends at the map edge",
         "leveled: least-squares plane subtracted",
         "The model assumes In this case Matters if",
         "rms slope",

@@ -80,7 +80,7 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
         rc.conductance([], COPPER, COPPER)
     with pytest.raises(rc.InputError, match="conductor must be a Conductor"):
         rc.conductance(RESULT, 17e-9, COPPER)  # type: ignore[arg-type]
-    with pytest.raises(rc.InputError, match="'nickle' is not in the catalogue"):
+    with pytest.raises(rc.InputError, match="'nickle' is not in the catalog"):
         rc.conductance(RESULT, "nickle", COPPER)
     with pytest.raises(rc.InputError, match="resistivity must be positive and finite"):
         rc.Conductor(resistivity=0.0)
@@ -268,8 +268,8 @@ def test_the_command_tells_in_a_table_and_in_json(
 def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     load = ("--load", "1 N")
     for more, said in (
-        (load, "--counter-conductivity is needed, such as --counter-conductivity '46 W/m/K'"),
-        ((*load, "--counter-material", "100Cr6"), "where a source is known, which 100Cr6 lacks"),
+        (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
+        ((*load, "--counter-material", "100Cr6"), "is needed: 100Cr6 has none"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (
@@ -300,3 +300,17 @@ def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert told["last"]["load"] == 0.3
     assert len(told["thermal_resistance"]) == 2
     assert len((tmp_path / "out" / "joint.csv").read_text("utf-8").splitlines()) == 3
+
+
+def test_the_calibrated_ceiling_moves_the_interval_of_a_conductance() -> None:
+    surface = rc.Surface(*rc.reference_map(64))
+    steel = rc.Material(210e9, 0.3, 1e9)
+    given = {"material": steel, "load": 1.0, "boundary": "periodic", "calibrated": False}
+    first, lower = (rc.solve(surface, **given, ceiling=p) for p in ("auto", 2.5e9))
+    found = rc.conductance(first, COPPER, COPPER).with_calibrated_ceiling(lower)
+    other = rc.conductance(lower, COPPER, COPPER)
+    assert found.calibrated is not None
+    (change,) = found.calibrated.numbers
+    assert other.steps[-1].length / found.steps[-1].length - 1 == pytest.approx(change)
+    told = found.summary()["interval"]
+    assert told["low"] < found.steps[-1].length * (1 + change) < told["high"]

@@ -201,14 +201,28 @@ def test_what_no_map_can_have_is_refused(asked: dict[str, Any], told: str) -> No
         made((96, 128), **asked)
 
 
+def test_moments_that_few_waves_cannot_have_are_refused() -> None:
+    with pytest.raises(rc.InputError, match=r"^Ssk -0\.8 with Sku 3.96 is not reachable"):
+        rc.generate(48, (2e-6, 2e-6), Sq=4e-7, Sal=1.2e-5, Ssk=-0.8, honing=40)
+
+
 def test_what_is_missed_is_said_with_its_reason() -> None:
     grooves = made((96, 96), Str=0.05)
-    (told,) = unmet(grooves)
+    told = unmet(grooves)[0]
     assert (told.kind, told.severity) == (Kind.GENERATE_MISSED, Severity.NOTE)
     assert "Str is at most 0.1" in told.text
     few = made((96, 96), Sal=16e-6, Str=1.0, cutoff_wavelength="16 um")
-    (told,) = unmet(few)
+    told = unmet(few)[0]
     assert "correlation areas fit" in told.text
+
+
+def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
+    (told,) = unmet(made((96, 96), cutoff_wavelength="8 um"))
+    assert told.kind == Kind.NARROW_SPECTRUM
+    assert told.numbers["span"] == pytest.approx(1.6, rel=0.2)
+    assert (
+        unmet(made((96, 96), rolloff_wavelength="16 um", Sal=None, cutoff_wavelength="4 um")) == ()
+    )
 
 
 def test_its_provenance_says_how_to_make_it_again() -> None:

@@ -75,7 +75,7 @@ def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
     for words in (
         "Straight ridges", "the surface is rough in both directions",
         "at a distance of 500 µm", ">R</th>", "ISO 21920-2",
-        "How much of trace.txt is in contact under 20 kN/m?", "1000 of a profile",
+        "How much of trace.txt is in contact under 20 N/mm?", "1000 of a profile",
     ):  # fmt: skip
         assert words in text
     for words in (" of the map", "1 m × ", "m²", "contact area of the map"):

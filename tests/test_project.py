@@ -369,7 +369,7 @@ def alive(process: psutil.Process) -> bool:
         ("poisson = 0.3", "poisson = 0.9", ("poisson must lie in",)),
         ('yield-strength = "1 GPa"', 'yeild = "1 GPa"', ("unknown key yeild",)),
         ('unit = "um"', 'units = "um"', ("unknown key units", "unit, size")),
-        ('material = "steel"', 'material = "stele"', ("material", "not in the catalogue")),
+        ('material = "steel"', 'material = "stele"', ("material", "not in the catalog")),
         ('load = "0.5 N"', 'load = "0.5 mm"', ("load needs a load", "(a length)")),
         ('load = "0.5 N"', "load = [1, []]", ("load",)),
         ('load = "0.5 N"', "load = []", ("load is an empty list",)),

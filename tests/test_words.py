@@ -18,6 +18,10 @@ SOURCE = Path(rc.__file__).parent
 HOWTO = sorted((ROOT / "docs" / "howto").glob("*.md"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *HOWTO]
 REPORT = sorted([*(SOURCE / "report").glob("*.py"), *(SOURCE / "report").glob("templates/*")])
+GALLERY = sorted((ROOT / "docs" / "gallery").glob("*.py"))
+BOUNDARY = SOURCE / "halfspace" / "boundary.py"
+# Two of the desk hold JavaScript.
+DESK = [path for path in (SOURCE / "desk").glob("*.py") if path.stem not in ("maps", "widgets")]
 MESSAGES = sorted([*SOURCE.rglob("*plausibility.py"), *SOURCE.rglob("*messages.py")])
 
 # Expression -> what to write instead.
@@ -157,6 +161,14 @@ def texts(path: Path) -> str:
     )
 
 
+def remarks(path: Path) -> str:
+    """Return the prose of a page of the gallery: its docstring and its comments."""
+    content = path.read_text(encoding="utf-8")
+    lines = [line.removeprefix("# ") for line in content.splitlines() if line.startswith("# ")]
+    text = "\n".join([ast.get_docstring(ast.parse(content)) or "", *lines])
+    return re.sub(r"``[^`]*``|`[^`]*`", "", text)
+
+
 def test_patterns_are_found_and_plain_words_are_not() -> None:
     assert list(faults("It hangs on the pixel: what counts is the centre. Done!")) != []
     assert len(list(faults("It hangs on the pixel: what counts is the centre. Done!"))) == 4
@@ -207,3 +219,15 @@ def test_docstrings_of_the_public_face_are_plain_english() -> None:
 )
 def test_reports_and_messages_are_plain_english(path: Path) -> None:
     assert list(faults(texts(path))) == []
+
+
+@pytest.mark.parametrize("path", GALLERY, ids=lambda path: path.stem)
+def test_the_gallery_is_plain_english(path: Path) -> None:
+    assert list(faults(remarks(path))) == []
+
+
+@pytest.mark.parametrize("path", [BOUNDARY, *sorted(DESK)], ids=lambda path: path.stem)
+def test_the_desk_and_boundaries_are_plain_english(path: Path) -> None:
+    # A text of one word is a name.
+    sentences = (line for line in texts(path).splitlines() if " " in line.strip())
+    assert list(faults("\n".join(sentences))) == []

@@ -37,8 +37,8 @@ for fraction in fractions[1:]:
     results[fraction] = rc.solve(ball, material=steel, load=load, ceiling=fraction * p_hertz)
 
 # %%
-# Every pixel is one point of the next figure: its distance from the axis and its pressure. That
-# the points of one ceiling lie on one line means that the square grid leaves no trace.
+# Each point of the next figure is a pixel, at its distance from the axis. The points of one ceiling
+# form one line, so the square grid has no effect.
 
 centre = (np.array(ball.shape) - 1) / 2
 y, x = (np.indices(ball.shape) - centre[:, None, None]) * pixel[0]
@@ -98,7 +98,7 @@ axes.set_title(
 axes.legend(frameon=False)
 
 # %%
-# The number to remember: away from the rim the elastic pressure agrees with Hertz to
+# Away from the contact edge the elastic pressure agrees with Hertz to
 
 inside = r < 0.9 * a_hertz
 exact = hertz.pressure(r, a_hertz, p_hertz)

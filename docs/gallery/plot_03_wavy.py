@@ -39,8 +39,8 @@ for ratio in ratios:
 exact = [2 * waves.wavy_half_width(m * closing, closing, wavelength) / wavelength for m in ratios]
 
 # %%
-# Pressure and gap of four loads beside the exact lines: with more load the strip widens, and the
-# pressure turns from Hertz's half-circle into the cosine of full contact.
+# Pressure and gap of four loads, compared with the exact lines. The strip widens with the load, and
+# the pressure changes from Hertz's half-circle to the cosine of full contact.
 
 x = np.arange(POINTS) * pixel[1]
 shifted = np.roll(np.arange(POINTS), POINTS // 2)
@@ -66,8 +66,8 @@ right.set(xlabel=r"$x/\lambda$", ylabel=r"gap$/\Delta$", title="gap")
 left.legend(fontsize=8, frameon=False)
 
 # %%
-# The same for waves that cross. Between the two ends of Johnson, Greenwood and Higginson there is
-# no closed form: the solver joins them.
+# The same for crossed waves. Johnson, Greenwood and Higginson give the two limits. Between them only
+# the solver has an answer.
 
 crossed = rc.Surface(shapes.crossed_waves((POINTS, POINTS), pixel, amplitude, wavelength), pixel)
 crossed_closing = waves.crossed_full_contact_pressure(amplitude, wavelength, modulus)

@@ -6,7 +6,7 @@ r"""
 mm × 0.1 mm with 1024 × 1024 heights, elastic and with a ceiling of 3 GPa for a yield strength of
 1 GPa. This page goes through its figures with numbers of this program. The radial profiles are in
 :ref:`the example before <sphx_glr_examples_plot_02_hertz.py>`; here follow the sample, both
-solutions, their areas, and what the paper leaves open: how the answer depends on the ceiling and
+solutions, their areas, and two questions that the paper does not answer, the effects of the ceiling and
 on the grid.
 """
 
@@ -71,7 +71,7 @@ for name, result in (("elastic", elastic), ("ceiling 3 GPa", limited)):
 figure_comparison = plots.comparison([elastic, limited], ["elastic", "ceiling 3 GPa"])
 
 # %%
-# The elastic solution needs pressures that no steel bears. The ceiling spreads them over a larger
+# The elastic solution has pressures above what steel can carry. The ceiling spreads them over a larger
 # area.
 
 figure_histogram = plots.pressure_histogram(
@@ -79,10 +79,10 @@ figure_histogram = plots.pressure_histogram(
 )
 
 # %%
-# The elastic spots lie inside
+# The elastic spots are inside
 # ----------------------------
-# The paper observes that the elastic spots lie inside the contact with the ceiling. So they do
-# here: not a summit that touched is let down when its neighbours yield.
+# The paper observes that the elastic spots are inside the contact with the ceiling. This holds here:
+# no summit loses contact when its neighbors yield.
 
 inside = float((elastic.contact & limited.contact).sum() / elastic.contact.sum())
 ratio = limited.contact_area / elastic.contact_area
@@ -113,9 +113,8 @@ axes.set_title("The elastic spots lie inside the contact with the ceiling", loc=
 # %%
 # How the answer depends on the ceiling
 # -------------------------------------
-# A low ceiling makes the area: :math:`W/p_\mathrm{lim}`, whatever the surface looks like. A high
-# one is never reached, and the area is the elastic one. Three gigapascals on this sample are on
-# the first branch.
+# With a low ceiling the area is :math:`W/p_\mathrm{lim}` for any surface. A high ceiling is never
+# reached, and the area is the elastic one. On this sample 3 GPa is on the first branch.
 
 ceilings = np.array([1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48]) * 1e9
 areas, saturated = [], []
@@ -146,10 +145,10 @@ axes.legend(frameon=False)
 # %%
 # How it depends on the grid
 # --------------------------
-# Two questions hide in this one. *The same body on a finer grid*, with no waves added: a fault of
-# the numbers, and it dies out. *A finer measurement*, that brings in waves which the coarser one
-# did not see: another body, steeper, whose elastic contact shrinks without end. Under the ceiling
-# it does not: there the area is the load over the ceiling.
+# These are two questions. *The same body on a finer grid* has no new waves, and the discretization
+# error converges to zero. *A finer measurement* adds shorter waves. The body is steeper, and its
+# elastic contact area decreases without limit. Under the ceiling the area is the load over the
+# ceiling, on any grid.
 
 grids = [POINTS // 8, POINTS // 4, POINTS // 2, POINTS, 2 * POINTS]
 curves: dict[str, list[float]] = {

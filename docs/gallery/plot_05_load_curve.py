@@ -2,15 +2,15 @@ r"""
 05 A load curve
 ===============
 
-Real contact area, gap, stiffness and spots over four decades of load, beside what the simple laws
+Real contact area, gap, stiffness and spots over four decades of load, compared with the simple laws
 say: area in proportion to load at first (:math:`A = \kappa W/(E^* h')`), Persson's theory on the
 way, and the ceiling at the end.
 """
 
 # %%
-# ``load_curve`` starts every load from the one before; with ``folder=`` it keeps every finished
-# step and resumes. The map is periodic here, as the theories assume, and its shortest wave is
-# sixteen pixels long, so that areas are those of the body and not of the grid.
+# ``rc.sweep`` starts every load from the solution before. With ``folder=`` it saves every step and
+# resumes. The map is periodic, as in the theories. Its shortest wave has sixteen pixels, so that the
+# areas do not depend on the grid.
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -96,7 +96,7 @@ for axes, label in zip(panels, ("mean gap [µm]", "stiffness [N/µm]", "contact 
 panels[0].legend(frameon=False)
 
 # %%
-# The slope :math:`\kappa` at light load tells how a surface touches. Persson's theory has
+# The slope :math:`\kappa` at light load differs between theories. Persson's theory has
 # :math:`\sqrt{8/\pi} = 1.60`, the asperity theory of Bush, Gibson and Thomas :math:`\sqrt{2\pi} =
 # 2.51`, and boundary elements between 1.8 and 2.3 (Hyun et al. 2004).
 

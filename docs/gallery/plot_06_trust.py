@@ -4,8 +4,8 @@
 
 A certificate says that the stated problem is solved. Whether the map states the right problem is
 another question: does the answer change with the grid, with the filter, with the ceiling?
-``resolution_study`` solves the same contact again on coarser and finer grids and says so in
-words.
+``resolution_study`` solves the same contact again on coarser and finer grids and reports
+the changes.
 """
 
 # %%
@@ -42,7 +42,7 @@ studies = {
 }
 
 # %%
-# What it says of each:
+# The conclusions for each:
 
 for name, found in studies.items():
     print(f"{name}:")
@@ -51,8 +51,8 @@ for name, found in studies.items():
     print()
 
 # %%
-# The same as a figure, each quantity over its value on the measured grid. A quantity of the
-# contact stays on the line; a property of the pixel runs away from it.
+# The same as a figure, relative to the values on the measured grid. A quantity of the contact
+# remains at 1. A quantity that depends on the pixel does not.
 
 figure, panels = plt.subplots(1, 3, figsize=(10, 3.7), sharey=True, layout="constrained")
 for axes, (name, found) in zip(panels, studies.items(), strict=True):
@@ -71,9 +71,8 @@ panels[0].set_ylabel("value / value on the measured grid")
 panels[0].legend(frameon=False, fontsize=9)
 
 # %%
-# Of the ball everything holds. Of the ground surface no elastic number does: neither area nor
-# pressure belongs to the surface, both belong to the instrument. With the ceiling the contact
-# area is one that can be quoted.
+# All results of the ball are independent of the grid. On the ground surface elastic area and pressure
+# depend on the instrument. With the ceiling the contact area can be reported.
 
 steady = {name: found.independent("corrected_fraction") for name, found in studies.items()}
 for name, answer in steady.items():

@@ -41,8 +41,7 @@ measured = rc.Surface(raw, pixel, rc.Provenance(source="simulated measurement of
 print(f"{measured.missing} points are missing, {np.count_nonzero(spikes & ~patch)} are spikes")
 
 # %%
-# Spikes go first, as everything fitted afterwards would follow them; then the form, then the
-# holes.
+# Remove spikes first, because they affect every later fit. Then fit the form, and fill missing points.
 
 clean = measured.without_outliers()
 rough = clean.without_form("sphere")
@@ -66,7 +65,7 @@ panels[0].set_ylabel("y [µm]")
 figure.suptitle("Missing points in red", fontsize=10, x=0.01, ha="left")
 
 # %%
-# The radius comes back, in spite of roughness, tilt and holes:
+# The fitted radius is right in spite of roughness, tilt and missing points:
 
 _, found = remove_form(clean.heights, pixel, "sphere")
 radius_error = abs(found["radius"] / radius - 1)
@@ -76,8 +75,8 @@ print(
 print(f"roughness Sq {whole.Sq * 1e9:.1f} nm, true {roughness.std() * 1e9:.1f} nm")
 
 # %%
-# What it matters
-# ---------------
+# Effect on the contact
+# ---------------------
 # The ball is pressed on a flat, once with its spikes and once without. Filling keeps the form:
 # only the tilt is removed before, for the highest point decides where the ball touches.
 

@@ -3,7 +3,7 @@ r"""
 ====================================
 
 Bodies in machines are seldom flat. Here two cylinders cross, each with its own roughness,
-measured on grids of their own. Without roughness they touch like a ball on a flat: the roughness
+measured on two different grids. Without roughness they touch like a ball on a flat: the roughness
 then shows what it changes.
 """
 
@@ -82,7 +82,7 @@ figure.suptitle(
 )
 
 # %%
-# The load sits on less area within a wider ring. Greenwood and Tripp (1967) described it:
+# Roughness spreads the load over a wider region, on less area. Greenwood and Tripp (1967) described it:
 # roughness matters once its height is no longer small against the approach of the smooth bodies,
 # here
 
@@ -98,8 +98,8 @@ for rms, name in finishes.items():
     )
 
 # %%
-# The polished pair is Hertz's contact, though it was measured on two grids and lies on two
-# cylinders:
+# The polished pair is Hertz's contact, although it was measured on two grids and has the form of
+# two cylinders:
 
 radius_error = abs(math.sqrt(results[1e-9].perimeter_corrected_area / math.pi) / a_hertz - 1)
 print(f"contact radius within {100 * radius_error:.1f} % of Hertz")

@@ -8,8 +8,8 @@ shows what that means for real materials, and when the ceiling matters at all.
 """
 
 # %%
-# The catalogue knows a number of materials, each value with its source. The same ground surface
-# under the same load:
+# The catalog lists materials with the source of each value. Here the same ground surface carries the
+# same load:
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -38,9 +38,9 @@ for name in names:
 # %%
 # A hardness as the ceiling
 # -------------------------
-# Three yield strengths are right for a metal that does not harden (Tabor 1951). One that does
-# bears more: its hardness is the better ceiling, and it is at hand more often than the yield
-# strength.
+# Three yield strengths are right for a metal that does not harden (Tabor 1951). A metal
+# that hardens carries more. Its hardness is then the better ceiling, and it is known more often than
+# the yield strength.
 
 figure, axes = plt.subplots(figsize=(7.5, 4), layout="constrained")
 ratios = {}
@@ -61,10 +61,9 @@ axes.tick_params(axis="y", labelsize=8)
 # %%
 # When does it matter?
 # --------------------
-# Two numbers decide: how steep the surface is for its strength, :math:`E^* h'/\sigma_Y` (a
-# plasticity index), and how hard it is pressed, :math:`\bar p/\sigma_Y`. The map is solved, one
-# contact for each point of a grid over both; every surface of this spectrum has its place on it,
-# whatever the material.
+# The answer depends on two numbers, the plasticity index :math:`E^* h'/\sigma_Y` and the nominal
+# pressure over the yield strength, :math:`\bar p/\sigma_Y`. The figure shows one contact for each
+# point of a grid over both. It holds for every material with this spectrum.
 
 modulus = rc.contact_modulus(rc.Material(young=210e9, poisson=0.3), rc.RIGID)
 area = surface.size[0] * surface.size[1]

@@ -2,7 +2,7 @@ r"""
 11 Loading, unloading, and passing again
 ========================================
 
-A ceiling leaves an indentation behind. ``load_history`` keeps it from stage to stage: unloading
+A ceiling leaves an indentation behind. ``rc.history`` carries it from stage to stage: unloading
 is elastic about the indented surface, and the second loading follows it: at one place the contact
 has shaken down after a single pass. A counter-body that rolls along takes longer.
 """
@@ -42,8 +42,8 @@ print(f"dissipated: {cycle.dissipated_energy * 1e9:.1f} nJ")
 print(f"shaken down: {cycle.is_elastic_now}")
 
 # %%
-# The loop between loading and unloading is the work that the ceiling has dissipated. What stays
-# is drawn below: the summits have become plateaus, exactly where the contact was saturated.
+# The loop between loading and unloading is the work that the ceiling has dissipated. The residual
+# indentation is shown below. Summits are plateaus where the contact was saturated.
 
 figure_indented, axes = plt.subplots(figsize=(5.6, 4.6), layout="constrained")
 shown = np.where(cycle.indentation > 0, 1e9 * cycle.indentation, np.nan)
@@ -108,5 +108,5 @@ last_share = float(volume[-1] / volume[0])
 print(f"moving: round {rounds} indents {100 * last_share:.1f} % of what the first did")
 
 # %%
-# Mind what the model leaves out: the indented volume is gone, nothing piles up beside it, and no
-# residual stress helps the shakedown, as it does in a real contact.
+# The model has no pile-up and no residual stress. In a real contact residual stress supports the
+# shakedown.

@@ -1,8 +1,8 @@
 r"""
-12 The ceiling against plasticity of the volume
+12 The ceiling against elastoplastic model
 ===============================================
 
-The ceiling stands for plastic flow without computing it. ``solve_elastoplastic`` computes it: plastic
+The ceiling represents plastic flow. ``solve_elastoplastic`` computes it: plastic
 strain in the volume below the contact, the displacement and the stress that it leaves behind. It takes
 about a thousand times longer. ``compare_models`` solves the same contact by both and says how far the
 shortcut may be trusted, and with which ceiling.
@@ -81,7 +81,7 @@ axes.semilogx(
     last("mean_pressure", "volume") / 1e9,
     "o-",
     color="#0072b2",
-    label="plasticity of the volume",
+    label="elastoplastic model",
 )
 light = 1.19 * (fine / 1.03) ** (0.289 / 1.425)
 heavy = 1.61 * (fine / 1.40) ** (0.117 / 1.263)
@@ -170,7 +170,7 @@ for axes, ratio in zip(panels, (3, 40, 300), strict=True):
     axes.plot(rho, peak * np.sqrt(1 - rho**2), "k:", label="Hertz, elastic")
     axes.plot(*rings(usual, a_hertz), "s-", ms=4, color="#7f0d1b", label="ceiling 3 $\\sigma_Y$")
     axes.plot(*rings(better, a_hertz), "-", color="#009e73", lw=2, label="calibrated ceiling")
-    axes.plot(*rings(true, a_hertz), "o-", ms=5, color="#0072b2", label="plasticity of the volume")
+    axes.plot(*rings(true, a_hertz), "o-", ms=5, color="#0072b2", label="elastoplastic model")
     axes.set(xlabel="$r/a_H$", ylim=(0, 4), xlim=(0, None))
     axes.set_title(f"{ratio} × first yield: {advice.factor:.2f} $\\sigma_Y$", loc="left")
 panels[0].set_ylabel("pressure [GPa]")
@@ -179,9 +179,8 @@ panels[0].legend(frameon=False, fontsize=8)
 # %%
 # Metals that harden
 # ------------------
-# Hardening raises the plateau, beyond three times the yield strength at first yield in the end. What
-# counts is the flow stress at the strain that a ball brings, about 0.15 a/R; on it the same rule is
-# built. Solid: plasticity of the volume. Dashed: the calibrated ceiling. Dotted: three times the first
+# Hardening raises the plateau above three times the initial yield strength. The rule uses the flow
+# stress at the representative strain of a ball, about 0.15 a/R. Solid: elastoplastic model. Dashed: the calibrated ceiling. Dotted: three times the first
 # yield strength, which is too high for the first two metals and, beyond some forty loads of first yield,
 # too low for the bearing steel.
 
@@ -265,7 +264,7 @@ for axes, (name, law) in zip(
     elastic = [result.elastic() for result in better]
     nominal_area = rough.size[0] * rough.size[1]
     curves = {
-        "plasticity of the volume": (both.column("volume", "contact_area"), "o-", "#0072b2"),
+        "elastoplastic model": (both.column("volume", "contact_area"), "o-", "#0072b2"),
         "calibrated ceiling": ([r.perimeter_corrected_area for r in better], "--", "#009e73"),
         "ceiling 3 $\\sigma_Y$": (both.column("ceiling", "contact_area")[0], "s:", "#7f0d1b"),
         "elastic": ([r.perimeter_corrected_area for r in elastic], ":", "0.4"),
@@ -302,11 +301,11 @@ panels[2].set(
 panels[2].legend(frameon=False, fontsize=8, loc="upper left")
 
 # %%
-# Where the spots lie and how large they are comes out right with any ceiling. In the volume model some
-# bear more than others, and no single ceiling knows that.
+# Position and size of the spots are right with any ceiling. In the elastoplastic model some spots carry
+# a higher pressure than others, which no single ceiling can represent.
 
 figure_maps, panels = plt.subplots(1, 3, figsize=(11, 3.7), sharey=True, layout="constrained")
-titles = ("plasticity of the volume", "ceiling 3 $\\sigma_Y$", "calibrated ceiling")
+titles = ("elastoplastic model", "ceiling 3 $\\sigma_Y$", "calibrated ceiling")
 for axes, result, title in zip(panels, shown, titles, strict=True):
     image = axes.imshow(
         np.where(result.contact, result.pressure / unit_pressure, np.nan),
@@ -317,9 +316,9 @@ panels[0].set_ylabel("y [µm]")
 figure_maps.colorbar(image, ax=panels, label="pressure / $\\sigma_Y$")
 
 # %%
-# What no ceiling can say
-# -----------------------
-# Plastic strain below the contact, and the stress that stays when the load is gone: a ball at forty
+# Results that a ceiling does not have
+# ------------------------------------
+# Plastic strain below the contact, and the residual stress after unloading: a ball at forty
 # times the load of first yield.
 
 chosen = 40
@@ -345,7 +344,7 @@ print(f"all of this page took {time.perf_counter() - began:.0f} s")
 
 # %%
 # The numbers to check: the mean pressure at forty loads of first yield, 2.19 yield strengths by Kogut and
-# Etsion's finite elements, and what is left of the error of the area with the calibrated ceiling.
+# Etsion's finite elements, and the remaining error of the area with the calibrated ceiling.
 
 plateau = balls[chosen].mean_pressure_ratio[-1]
 excess = balls[chosen].excess("mean_pressure")[three, -1]

@@ -4,12 +4,12 @@ r"""
 
 A line contact is long one way and narrow the other: rollers, gears, seals. A map shows a short
 piece of it. Taken as ``free``, the piece has ends that the roller has not, with peaks of pressure
-on them; taken as ``periodic``, it has neighbours across the contact, where there is nothing.
+on them; taken as ``periodic``, it has neighbors across the contact that do not exist.
 ``boundary="periodic-x"`` repeats the map along x, the axis of the roller, and ends it along y.
 """
 
 # %%
-# First a smooth roller of 10 mm radius under 20 N per millimetre, with a contact half as wide as
+# First a smooth roller of 10 mm radius under 20 N/mm, with a contact half as wide as
 # the map. Without a ceiling this is the line contact of Hertz.
 
 import math
@@ -44,7 +44,7 @@ for boundary, result in smooth.items():
 # %%
 # Only the strip has the pressure of Hertz, the same on every cut. The free piece has peaks on its
 # ends, as high as the pixels are small, and too little in between; the periodic one is pressed up
-# by its neighbours across.
+# by its neighbors across.
 
 peak_error = smooth["periodic-x"].max_pressure / p_hertz - 1
 
@@ -88,7 +88,7 @@ plt.show()
 # The approach of a line contact needs a datum, as a line load displaces a half-space without
 # bound: here a uniform line load displaces nothing at the distance d of the longer side of the map,
 # and the approach is :math:`W'/(\pi E^*)\, (2 \ln(2d/a) + 1)`. Between two loads on one map only the
-# difference counts, and pressure, area and gap know nothing of it.
+# difference counts, and pressure, area and gap do not depend on it.
 
 expected = line_load / (math.pi * modulus) * (2 * math.log(2 * side / half_width) + 1)
 print(f"approach {smooth['periodic-x'].approach:.4g} m, line contact {expected:.4g} m")

@@ -6,7 +6,7 @@ A roller passes over a ground raceway at a Hertz pressure of 1.5 GPa. Smooth, th
 elastic; the peaks of the roughness do not. How many passes does it take until they have been
 pressed in, what roughness is left, and what residual stress below it? The volume model follows each
 step of each pass. The model of the source paper, a ceiling on the pressure, does the same at the
-surface alone, in a tenth of the time: it stands beside it.
+surface alone, in a tenth of the time, and is compared with it.
 """
 
 # %%
@@ -36,8 +36,8 @@ steel = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1.7
 load = math.pi * HERTZ**2 * RADIUS / rc.contact_modulus(steel, rc.RIGID) * LENGTH / 4
 
 # %%
-# Ten passes, round and round on the period of the map, with the contact solved at sixteen places
-# of each: every half of a contact half-width, 26 µm.
+# Ten passes in one direction over the period of the map. The contact of each is solved at sixteen
+# positions, every half of a contact half-width, 26 µm.
 
 rolled = rc.roll(
     ground, counter_surface=roller, material=steel, load=load, passes=PASSES, steps=STEPS,
@@ -50,12 +50,11 @@ print(f"left of Sq {left['Sq']:.0%}, of Spk {left['Spk']:.0%}")
 print(rolled)
 
 # %%
-# Nearly all happens on the first pass: peaks that carried more than four Hertz pressures yield, and
-# lie lower from then on. What the next passes add falls by a factor of twenty, and then of six from
-# one to the next, until it is below a hundredth of the yield strain: after three passes the raceway
-# bears the roller without flow. The largest pressure is left at four times that of the smooth
-# contact, since running in does not make a ground surface smooth: it takes the peaks (Spk), and
-# leaves the dales, so that Sq changes little.
+# Nearly all plastic strain is from the first pass: peaks with more than four Hertz pressures yield.
+# The second pass adds a twentieth of it, each later one a sixth of the one before. After three passes
+# the strain added is below a hundredth of the yield strain, and the raceway carries the roller without
+# yielding. The largest pressure is then four times that of the smooth contact. Running-in lowers the
+# peaks (Spk) and leaves the valleys, so that Sq changes little.
 
 figure, (adding, heights) = plt.subplots(1, 2, figsize=(10.5, 4), layout="constrained")
 number = np.arange(1, PASSES + 1)
@@ -72,10 +71,10 @@ heights.set(xlabel="passes done", ylabel="roughness without load [nm]", ylim=(0,
 heights.legend(frameon=False)
 
 # %%
-# Below the surface stays compression, here the mean of each layer as X-rays measure it, largest some
-# micrometres down and gone within two or three correlation lengths. All of it is the peaks' doing:
-# the smooth roller, at p₀ = 0.88 σ_Y, stresses the raceway most at 0.7 half-widths, 18 µm, with half
-# of its yield strength.
+# The residual stress below the surface is compressive, here as the mean of each layer that X-rays
+# measure. It is largest a few micrometers deep and vanishes within two or three correlation lengths.
+# The peaks are its cause: the smooth roller, at p₀ = 0.88 σ_Y, reaches only half of the yield strength,
+# at a depth of 0.7 half-widths, 18 µm.
 
 faces = 1e6 * np.append(0.0, np.cumsum(rolled.result.bodies[0].thickness))
 figure_below, panels = plt.subplots(1, 2, figsize=(9.5, 4.2), sharey=True, layout="constrained")
@@ -95,8 +94,8 @@ panels[0].legend(frameon=False)
 compression = rolled.passes[-1].in_plane_stress
 
 # %%
-# Beside it the ceiling, three times the yield strength, 5.1 GPa: what would carry more is pressed
-# in until it does not. `load_history` follows the same places.
+# The ceiling model, with three times the yield strength, 5.1 GPa, indents the surface wherever the
+# pressure would be higher. `rc.history` follows the same positions.
 
 stages = [Stage(load, shift=(0.0, LENGTH * step / STEPS)) for step in range(STEPS)]
 capped, surface = [], ground
@@ -134,13 +133,13 @@ profile.set(xlabel="x [µm]", ylabel=f"height after {PASSES} passes [nm]")
 profile.legend(frameon=False)
 
 # %%
-# Both press in the same peaks, and with both it ends. They differ in three things:
+# Both models indent the same peaks, and both reach shakedown. They differ in three respects:
 #
 # * the ceiling cuts all peaks at one pressure and gives them flat tops: it leaves less of Spk, and
 #   more of Sq;
-# * in the volume the largest pressure passes three yield strengths of the metal as it was: it has
-#   hardened by what it has flowed, which this ceiling does not know;
-# * only the volume tells residual stress and strain, and would tell ratcheting if there were any.
+# * in the elastoplastic model the largest pressure exceeds three initial yield strengths, because the
+#   metal has hardened. This ceiling does not include hardening;
+# * only the elastoplastic model has residual stress and strain, and can show ratcheting.
 #
-# For a first look at how a finish runs in, the ceiling serves; for residual stress, and for the
-# question whether it ever ends, take the volume.
+# Use the ceiling for a first estimate of running-in, and the elastoplastic model for residual stress and
+# for shakedown.

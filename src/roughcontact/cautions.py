@@ -66,6 +66,7 @@ class Kind(StrEnum):
     OPEN_GAP = "open-gap"
     ESTIMATE_DOMAIN = "estimate-domain"
     GENERATE_MISSED = "generate-missed"
+    NARROW_SPECTRUM = "narrow-spectrum"
     NO_CHECKSUMS = "no-checksums"
     PARALLEL = "parallel"
 
@@ -75,6 +76,7 @@ _PLACES: dict[str, int] = {kind: place for place, kind in enumerate(Kind)}
 # The smaller their first number, the worse.
 _SMALLER_IS_WORSE = (
     Kind.FEW_ATOMS, Kind.PIXEL, Kind.ROLLING_PIXEL, Kind.FEW_MAPS, Kind.FEW_PARTS,
+    Kind.NARROW_SPECTRUM,
 )  # fmt: skip
 
 

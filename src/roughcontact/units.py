@@ -82,6 +82,9 @@ _PLAIN = {
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
 }  # fmt: skip
 
+# Digits before the point that have no comma.
+_UNGROUPED = 4
+
 # Of a length that means anything: a hundredth of an atom.
 _SMALLEST_LENGTH = 1e-12
 
@@ -175,9 +178,15 @@ def _prefixed(value: float, unit: str, digits: int = 4) -> str:
     if first is None or prefix not in _PREFIXES:
         return f"{value:.{digits}g} {unit}".rstrip()
     scaled = format(rounded.scaleb(-prefix * power), "f")
-    if "." in scaled:
-        scaled = scaled.rstrip("0").rstrip(".")
-    return f"{scaled} {_PREFIXES[prefix]}{unit}"
+    return f"{grouped(scaled)} {_PREFIXES[prefix]}{unit}"
+
+
+def grouped(number: str) -> str:
+    """Return decimals without trailing zeros, with commas from 10,000 on and a minus sign."""
+    whole, point, rest = number.partition(".")
+    if len(whole.lstrip("-")) > _UNGROUPED:
+        whole = f"{int(whole):,}"
+    return f"{whole}{point}{rest}".rstrip("0" * bool(point)).rstrip(".").replace("-", "−")
 
 
 def lengths(values: Sequence[float], between: str = " × ") -> str:
@@ -205,8 +214,7 @@ def plain(value: float, digits: int = 4) -> str:
         return f"{abs(value):g}" if value == 0 else f"{value:g}"
     if 0 < value < 1e-6:
         return "< 0.000001"
-    text = format(Decimal(f"{value:.{digits - 1}e}"), "f")
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return grouped(format(Decimal(f"{value:.{digits - 1}e}"), "f"))
 
 
 def changed_by(change: float) -> str:
@@ -223,7 +231,7 @@ def changed_by(change: float) -> str:
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun."""
     plural = f"{noun}es" if noun.endswith("s") else f"{noun}s"
-    return f"{number} {noun if number == 1 else plural}"
+    return f"{grouped(str(number))} {noun if number == 1 else plural}"
 
 
 def _plain(text: str) -> str:

@@ -216,7 +216,7 @@ def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     wait_for_change(seat, "Load", before)
     page.get_by_text("s so far").wait_for()
     page.get_by_role("button", name="Cancel").locator("visible=true").click()
-    page.get_by_text("Cancelled; nothing was kept.").wait_for()
+    page.get_by_text("Canceled; nothing is saved.").wait_for()
     assert page.get_by_role("button", name="Start").is_enabled()
 
 

@@ -450,7 +450,7 @@ def test_a_mistake_leaves_no_white_page(desk: Desk, monkeypatch: pytest.MonkeyPa
     desk.open(desk.home)
     monkeypatch.setattr(desk.server, "_page", broken)
     token = token_of(desk.ask(desk.home))
-    assert "A mistake of the program" in asyncio.run(pulled(desk, token))
+    assert "An internal error" in asyncio.run(pulled(desk, token))
 
 
 def test_nothing_is_fetched_from_elsewhere(desk: Desk) -> None:
@@ -579,7 +579,7 @@ def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> No
     ("words", "sentence"),
     [
         (["nothere.opd"], "nothere.opd does not exist; check the name of the file"),
-        (["--address", "0.0.0.0"], "--address 0.0.0.0 lets other machines in: tell by "
+        (["--address", "0.0.0.0"], "--address 0.0.0.0 admits other machines: give "
          "--allow-origin which address their browsers show, such as --allow-origin "
          "http://lab-pc:5106"),
         (["--allow-origin", "*"], "--allow-origin must be an address such as "

@@ -41,7 +41,7 @@ class Heard:
         self.all.append(what)
         if isinstance(what, Failed):
             # What nobody foresaw.
-            assert "mistake of the program" not in what.error.worded(), what.error
+            assert "internal error" not in what.error.worded(), what.error
 
 
 @pytest.fixture

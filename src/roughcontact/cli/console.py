@@ -52,7 +52,7 @@ def show(outcome: Outcome, display: Display) -> None:
     from roughcontact.report import kinds
 
     result, task = outcome.found, outcome.request.task
-    _print_headline(kinds.headline(result, **outcome.beside))
+    _print_headline(kinds.headline(result, **outcome.beside), task)
     if display is Display.VERBOSE:
         show_all(result, task, **outcome.beside)
     else:
@@ -96,7 +96,7 @@ def _print_paragraph(text: str) -> None:
         print()
 
 
-def _print_headline(headline: Headline) -> None:
+def _print_headline(headline: Headline, command: Command = SOLVE) -> None:
     """Print problem, answer, numbers, and how certain they are."""
     _print_lines(headline.problem)
     print()
@@ -106,7 +106,7 @@ def _print_headline(headline: Headline) -> None:
     if headline.rows:
         _print_table(headline.rows, heads=headline.heads, indent=_INDENT)
     for line in headline.remarks:
-        _print_lines(line, _INDENT)
+        _print_lines(terminal.spelled(line, command), _INDENT)
     if headline.remarks:
         print()
 
@@ -146,13 +146,15 @@ _INDENT = "  "
 
 def show_reports(reports: Sequence[Report], folder: Path) -> None:
     """Print how the contacts of a project ended, one row each, and where all numbers are."""
+    from roughcontact.batch.plan import FAILED
     from roughcontact.cautions import from_summary, of_several
 
     states = Counter(report.state for report in reports)
     counts = ", ".join(f"{count} {state}" for state, count in states.items())
     _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
     print()
-    rows = [(report.name, str(report.told.get("answer", report.state))) for report in reports]
+    failed_first = sorted(reports, key=lambda report: report.state != FAILED)
+    rows = [(item.name, str(item.told.get("answer", item.state))) for item in failed_first]
     _print_table(rows, heads=("contact", "answer"), fold=True, indent=_INDENT)
     told = [(report.name, map(from_summary, report.told.get("cautions", ()))) for report in reports]
     _print_messages(of_several(told, "contacts"))
@@ -243,7 +245,7 @@ def show_info(measured: Measured, channels: Sequence[Channel], file: str, displa
     from roughcontact.contact.plausibility import implausible_slope
     from roughcontact.report import inputs
 
-    _print_headline(inputs.headline(measured, Path(file).name))
+    _print_headline(inputs.headline(measured, Path(file).name), INFO)
     if display is Display.VERBOSE:
         _print_parameters(measured, channels)
     else:

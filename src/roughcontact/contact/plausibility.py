@@ -35,7 +35,7 @@ from roughcontact.material.material import softer
 from roughcontact.solvers.progress import Status
 from roughcontact.surface.surface import Surface
 from roughcontact.theory import hertz, indenters
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import counted, engineering, percent, plain
 
 TRANSITION = 2.0
 """Load over that of first yield from which on there is anything to compare."""
@@ -160,8 +160,8 @@ def atoms(result: ContactResult) -> Caution | None:
         return None
     return as_warning(
         Kind.FEW_ATOMS,
-        f"Half the load is on spots of about {max(count, 1):.2g} atoms ({1e18 * size:.3g} nm²) or "
-        "fewer: no continuum. Numbers are estimates.",
+        f"Half the load is on spots of about {plain(max(count, 1), 2)} atoms "
+        f"({1e18 * size:.3g} nm²) or fewer: no continuum. Numbers are estimates.",
         atoms=count,
     )
 

@@ -56,7 +56,7 @@ class AccessPolicy:
         """Return why a request is refused; empty if it is not."""
         host = request.host.lower()
         if _name(host) not in LOOPBACK and host not in map(_host_of, self.origins):
-            return f"{host!r} is no name of this server; it has to be told by --allow-origin"
+            return f"{host!r} is no name of this server; allow it with --allow-origin"
         headers = request.headers
         origin = headers.get("Origin") or headers.get("Sec-Websocket-Origin")
         own = (f"http://{host}", f"https://{host}") if _name(host) in LOOPBACK else ()

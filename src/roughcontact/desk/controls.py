@@ -214,7 +214,7 @@ def cautions(text: Iterable[Caution]) -> str:
 def missing(names: Iterable[str]) -> str:
     """Return what has to be told before anything can be solved."""
     wanted = ", ".join(f"<b>{escaped(_wanted(name))}</b>" for name in names)
-    return f"<p>To solve the contact, tell: {wanted}.</p>"
+    return f"<p>To solve the contact, enter: {wanted}.</p>"
 
 
 def _wanted(name: str) -> str:
@@ -327,7 +327,7 @@ class Working:
         self._start.disabled, self._cancel.disabled = False, True
         self._bar.visible = False
         if end.canceled:
-            self._said.object = _quiet("Cancelled; nothing was kept.")
+            self._said.object = _quiet("Canceled; nothing is saved.")
         elif end.error is not None:
             self.refuse_error(end.error, self._task)
         else:

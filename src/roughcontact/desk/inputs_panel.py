@@ -32,7 +32,7 @@ from roughcontact.units import engineering
 _QUESTION = {
     "": "–",
     "free": "the whole contact: it ends where the map ends",
-    "periodic": "a sample of a larger surface that goes on alike",
+    "periodic": "a sample of a larger surface",
     "periodic-x": "a sample along x, the whole contact along y",
     "periodic-y": "a sample along y, the whole contact along x",
 }
@@ -40,12 +40,12 @@ _MISSING = {
     "error": "–",
     "fill": "fill them smoothly",
     "fill-all": "fill them smoothly, even above 30 %",
-    "mask": "let them never touch",
+    "mask": "exclude them from contact",
     "crop": "keep the largest rectangle without them",
 }
 _LEVELS = {
     "plane": "plane, by least squares",
-    "robust": "plane, not led by peaks",
+    "robust": "plane, robust against peaks",
     "quadric": "paraboloid",
     "mean": "mean height only",
     "none": "not at all",
@@ -363,7 +363,7 @@ class MapPanel:
             self._demonstration,
             self._of_file,
             fold("Earlier work, or remove this", self._about_works),
-            fold("Counter-body with a map of its own", self._about_other),
+            fold("Counter-body with its own map", self._about_other),
             fold("Generate a surface", self._about_generated),
             fold("A smooth body without a map", self._about_smooth),
         )
@@ -380,7 +380,7 @@ class MapPanel:
         )
         text = pn.pane.HTML(links or '<p class="quiet">No other work is kept.</p>', **style.SHEET)
         requested = pn.widgets.TextInput(
-            label='To remove this work with all its files, type "remove"', **style.CONTROL
+            label='To remove this project with all its files, type "remove"', **style.CONTROL
         )
         requested.param.watch(self._remove, "value")
         return [text, requested]

@@ -139,9 +139,7 @@ class Live:
         except Exception as error:
             # A mistake of the program must not leave a page that waits for ever.
             _log.exception("a contact could not be solved")
-            words = (
-                f"a mistake of the program ended this ({type(error).__name__}); please report it"
-            )
+            words = f"an internal error ended this ({type(error).__name__}): report it"
             return Failed(request, InputError(words))
 
     def _tell(self, what: Told) -> None:

@@ -116,7 +116,7 @@ class Page:
 
     def _end(self) -> None:
         self.close()
-        self.root[:] = [pn.pane.HTML("<p>This work is removed.</p>", **style.SHEET)]
+        self.root[:] = [pn.pane.HTML("<p>This project is removed.</p>", **style.SHEET)]
 
     def _adopt(self, state: State | None) -> None:
         """Follow another page on the same work; None where that removed it."""

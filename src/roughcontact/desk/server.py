@@ -66,7 +66,7 @@ _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
 _WARM = 3000
 _FULL = (
-    f"{MOST_PAGES} pages are open, as many as this program keeps in memory: close one that is "
+    f"{MOST_PAGES} pages are open, the maximum of this program: close one that is "
     "not needed, and reload this page half a minute later."
 )
 _WAY_IN = """<!doctype html><html lang="en"><head><meta charset="utf-8">
@@ -92,7 +92,7 @@ class Settings:
         """Refuse to listen to others without being told who they are."""
         if self.address not in _LOOPBACK and not self.origins:
             raise InputError(
-                f"{self.address} lets other machines in: tell by ", ArgumentRef("allow_origin"),
+                f"{self.address} admits other machines: give ", ArgumentRef("allow_origin"),
                 " which address their browsers show, such as ",
                 ArgumentRef("allow_origin", "http://lab-pc:5106"), argument="address",
             )  # fmt: skip
@@ -359,7 +359,7 @@ class Server:
             _log.exception("a page could not be made")
             self._leave(session)
             kind = type(error).__name__
-            said = f"A mistake of the program ended this page ({kind}); please report it."
+            said = f"An internal error ended this page ({kind}). Report it."
             sheet.append(pn.pane.Str(said))
 
     def _others(self, work: SavedProject) -> list[SavedProject]:

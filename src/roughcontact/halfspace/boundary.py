@@ -332,7 +332,7 @@ def _strip(axis: int) -> _Beyond:
     along, across = ("y", "x") if axis == 0 else ("x", "y")
     return _Beyond(
         (axis,),
-        f"the map is one period of a strip that is endless along {along} and ends along {across}",
+        f"the map repeats along {along} and ends along {across}",
         ("Johnson1985", "DLMF"),
         partial(_endless, axis=axis),
         of_profile="periodic-y" if axis == 0 else "periodic",
@@ -343,7 +343,7 @@ def _strip(axis: int) -> _Beyond:
 _BEYOND = {
     Boundary.FREE: _Beyond(
         (),
-        "the map is all that touches",
+        "the body ends at the map edge",
         ("Johnson1985", "Love1929"),
         _free,
         known_below=True,
@@ -352,7 +352,7 @@ _BEYOND = {
     ),
     Boundary.PERIODIC: _Beyond(
         (0, 1),
-        "the map is one period of an endless surface",
+        "the map is one period of a larger surface",
         ("Johnson1985", "Stanley1997"),
         _periodic,
         known_below=True,

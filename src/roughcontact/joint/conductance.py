@@ -44,7 +44,7 @@ from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
+from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
 from roughcontact.material import catalog
 from roughcontact.material.material import Conductor
 from roughcontact.result import Result
@@ -291,7 +291,10 @@ class Conductance(Result):
         What else is known of the numbers, from the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
-        `beside`.
+        `with_coarser_grid`.
+    calibrated : CalibratedChange or None
+        How the constriction length under the largest load changes under the calibrated ceiling,
+        where that is known; see `with_calibrated_ceiling`.
     """
 
     steps: tuple[ConductanceStep, ...]
@@ -302,6 +305,25 @@ class Conductance(Result):
     messages: tuple[Caution, ...] = ()
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
+    calibrated: CalibratedChange | None = None
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The same bodies under the largest load and the calibrated ceiling.
+        """
+        fine, length = self.steps[-1], 2 * unloading_stiffness(contact) / contact.contact_modulus
+        area = changed(contact.contact_area, fine.contact_area)
+        assert isinstance(contact.ceiling, float)
+        change = CalibratedChange(contact.ceiling, area, (changed(length, fine.length),))
+        return replace(self, calibrated=change)
+
+    def with_length(self, length: float) -> Conductance:
+        """Return the same with another constriction length [m] under the largest load."""
+        return replace(self, steps=(*self.steps[:-1], replace(self.steps[-1], length=length)))
 
     def with_coarser_grid(self, coarser: ContactResult) -> Conductance:
         """Return the same with what changes on a coarser grid.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +18,20 @@ from roughcontact.units import engineering, lengths
 
 # Edges of pixels that differ by less than this part are one.
 _SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class CalibratedChange:
+    """How numbers under the largest load change under the calibrated ceiling."""
+
+    ceiling: float  # [Pa]
+    contact_area: float  # Relative change
+    numbers: tuple[float, ...]  # Relative changes of what the joint does; NaN where there is none
+
+
+def changed(new: float, old: float) -> float:
+    """Return a relative change; NaN where there was nothing."""
+    return new / old - 1 if old and math.isfinite(old) else math.nan
 
 
 ONE_ROUGH_FACE = as_note(

@@ -17,7 +17,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
-from roughcontact.joint.contacts import ONE_ROUGH_FACE, of_one_pair
+from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.result import Result
 from roughcontact.theory.constriction import mean_free_path
@@ -169,7 +169,10 @@ class Leakage(Result):
         What else is known of the numbers, from the measurement of the maps.
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
-        `beside`.
+        `with_coarser_grid`.
+    calibrated : CalibratedChange or None
+        How the permeabilities along y and x change under the calibrated ceiling, where that is
+        known; see `with_calibrated_ceiling`.
     """
 
     steps: tuple[LeakageStep, ...]
@@ -181,6 +184,7 @@ class Leakage(Result):
     messages: tuple[Caution, ...] = ()
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
+    calibrated: CalibratedChange | None = None
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -192,6 +196,23 @@ class Leakage(Result):
         """Area of the whole map [m²]."""
         size = self.largest.pair.size
         return size[0] * size[1]
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> Leakage:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The same bodies under the largest load and the calibrated ceiling.
+        """
+        (step, _), fine = _step(contact, self.axes), self.steps[-1]
+        changes = tuple(
+            changed(step.permeability[axis][axis], fine.permeability[axis][axis])
+            for axis in range(len(AXES))
+        )
+        area = changed(step.contact_area, fine.contact_area)
+        assert isinstance(contact.ceiling, float)
+        return replace(self, calibrated=CalibratedChange(contact.ceiling, area, changes))
 
     def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
         """Return the same with what changes on a coarser grid.

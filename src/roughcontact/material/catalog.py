@@ -118,7 +118,7 @@ def entry(name: str) -> Entry:
     keys = dict.fromkeys(result[match].key for match in close) or [item.key for item in entries()]
     text = name if len(name) <= 60 else name[:59] + "…"
     raise InputError(
-        f"{text!r} is not in the catalogue; "
+        f"{text!r} is not in the catalog; "
         f"{'did you mean' if close else 'it holds'} {', '.join(keys)}{'?' if close else ''}",
         argument="material",
         value=name,

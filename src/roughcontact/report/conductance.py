@@ -13,11 +13,12 @@ import numpy as np
 from roughcontact.joint import conductance as joint
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, phrases, problem
+from roughcontact.report import contact_fields, figures, phrases, problem, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
 from roughcontact.report.kind import CellTable, Kind
+from roughcontact.studies.uncertainty import Interval
 from roughcontact.units import changed_by, engineering, percent, plain
 
 
@@ -138,6 +139,8 @@ CONDUCTANCE: Table = (
             f" contact area {changed_by(r.coarser.contact_area)}"
         ), when=lambda r: r.coarser is not None,
     ),
+    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("interval", of=lambda r: _interval(r).summary()),
     *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
 )  # fmt: skip
 """Of a `Conductance`."""
@@ -267,8 +270,26 @@ def _told(result: joint.Conductance, index: int) -> list[str]:
     return texts
 
 
+def _interval(result: joint.Conductance) -> Interval:
+    """Return the interval of the constriction length under the largest load."""
+    coarser = math.nan if result.coarser is None else result.coarser.length
+    return uncertainty.of_joint(result, "length", result.steps[-1].length, 0, coarser)
+
+
 def _answer(result: joint.Conductance) -> str:
-    return f"At {problem.load(result.largest)}: {', '.join(_told(result, -1))}."
+    texts, interval = _told(result, -1), _interval(result)
+    if uncertainty.has_ends(interval):
+        shown = [
+            [text.partition(" = ")[2].removesuffix(" (thermal)")
+             for text in _told(result.with_length(length), -1)]
+            for length in (interval.low, interval.high)
+        ]  # fmt: skip
+        # A resistance is larger with the smaller length.
+        pairs = [ends if text[0] == "h" else ends[::-1]
+                 for text, *ends in zip(texts, *shown, strict=True)]  # fmt: skip
+        texts = [f"{text} ({problem.between(low, high, str)})"
+                 for text, (low, high) in zip(texts, pairs, strict=True)]  # fmt: skip
+    return f"At {problem.load(result.largest)}: {', '.join(texts)}."
 
 
 def _numbers(result: joint.Conductance) -> CellTable:
@@ -294,8 +315,14 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
     lines = []
     if _filled(result):
         lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
+    lines += [uncertainty.sources(_interval(result), hint=False)]
+    others = []
     if result.coarser is not None:
-        lines.append(f"Grid of twice the pixel: length {changed_by(result.coarser.length)}")
+        others.append(f"twice the pixel {changed_by(result.coarser.length)}")
+    if result.calibrated is not None:
+        others.append(uncertainty.under_calibrated(result, 0))
+    if others:
+        lines.append(f"Constriction length: {', '.join(others)}")
     return (*lines, problem.status(result.largest))
 
 

@@ -286,9 +286,8 @@ def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | Non
     area, ratio = problem.size(result.contact_area, unit), result.contact_area / smooth
     if abs(ratio - 1) < _ALIKE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
-    return (
-        f"Roughness carries the load on {area}{ends}, {problem.share(ratio)} of the Hertz contact."
-    )
+    rough = f"Roughness carries the load on {area}{ends}"
+    return f"{rough}, {problem.share(ratio)} of the Hertz contact{_yields(result)}"
 
 
 _YIELDING = {

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.units import engineering, plain
+from roughcontact.units import engineering, grouped, plain
 
 if TYPE_CHECKING:
     import pandas
@@ -148,7 +148,7 @@ def written(value: Any, unit: str, digits: int = 4) -> str:
     if unit == "s":
         return f"{value:.2f} s"
     if unit == "1":
-        return str(value) if isinstance(value, int) else f"{value:.{digits}g}"
+        return grouped(str(value)) if isinstance(value, int) else f"{value:.{digits}g}"
     return engineering(value, unit, digits)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from roughcontact.cautions import Caution, Kind, as_note, ordered
@@ -45,11 +45,12 @@ def headline(surface: Surface) -> Headline:
 
 
 def unmet(surface: Surface) -> tuple[Caution, ...]:
-    """Return the note on the parameter of a generated map that is missed by most, if one is."""
+    """Return the notes on the parameter that is missed by most, and on a narrow spectrum."""
     created = surface.provenance.origin
     assert created is not None
-    missed = (item for item in compared(surface) if not item.met)
-    return ordered(_why(item, surface, created.found) for item in missed)
+    missed = [item for item in compared(surface) if not item.met]
+    reasons = [_why(item, surface, created.found) for item in missed]
+    return ordered([*reasons, *_narrow(created.found)])
 
 
 def record(surface: Surface) -> dict[str, Any]:
@@ -81,7 +82,8 @@ def _told(name: str, value: float) -> str:
     if name in inputs.ROUGHNESS and inputs.ROUGHNESS[name][0] == "m":
         return engineering(value, "m")
     # Of a skewness of 0 only what it is to the digits that it can be had to.
-    return f"{value:.3g}" if value == 0 or abs(value) >= WITHIN / 2 else f"{value:.3f}"
+    digits = round(value, 3) if abs(value) < WITHIN / 2 else value
+    return f"{digits + 0.0:.3g}".replace("-", "−")
 
 
 # Smaller differences are rounding to who reads them.
@@ -92,8 +94,26 @@ def _missed(item: Parameter) -> str:
     if math.isnan(item.missed):
         return ""
     if item.name == "Ssk":
-        return f"{item.found - item.asked:+.3f}"
+        return f"{item.found - item.asked:+.3f}".replace("-", "−")
     return changed_by(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
+
+
+# Longest wave over shortest below which a surface is rough on hardly more than one scale.
+_NARROW = 4.0
+
+
+def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
+    """Yield the note on a spectrum of few scales."""
+    short, long = (result[f"{name}_wavelength"] for name in ("cutoff", "rolloff"))
+    if long < _NARROW * short * (1 - 1e-9):
+        ends = f"{engineering(short, 'm', 3)} to {engineering(long, 'm', 3)}"
+        yield as_note(
+            Kind.NARROW_SPECTRUM,
+            f"Spectrum spans only a factor of {long / short:.2g} ({ends}). Use more ",
+            ArgumentRef("points"),
+            ".",
+            span=long / short,
+        )
 
 
 def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:

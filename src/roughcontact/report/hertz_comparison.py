@@ -10,7 +10,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.report.fields import ABSENT
 from roughcontact.units import engineering
 
-HEADS = ("compared with Hertz", "smooth (Hertz)", "here", "ratio")
+HEADS = ("compared with Hertz", "smooth (Hertz)", "rough", "ratio")
 """Of the columns of `rows`."""
 
 _SIDES = {
@@ -20,7 +20,7 @@ _SIDES = {
 }
 
 SIZE = (
-    "The size of the contact here is that of the smooth contact whose pressure is spread as far "
+    "The size of the rough contact is that of the smooth contact with the same spread of pressure "
     "about its middle."
 )
 

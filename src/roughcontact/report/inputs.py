@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from roughcontact.errors import InputError
+from roughcontact.errors import InputError, Sentence, message_parts
 from roughcontact.formats import export
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
@@ -20,6 +20,7 @@ from roughcontact.report.fields import (
     Headline,
     Quantity,
     Table,
+    capital,
     quantity_of,
     within,
     written,
@@ -206,22 +207,23 @@ def headline(result: Measured, name: str) -> Headline:
     """Return what is said first of a file: its grid, what kind of map it is, its roughness."""
     surface, leveled = result.surface, result.leveled
     about = surface.provenance.instrument or "height map"
-    if surface.is_profile:
-        grid = f"{surface.shape[1]} points, {lengths((surface.size[1],))}"
-        roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
-        return Headline(f"{name}: {about}, profile, {grid}", "", (), roughness, ())
-    values = leveled.roughness()
-    ny, nx = surface.shape
-    grid = f"{ny} × {nx} points, {lengths(surface.size)}, pixel {lengths(surface.pixel)}"
     missing = surface.missing
     state = "complete" if not missing else f"{percent(missing / surface.heights.size)} missing"
     action = "ready to solve" if not missing else "choose --missing fill, mask or crop"
+    if surface.is_profile:
+        grid = f"{surface.shape[1]} points, {lengths((surface.size[1],))}"
+        roughness = [(f"{key}", value) for key, value, *_ in profile_parameters(leveled)[:6]]
+        answer = f"{capital(state)}; {action}."
+        return Headline(f"{name}: {about}, {grid}", answer, (), roughness, ())
+    values = leveled.roughness()
+    ny, nx = surface.shape
+    grid = f"{ny} × {nx} points, {lengths(surface.size)}, pixel {lengths(surface.pixel)}"
     notes = leveled.resolution_notes()
     rows = [
-        (" ".join(f"{key} {parameter(key, values)}" for key in keys),)
-        for keys in (("Sq", "Sa", "Sz", "Ssk", "Sku"), ("Sdq", "Sal", "Str", "Spk", "Svk"))
+        ("   ".join(f"{key} {parameter(key, values)}" for key in keys),)
+        for keys in (("Sq", "Sa", "Sz", "Ssk", "Sku"), ("Sdq", "Sal", "Spk", "Svk"), ("Str",))
     ]
-    remarks = tuple(f"Resolution: {note}" for note in notes[:1])
+    remarks = tuple(Sentence("Resolution: ", *message_parts(note)) for note in notes[:1])
     return Headline(
         f"{name}: {about}, {grid}", f"{_character(values)}, {state}; {action}.", (), rows, remarks
     )

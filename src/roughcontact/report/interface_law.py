@@ -211,10 +211,8 @@ _MOST = 5
 
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
-    what = problem.bodies(contact)
-    if len(law.maps) > 1:
-        what = f"{counted(len(law.maps), 'map')}, {what}"
-    return f"{what}{problem.boundary(contact)}"
+    name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
+    return f"{problem.bodies(contact, name)}{problem.boundary(contact)}"
 
 
 def _answer(law: InterfaceLaw) -> str:

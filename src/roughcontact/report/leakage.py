@@ -13,13 +13,14 @@ import numpy as np
 from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
 from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, phrases, problem
+from roughcontact.report import contact_fields, phrases, problem, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
 from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
+from roughcontact.studies.uncertainty import Interval
 from roughcontact.units import changed_by, engineering, percent, plain
 
 
@@ -146,6 +147,8 @@ _TABLE: Table = (
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
         text=_coarser, when=lambda r: r.coarser is not None,
     ),
+    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
     Quantity(
         "unbalanced", "flow out of balance", form=tiny, part=TRUST,
         of=lambda r: float(np.max(r.column("unbalanced"))),
@@ -209,11 +212,33 @@ _PER_SECOND = 1e-9
 def _rate(value: float) -> str:
     if value >= _PER_SECOND:
         return f"{plain(value * 1e9, 3)} mm³/s"
-    return f"{plain(value * 3.6e12, 2)} mm³/h"
+    return f"{plain(value * 3.6e12, 3)} mm³/h"
 
 
 def _flows(result: Leakage, axis: int) -> bool:
     return bool(result.permeability(axis)[-1])
+
+
+def _interval(result: Leakage, axis: int) -> Interval:
+    """Return the interval of a permeability under the largest load."""
+    coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
+    value = float(result.permeability(axis)[-1])
+    return uncertainty.of_joint(result, f"permeability_{AXES[axis]}", value, axis, coarser)
+
+
+def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
+    """Return what tells the leak rate of a permeability [m³]."""
+    factor = float(result.rate(axis)[-1] / result.permeability(axis)[-1])
+    return lambda permeability: _rate(factor * permeability)
+
+
+def _with_ends(result: Leakage, axis: int, form: Callable[[float], str]) -> str:
+    """Return a permeability under the largest load in some form, with its interval."""
+    interval = _interval(result, axis)
+    text = form(interval.value)
+    if not uncertainty.has_ends(interval):
+        return text
+    return f"{text} ({problem.between(interval.low, interval.high, form)})"
 
 
 def _answer(result: Leakage) -> str:
@@ -223,10 +248,10 @@ def _answer(result: Leakage) -> str:
     if len(closed) == len(result.axes):
         return f"Sealed at {at} on this map: no open path along {' or '.join(closed)}."
     if result.seal is None:
-        texts = [f"{result.permeability(axis)[-1]:.3g} m³ along {AXES[axis]}"
+        texts = [f"{_with_ends(result, axis, lambda k: f'{k:.3g} m³')} along {AXES[axis]}"
                  for axis in result.axes if _flows(result, axis)]  # fmt: skip
         return f"At {at} the permeability is {' and '.join(texts)}."
-    texts = [f"{_rate(result.rate(axis)[-1])} along {AXES[axis]}"
+    texts = [f"{_with_ends(result, axis, _rate_of(result, axis))} along {AXES[axis]}"
              for axis in result.axes if _flows(result, axis)]  # fmt: skip
     return f"It leaks {' and '.join(texts)} at {at}."
 
@@ -255,7 +280,7 @@ def _numbers(result: Leakage) -> CellTable:
 def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return what scales the rate, the narrowest place, and how exactly it is solved."""
     lines = []
-    if result.seal is not None:
+    if result.seal is not None and None in (result.seal.width, result.seal.length):
         lines.append("Rate scales with width/length of the land: --seal-width, --seal-length")
     places = [f"{problem.size(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
@@ -265,6 +290,10 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
         lines.append(narrowest)
     if result.coarser is not None:
         lines.append(f"Grid of twice the pixel: {_coarser(result).partition(': ')[2]}")
+    flowing = [axis for axis in result.axes if _flows(result, axis)]
+    lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
+              for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
+    lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
     return (*lines, problem.status(result.largest))
 
 

@@ -46,7 +46,12 @@ def _problem(curve: LoadCurve) -> str:
     first, last = (getattr(step, curve.control) for step in (curve.steps[0], curve.steps[-1]))
     unit = _unit(curve) if curve.control == "load" else "m"
     ends = problem.between(first, last, lambda value: problem.size(value, unit))
-    return f"{name}, {len(curve.steps)} {control} from {ends}"
+    text = f"{name}, {len(curve.steps)} {control} from {ends}"
+    if curve.is_profile:
+        return text
+    first, last = (step.load / curve.nominal_area for step in (curve.steps[0], curve.steps[-1]))
+    ends = problem.between(first, last, lambda value: problem.size(value, "Pa"))
+    return f"{text} ({ends} nominal)"
 
 
 def _answer(curve: LoadCurve) -> str:

@@ -154,6 +154,8 @@ def under(result: ContactResult) -> str:
         return f"at an approach of {engineering(result.approach, 'm')}"
     specified = result.specified_load
     if specified is None:
+        if result.pair.is_profile:
+            return f"under {_line_load(result.load)}"
         return f"under {engineering(result.load, result.pair.load_unit)}"
     value = _form(specified.form)
     if isinstance(specified.form, load_case.NominalPressure):

@@ -30,7 +30,7 @@ def size(value: float, unit: str) -> str:
 def between(low: float, high: float, form: Any) -> str:
     """Return both ends of an interval, the unit once where it is the same."""
     first, last = form(low), form(high)
-    number, _, unit = first.rpartition(" ")
+    number, _, unit = first.partition(" ")
     return f"{number if number and last.endswith(f' {unit}') else first} to {last}"
 
 
@@ -58,31 +58,38 @@ def _counter(contact: ContactResult) -> str:
     return f"{name} ({'rigid' if rigid else _material(other)})"
 
 
-def bodies(contact: ContactResult) -> str:
-    """Return both bodies and their materials."""
+def bodies(contact: ContactResult, name: str = "") -> str:
+    """Return both bodies and their materials; the first by its file, or by another name."""
     against = "on" if contact.counter_surface is None else "against"
-    return (
-        f"{map_name(contact.share)} ({_material(contact.material)}) {against} {_counter(contact)}"
-    )
+    name = name or map_name(contact.share)
+    return f"{name} ({_material(contact.material)}) {against} {_counter(contact)}"
+
+
+def force(value: float, unit: str) -> str:
+    """Return a force, or one per length [N/m] as engineers write it."""
+    return f"{size(1e-3 * value, 'N')}/mm" if unit == "N/m" else size(value, unit)
 
 
 def load(contact: ContactResult) -> str:
     """Return the load as it was given, and the force where that is another number."""
     if contact.control == "approach":
         return f"approach {size(contact.approach, 'm')}"
-    return given(contact.specified_load, contact.load, contact.pair.load_unit)
+    specified = contact.specified_load
+    # Of a body that is unloaded it is the largest load.
+    largest = contact.load if specified is None else specified.force
+    return given(specified, largest, contact.pair.load_unit)
 
 
-def given(specified: GivenLoad | None, force: float, unit: str) -> str:
+def given(specified: GivenLoad | None, load: float, unit: str) -> str:
     """Return a load in its own form, with the force."""
-    total = size(force, unit)
+    total = force(load, unit)
     match None if specified is None else specified.form:
         case NominalPressure(value=value):
             return f"{size(value, 'Pa')} nominal ({total})"
         case HertzPressure(value=value):
             return f"Hertz pressure {size(value, 'Pa')} ({total})"
         case LineLoad(value=value):
-            return f"{size(1e-3 * value, 'N')}/mm ({total})"
+            return f"{force(value, 'N/m')} ({total})"
     return total
 
 
@@ -100,9 +107,17 @@ def of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
     """Return the problem of a contact under several loads, smallest and largest."""
     if len(loads) == 1:
         return line(contact)
-    ends = (size(value, contact.pair.load_unit) for value in (min(loads), max(loads)))
-    text = f"{len(loads)} loads from {' to '.join(ends)}"
-    return f"{bodies(contact)}, {text}{boundary(contact)}"
+    ends = (min(loads), max(loads))
+    if contact.specified_load is not None and isinstance(
+        contact.specified_load.form, NominalPressure
+    ):
+        area = contact.nominal_area
+        span = between(ends[0] / area, ends[1] / area, lambda value: size(value, "Pa"))
+        what = f"nominal pressures from {span}"
+    else:
+        unit = contact.pair.load_unit
+        what = f"loads from {between(*ends, lambda value: force(value, unit))}"
+    return f"{bodies(contact)}, {len(loads)} {what}{boundary(contact)}"
 
 
 def status(contact: ContactResult) -> str:

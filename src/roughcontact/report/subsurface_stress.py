@@ -78,8 +78,11 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
         pressure = onset.solution.load / solution.nominal_area
         rows.append(("Yields from", f"{force} ({problem.size(pressure, 'Pa')} nominal)"))
     if not solution.pair.is_profile:
-        shear = (kind.row(stress, f"max_orthogonal_shear_along_{axis}") for axis in "yx")
-        rows.append(("Orthogonal shear", "; ".join(f"±{row.text}" for row in shear)))
+        shear = (
+            f"±{kind.row(stress, f'max_orthogonal_shear_along_{axis}').text} along {axis}"
+            for axis in "yx"
+        )
+        rows.append(("Orthogonal shear", ", ".join(shear)))
     return (), rows
 
 

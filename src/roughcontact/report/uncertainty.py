@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.report import contact_fields
@@ -12,7 +13,7 @@ from roughcontact.report.kind import Kind
 from roughcontact.studies import uncertainty
 from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
 from roughcontact.studies.uncertainty import Cause, Interval
-from roughcontact.units import changed_by, percent
+from roughcontact.units import changed_by, engineering, percent
 
 STUDY: Table = (
     Quantity("grids", of=lambda study: [vars(grid) for grid in study.grids]),
@@ -80,7 +81,7 @@ _SHORT = {
 }  # fmt: skip
 
 
-def sources(interval: Interval) -> str:
+def sources(interval: Interval, hint: bool = True) -> str:
     """Return in one line what an interval comes from."""
     known, unknown = [], []
     for item in interval.doubts:
@@ -97,9 +98,30 @@ def sources(interval: Interval) -> str:
     head = "No interval, known are" if Cause.YIELDING in interval.unknown else "Interval from"
     text = f"{head}: {', '.join(known)}" if known else ""
     other = f"{' and '.join(unknown)} not studied" if unknown else ""
-    if "pixel" in unknown:
+    if hint and "pixel" in unknown:
         other += " (--study)"
     return "; ".join(filter(None, (text, other)))
+
+
+def of_joint(joint: Any, name: str, value: float, index: int, coarser: float) -> Interval:
+    """Return the interval of one of the numbers of a joint under its largest load."""
+    known = joint.calibrated
+    calibrated = (math.nan, math.nan)
+    if known is not None:
+        calibrated = known.numbers[index], known.contact_area
+    return uncertainty.of_joint(name, value, joint.largest, coarser, calibrated)
+
+
+def under_calibrated(joint: Any, index: int) -> str:
+    """Return how one of the numbers of a joint changes under the calibrated ceiling."""
+    known = joint.calibrated
+    change = changed_by(known.numbers[index])
+    return f"calibrated ceiling ({engineering(known.ceiling, 'Pa', 3)}) {change}"
+
+
+def has_ends(interval: Interval) -> bool:
+    """Return whether an interval is known."""
+    return not interval.unknown and interval.low < interval.high < math.inf
 
 
 def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
@@ -126,7 +148,8 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
     if interval.unknown and low == high:
         return f"{low}, no interval"
     text = low if low == high else f"{low} to {high}"
-    return f"{text} (pixel not studied)" if interval.unknown else text
+    unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
+    return f"{text} ({unknown} not studied)" if unknown else text
 
 
 def _causes(interval: Interval) -> list[str]:

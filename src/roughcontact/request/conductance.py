@@ -32,10 +32,7 @@ def _run(request: Request, work: Work) -> Outcome:
         electrical_film=request[ELECTRICAL_FILM] or 0.0,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
     )
-    coarser = contacts.coarser(result.largest)
-    return joints.outcome(
-        request, work, result if coarser is None else result.with_coarser_grid(coarser)
-    )
+    return joints.outcome(request, work, contacts.with_variants(result))
 
 
 def _check(request: Request) -> None:
@@ -55,15 +52,13 @@ def _check(request: Request) -> None:
             if body.conductivity is None
         )  # fmt: skip
         named = request[material]
-        which = "" if named is None else f", which {named.name} lacks"
+        which = "" if named is None else f": {named.name} has none"
         raise InputError(
-            "is needed, such as ",
+            f"is needed{which}. Give ",
             ArgumentRef(lacking.argument, "46 W/m/K"),
-            ", or the resistivity of both bodies; ",
-            ArgumentRef("material"),
-            " and ",
-            ArgumentRef("counter_material"),
-            f" of the catalogue have them where a source is known{which}",
+            " or ",
+            ArgumentRef(material.argument, "Cu-ETP"),
+            ".",
             argument=lacking.argument,
         )
     for film, kind, there in zip((ELECTRICAL_FILM, joints.THERMAL_FILM), kinds, known, strict=True):

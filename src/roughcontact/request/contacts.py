@@ -178,15 +178,55 @@ class Contacts:
         pair, ceiling = coarsened(result.pair), result.ceiling
         if pair is None or not (ceiling is None or isinstance(ceiling, float)):
             return None
-        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
-        arguments |= {"counter_surface": pair.counter_surface, "ceiling": ceiling}
+        changes = {"counter_surface": pair.counter_surface, "ceiling": ceiling}
+        return self._again(result, pair.surface, "coarser grid", changes)
+
+    def calibrated(self, result: ContactResult) -> ContactResult | None:
+        """Return the same contact under the calibrated ceiling, where that changes it."""
+        ceiling = calibrated_ceiling(result)
+        if ceiling is None:
+            return None
+        return self._again(result, self.maps[0], "calibrated ceiling", {"ceiling": ceiling})
+
+    def _again(
+        self, result: ContactResult, surface: Surface, label: str, changes: dict[str, Any]
+    ) -> ContactResult | None:
+        """Return a contact with other arguments; None where it has no solution."""
+        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER) | changes
 
         def watch(state: Progress) -> None:
-            self.work.look(replace(state, label="coarser grid"))
+            self.work.look(replace(state, label=label))
 
         with suppress(ConvergenceError, CapacityError):
-            return self.work.solve(pair.surface, **arguments, load=result.load, progress=watch)
+            return self.work.solve(surface, **arguments, load=result.load, progress=watch)
         return None
+
+    def with_variants(self, result: Any) -> Any:
+        """Return a joint with its changes on a coarser grid and under the calibrated ceiling."""
+        if (coarser := self.coarser(result.largest)) is not None:
+            result = result.with_coarser_grid(coarser)
+        if (calibrated := self.calibrated(result.largest)) is not None:
+            result = result.with_calibrated_ceiling(calibrated)
+        return result
+
+
+def calibrated_ceiling(result: ContactResult) -> float | None:
+    """Return the calibrated ceiling [Pa] of a contact; None where it changes nothing."""
+    from roughcontact.contact import plausibility
+    from roughcontact.contact.ceiling import area_change
+    from roughcontact.contact.result import Regime
+
+    if not isinstance(result.ceiling, float) or result.calibration is not None:
+        return None
+    advice = plausibility.advice(result)
+    if advice is None or result.regime is Regime.BELOW_FIRST_YIELD:
+        return None
+    change = abs(area_change(advice, result.ceiling, result.contact_modulus))
+    return advice.ceiling if change >= _SAME else None
+
+
+# Relative change of the contact area below which two ceilings are one.
+_SAME = 0.005
 
 
 @contextmanager

@@ -44,10 +44,7 @@ def _run(request: Request, work: Work) -> Outcome:
         contacts.under(joints.loads(request)),
         **{option.argument: request[option] for option in _FLUID},
     )
-    coarser = contacts.coarser(result.largest)
-    return joints.outcome(
-        request, work, result if coarser is None else result.with_coarser_grid(coarser)
-    )
+    return joints.outcome(request, work, contacts.with_variants(result))
 
 
 def _check(request: Request) -> None:

@@ -204,7 +204,7 @@ class Request(Reading):
             if known is None and self[option] is None:
                 raise InputError(
                     "is needed, such as ", ArgumentRef(option.argument, example), "; or ",
-                    ArgumentRef(material.argument), " with a name of the catalogue",
+                    ArgumentRef(material.argument), " with a name of the catalog",
                     argument=option.argument,
                 )  # fmt: skip
         try:

@@ -18,7 +18,7 @@ cause below first yield or where no strength is known. Tolerance: the certificat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -32,8 +32,15 @@ from roughcontact.studies.resolution_study import STEADY, ResolutionStudy
 # What the change of one sphere is wrong by itself, beside what the rule is.
 _ONE_SPHERE = 0.02
 
+# Factor of safety of two grids of first order (Roache 1994).
+_TWO_GRIDS = 3.0
+
 # Numbers of an elastic contact that each shorter wave moves on, and what tells so.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
+
+# Parts of the map, at most all of it; and lengths below which a gap is closed [m].
+_SHARES = ("contact_fraction", "saturated_fraction")
+_CLOSED = 1e-12
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Names of the numbers that get an interval."""
@@ -79,8 +86,9 @@ class Interval:
 
     @property
     def high(self) -> float:
-        """Upper end [SI]; infinite where there is none."""
-        return self.value * math.prod(1 + d.high for d in self.doubts if d.known)
+        """Upper end [SI], of a share at most 1; infinite where there is none."""
+        high = self.value * math.prod(1 + d.high for d in self.doubts if d.known)
+        return min(high, 1.0) if self.name in _SHARES and math.isfinite(high) else high
 
     @property
     def unknown(self) -> tuple[Cause, ...]:
@@ -106,14 +114,44 @@ def uncertainty_intervals(
         value = float(getattr(result, name))
         if name == result.control or not (math.isfinite(value) and value):
             continue
+        if name == "mean_gap" and value < _CLOSED:
+            continue
         grid = _grid(name, result, study)
         doubts = [*grid, ErrorSource(Cause.TOLERANCE, -result.certificate, result.certificate)]
         if yields:
             doubts.insert(0, _yielding(name, result))
         if name == "contact_fraction" and not grid[0].known:
             doubts.insert(0, _rim(result))
-        answer.append(Interval(name, value, tuple(doubts)))
+        answer.append(Interval(name, value, tuple(_possible(item, name, value) for item in doubts)))
     return tuple(answer)
+
+
+def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
+    """Return an error within what a number can be: none is negative, no share above 1."""
+    high = doubt.high
+    if name in _SHARES and math.isfinite(high):
+        high = min(high, max(1 / value - 1, 0.0))
+    # NaN stays, since it comes first.
+    return replace(doubt, low=max(doubt.low, -1.0), high=high)
+
+
+def of_joint(
+    name: str, value: float, contact: ContactResult, coarser: float, calibrated: tuple[float, float]
+) -> Interval:
+    """Return the interval of what a joint does, from two more solutions of its contact.
+
+    ``coarser`` is its relative change on twice the pixel, ``calibrated`` its own and that of the
+    contact area under the calibrated ceiling; NaN where that is not known. Two grids give three
+    times their difference to either side (Roache 1994). The error of the calibrated ceiling is
+    that of the area, times the change of the number over that of the area.
+    """
+    doubts = [ErrorSource(Cause.GRID, -_TWO_GRIDS * abs(coarser), _TWO_GRIDS * abs(coarser))]
+    if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
+        change, area = calibrated
+        rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
+        error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
+        doubts.insert(0, ErrorSource(Cause.YIELDING, *_around(change, error)))
+    return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))
 
 
 def _rim(result: ContactResult) -> ErrorSource:

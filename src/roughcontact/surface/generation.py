@@ -472,7 +472,15 @@ def _imposed(
         ):
             break
         aim = _aimed(state.aim, missed, len(parts))
-        ranks = _of_unit_height(height_distribution.fitted(*aim).heights(scores))
+        try:
+            ranks = _of_unit_height(height_distribution.fitted(*aim).heights(scores))
+        except ValueError:
+            # The search has left all distributions.
+            raise InputError(
+                f"{wanted[0]:.3g} with Sku {wanted[1]:.3g} is not reachable, too few waves fit; "
+                "use a shorter ", ArgumentRef("cutoff_wavelength"), " or a larger map",
+                argument="Ssk",
+            ) from None  # fmt: skip
         state = _State([_phases(fft.rfft2(_ranked(part, ranks))) for part in parts], aim)
     return heights, state
 
