@@ -23,6 +23,7 @@ from roughcontact.plots.style import (
     SATURATED,
     SERIES,
     cell_max,
+    field_colours,
     prefixed,
     prefixed_window,
 )
@@ -223,7 +224,7 @@ class Stress:
         names = ("depth", "mises", "tresca", "shear")
         self.source: Any = style.source(*names)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(stress_plots.stress_colours()(np.linspace(0, 1, 256))),
+            palette=style.palette(field_colours()(np.linspace(0, 1, 256))),
             high_color=OVER,
         )
         self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
