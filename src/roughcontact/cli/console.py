@@ -7,7 +7,7 @@ import re
 import sys
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -205,29 +205,23 @@ def show_catalogue(entries: Sequence[Entry]) -> None:
 def show_entry(entry: Entry) -> None:
     """Print a material with the source of each of its values."""
     rows = [("material", entry.key), ("also called", ", ".join(entry.names))]
-    rows.append(("condition", entry.condition))
-    if entry.note:
-        rows.append(("note", entry.note))
-    values: list[Cells] = [
-        ("Young's modulus", engineering(entry.young.value, "Pa"), entry.young.source),
-        ("Poisson's ratio", f"{entry.poisson.value:g}", entry.poisson.source),
-    ]
-    if entry.yield_strength is not None:
-        strength = entry.yield_strength
-        values.append(("yield strength", engineering(strength.value, "Pa"), strength.source))
-    if entry.hardness is not None:
-        values.append(("hardness", entry.hardness.text, entry.hardness.source))
-    if entry.exponent is not None:
-        exponent = entry.exponent
-        values.append(("hardening exponent", f"{exponent.value:g}", exponent.source))
-    if entry.resistivity is not None:
-        text = engineering(entry.resistivity.value, "Ω m")
-        values.append(("resistivity", text, entry.resistivity.source))
-    if entry.conductivity is not None:
-        text = f"{entry.conductivity.value:g} W/(m K)"
-        values.append(("conductivity", text, entry.conductivity.source))
+    rows += [("condition", entry.condition), *([("note", entry.note)] if entry.note else [])]
+    listed = (
+        ("Young's modulus", entry.young, _in("Pa")),
+        ("Poisson's ratio", entry.poisson, "{:g}".format),
+        ("yield strength", entry.yield_strength, _in("Pa")),
+        ("hardness", entry.hardness, str),
+        ("hardening exponent", entry.exponent, "{:g}".format),
+        ("resistivity", entry.resistivity, _in("Ω m")),
+        ("conductivity", entry.conductivity, "{:g} W/(m K)".format),
+    )
+    values = [(name, form(item[0]), item.source) for name, item, form in listed if item is not None]
     _print_table(rows)
     _print_table(values, heads=("", "value", "source"))
+
+
+def _in(unit: str) -> Callable[[Any], str]:
+    return lambda value: engineering(value, unit)
 
 
 def _print_written(written: Iterable[Path], words: str = "written:") -> None:

@@ -16,7 +16,7 @@ from roughcontact.desk.controls import Control, Run, Working, button, escaped, s
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.result_plots import Curve, History, Stress, Study
 from roughcontact.desk.session import Session, Value
-from roughcontact.desk.widgets import Check
+from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import estimate
 from roughcontact.report.fields import rows_of
@@ -29,7 +29,7 @@ from roughcontact.studies.load_history import LoadHistory
 from roughcontact.studies.resolution_study import ResolutionStudy
 
 
-class Ask:
+class Ask(View):
     """The questions, the form of the one that is chosen, and its answer."""
 
     def __init__(self, session: Session, bench: workers.WorkerPool, run: Run) -> None:
@@ -51,10 +51,6 @@ class Ask:
             self._answer,
             sizing_mode="stretch_both",
         )
-
-    def cancel(self) -> None:
-        """End what is under way."""
-        self._working.cancel()
 
     def _chosen(self, event: Any) -> None:
         self._form[:] = [self._form_of(event.new).root]
@@ -170,7 +166,7 @@ _RANGE = dict(zip((option.name for option in RANGE), ("1 MPa", "100 MPa", "5"), 
 """Nominal pressures that are proposed; all questions are asked under the same."""
 
 
-class Joint:
+class Joint(View):
     """The questions with a box each, the pressures for all of them, and the answers."""
 
     def __init__(
@@ -219,10 +215,6 @@ class Joint:
         text = [] if result is None else rows_of(estimate.BESIDE, result)
         rows = [(row.title, row.text) for row in text]
         self._formulas.object = controls.table(rows) if rows else _UNKNOWN
-
-    def cancel(self) -> None:
-        """End what is under way."""
-        self._working.cancel()
 
     def _give(self, name: str, value: Value) -> None:
         text = value.strip() if isinstance(value, str) else value
@@ -299,7 +291,7 @@ class Joint:
 _NAMES = ("this state", "pinned state")
 
 
-class Compare:
+class Compare(View):
     """What is pinned, what differs, and both contacts beside each other."""
 
     def __init__(
@@ -345,10 +337,6 @@ class Compare:
             same = "<p>Both are the same so far.</p>"
             text = controls.table(rows, ("what differs", "this", "pinned")) if rows else same
         self._differences.object = text
-
-    def cancel(self) -> None:
-        """End what is under way."""
-        self._working.cancel()
 
     def _started(self) -> None:
         state = self._session.state

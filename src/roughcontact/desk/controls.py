@@ -51,6 +51,21 @@ def escaped(text: str) -> str:
     return html.escape(text)
 
 
+def wrong(text: str, role: str = ' role="alert"') -> str:
+    """Return what is wrong as markup, which is read aloud."""
+    return f'<span{role} class="wrong">{escaped(text)}</span>'
+
+
+def quiet(text: str, role: str = ' role="status"') -> str:
+    """Return a remark as markup, which is read aloud."""
+    return f'<span class="quiet"{role}>{escaped(text)}</span>'
+
+
+def show_alert(pane: Any, text: str) -> None:
+    """Show what is wrong in a pane, nothing for an empty text."""
+    pane.object, pane.visible = wrong(text), bool(text)
+
+
 # --- Controls: one for each option, made from its row in the table of options ---
 
 
@@ -123,8 +138,7 @@ class Control:
             if len(self.root) > 1:
                 self.root[:] = [self.widget]
             return
-        said = f'<span role="alert" class="wrong">{escaped(text)}</span>'
-        self.root[:] = [self.widget, pn.pane.HTML(said, **style.SHEET)]
+        self.root[:] = [self.widget, pn.pane.HTML(wrong(text), **style.SHEET)]
 
     def _changed(self, event: Any) -> None:
         if self._silent:
@@ -283,7 +297,7 @@ class Working:
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
         self._bar.visible, self._bar.value = True, -1
-        self._said.object = _quiet("starting …")
+        self._said.object = quiet("starting …")
         self._job = self._bench.begin(
             work,
             request,
@@ -300,7 +314,7 @@ class Working:
 
     def refuse(self, text: str) -> None:
         """Say why there is nothing."""
-        self._said.object = f'<span role="alert" class="wrong">{escaped(text)}</span>'
+        self._said.object = wrong(text)
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
         """Say why there is nothing, in the words of the page."""
@@ -319,7 +333,7 @@ class Working:
     def _show(self, stage: workers.Stage) -> None:
         text = stage.at if isinstance(stage.at, str) else phrases.described(stage.at)
         remaining = "" if stage.left is None else f"; about {stage.left:.0f} s left"
-        self._said.object = _quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
+        self._said.object = quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
         self._bar.value = -1 if stage.share is None else round(100 * stage.share)
 
     def _close(self, end: workers.JobResult) -> None:
@@ -327,13 +341,9 @@ class Working:
         self._start.disabled, self._cancel.disabled = False, True
         self._bar.visible = False
         if end.canceled:
-            self._said.object = _quiet("Canceled; nothing is saved.")
+            self._said.object = quiet("Canceled; nothing is saved.")
         elif end.error is not None:
             self.refuse_error(end.error, self._task)
         else:
-            self._said.object = _quiet(f"Done in {end.seconds:.1f} s.")
+            self._said.object = quiet(f"Done in {end.seconds:.1f} s.")
             self._take(end.value)
-
-
-def _quiet(text: str) -> str:
-    return f'<span class="quiet" role="status">{escaped(text)}</span>'

@@ -12,16 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import panel as pn
 from bokeh import models
-from bokeh.layouts import gridplot
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
-from roughcontact.desk.controls import Run, escaped
+from roughcontact.desk.controls import Run
 from roughcontact.desk.rasters import Box
 from roughcontact.desk.session import Line, Session
-from roughcontact.desk.widgets import Tabs
+from roughcontact.desk.widgets import Tabs, View
 from roughcontact.errors import InputError
 from roughcontact.plots.sections import bearing_parts, histogram_label, linear_bins
 from roughcontact.plots.style import (
@@ -48,9 +47,7 @@ class Histogram:
     """How the contact area is spread over the pressure, in the bins of the report's figure."""
 
     def __init__(self) -> None:
-        self.source: Any = models.ColumnDataSource(
-            {name: [] for name in ("left", "right", "density")}
-        )
+        self.source: Any = style.source("left", "right", "density")
         self.plot: Any = style.chart(
             "Distribution of the contact pressure", x_range=models.Range1d(0, 1)
         )
@@ -71,7 +68,7 @@ class Histogram:
 
     def clear(self) -> None:
         """Show nothing."""
-        self.source.data = {name: [] for name in self.source.data}
+        style.empty(self.source)
         style.put(self.note, "")
         self._ceiling.visible = False
 
@@ -107,8 +104,8 @@ class Bearing:
     """The material ratio curve of a surface, with its core."""
 
     def __init__(self) -> None:
-        self.source: Any = models.ColumnDataSource({"ratio": [], "height": []})
-        self.core: Any = models.ColumnDataSource({"ratio": [], "height": []})
+        self.source: Any = style.source("ratio", "height")
+        self.core: Any = style.source("ratio", "height")
         self.plot: Any = style.chart("Material ratio curve", x_range=models.Range1d(0, 100))
         self.plot.xaxis.axis_label = "material ratio [%]"
         drawn = self.plot.line(
@@ -125,8 +122,7 @@ class Bearing:
 
     def clear(self) -> None:
         """Show nothing."""
-        for source in (self.source, self.core):
-            source.data = {"ratio": [], "height": []}
+        style.empty(self.source, self.core)
         style.put(self.note, "")
 
     def show(self, surface: Surface) -> None:
@@ -151,8 +147,7 @@ class Spectrum:
     """The radially averaged power spectral density of a surface."""
 
     def __init__(self) -> None:
-        names = ("q", "C", "wavelength")
-        self.source: Any = models.ColumnDataSource({name: [] for name in names})
+        self.source: Any = style.source("q", "C", "wavelength")
         self.plot: Any = style.chart("Power spectrum", x_axis_type="log", y_axis_type="log")
         self.plot.xaxis.axis_label = "wave number q [rad/m]"
         self.plot.yaxis.axis_label = "C(q), mean of all directions [m⁴]"
@@ -164,7 +159,7 @@ class Spectrum:
 
     def clear(self) -> None:
         """Show nothing."""
-        self.source.data = {name: [] for name in self.source.data}
+        style.empty(self.source)
         style.put(self.note, "")
 
     def show(self, surface: Surface) -> None:
@@ -259,19 +254,17 @@ class Section:
     """Heights of both bodies above, pressure below, along a line from A to B."""
 
     def __init__(self) -> None:
-        self.source: Any = models.ColumnDataSource(_EMPTY)
-        self.bars: Any = models.ColumnDataSource(_NO_BARS)
+        columns = ("place", "lower", "upper", "gap", "pressure", "open", "flows")
+        self.source: Any = style.source(*columns)
+        self.bars: Any = style.source("left", "right", "top", "colour")
         self.along: Any = models.Range1d(start=0, end=1)
         self.heights, self.pressure = _plots(self.along, self.source, self.bars)
-        self.root = gridplot(
-            [[self.heights], [self.pressure]], merge_tools=True, toolbar_location="above",
-            sizing_mode="stretch_width", toolbar_options={"logo": None},
-        )  # fmt: skip
+        self.root = style.grid([[self.heights], [self.pressure]])
         self.clear()
 
     def clear(self) -> None:
         """Show nothing."""
-        self.source.data, self.bars.data = dict(_EMPTY), dict(_NO_BARS)
+        style.empty(self.source, self.bars)
         self.heights.title.text, self.pressure.title.text = "Section", ""
 
     def show(self, surface: Surface, result: ContactResult | None, line: Line) -> None:
@@ -382,12 +375,6 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     return heights, pressure
 
 
-_EMPTY: dict[str, list[float]] = {
-    name: [] for name in ("place", "lower", "upper", "gap", "pressure", "open", "flows")
-}
-_NO_BARS: dict[str, list[float]] = {name: [] for name in ("left", "right", "top", "colour")}
-
-
 # --- The contact spots as a table that can be sorted; who chooses a row sees its spot ---
 
 
@@ -457,7 +444,7 @@ class SpotTable:
     def __init__(self) -> None:
         self._result: ContactResult | None = None
         self._call: Callable[[Box], None] | None = None
-        self.source: Any = models.ColumnDataSource({name: [] for name in ("number", *_NAMES)})
+        self.source: Any = style.source("number", *_NAMES)
         self.columns = {
             name: models.TableColumn(
                 field=name, title=title, formatter=models.NumberFormatter(format="0.[000000]")
@@ -482,7 +469,7 @@ class SpotTable:
     def clear(self) -> None:
         """Show nothing."""
         self._result = None
-        self.source.data = {name: [] for name in self.source.data}
+        style.empty(self.source)
         style.put(self.note, "")
 
     def show(self, result: ContactResult) -> None:
@@ -614,8 +601,7 @@ class Detail:
                 raise InputError("needs four lengths: y, x of one end and y, x of the other")
             y0, x0, y1, x1 = (parse(word, "length", "section", positive=False) for word in words)
         except InputError as error:
-            text = f'<span role="alert" class="wrong">{escaped(error.worded())}</span>'
-            self._wrong.object, self._wrong.visible = text, True
+            controls.show_alert(self._wrong, error.worded())
         else:
             self._call((y0, x0, y1, x1))
 
@@ -634,7 +620,7 @@ class Detail:
                 seen.show(result)
 
 
-class Texture:
+class Texture(View):
     """Roughness, material ratio curve and spectrum of the surface as it is pressed."""
 
     def __init__(self, run: Run, session: Session) -> None:
@@ -666,9 +652,6 @@ class Texture:
             # Of a large map it takes seconds, which other pages have not.
             threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
 
-    def cancel(self) -> None:
-        """Nothing that takes long is under way."""
-
     def _work_out(self, surface: Surface) -> None:
         try:
             values = surface.roughness()
@@ -690,7 +673,7 @@ class Texture:
             self._spectrum.show(surface)
 
 
-class Numbers:
+class Numbers(View):
     """Everything that is told of the contact."""
 
     def __init__(self, session: Session) -> None:
@@ -702,6 +685,3 @@ class Numbers:
         outcome = self._session.outcome
         result = None if outcome is None else outcome.contact
         self.root.object = "" if result is None else controls.all_numbers(result)
-
-    def cancel(self) -> None:
-        """Nothing is under way."""

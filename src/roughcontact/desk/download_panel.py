@@ -13,6 +13,7 @@ from roughcontact.desk.analysis_jobs import draw
 from roughcontact.desk.controls import Run, Working
 from roughcontact.desk.projects import suffix_of
 from roughcontact.desk.session import Session
+from roughcontact.desk.widgets import View
 from roughcontact.errors import RoughcontactError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
@@ -26,7 +27,7 @@ Offer = Callable[[Path], str]
 """``offer(path)`` returns the address under which the browser gets a file."""
 
 
-class DownloadPanel:
+class DownloadPanel(View):
     """Files to make, and the same contact as command, script and project file."""
 
     def __init__(
@@ -64,10 +65,6 @@ class DownloadPanel:
         if outcome is not None and outcome.contact is not None:
             parts.insert(1, _block("Python", python_script.repeating(outcome.contact)))
         self._words.object = "".join(parts)
-
-    def cancel(self) -> None:
-        """End what is under way."""
-        self._working.cancel()
 
     def _started(self) -> None:
         kind = self._kind.value

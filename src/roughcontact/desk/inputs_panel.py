@@ -253,9 +253,7 @@ class Model:
             self._ceiling = _multiple(event.new, self._session)
             self._session.give("ceiling", self._ceiling)
         except RoughcontactError as error:
-            text = controls.escaped(controls.told(error))
-            self._wrong.object = f'<span role="alert" class="wrong">{text}</span>'
-            self._wrong.visible = True
+            controls.show_alert(self._wrong, controls.told(error))
         else:
             self._changed()
 
@@ -486,9 +484,7 @@ class MapPanel:
 
     def refuse(self, error: RoughcontactError) -> None:
         """Say why no map came."""
-        text = controls.escaped(controls.told(error))
-        self._wrong.object = f'<span role="alert" class="wrong">{text}</span>'
-        self._wrong.visible = True
+        controls.show_alert(self._wrong, controls.told(error))
 
 
 def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:

@@ -210,9 +210,6 @@ class Load:
         try:
             self._give(self._form.option, text)
         except RoughcontactError as error:
-            self._wrong.object = (
-                f'<span role="alert" class="wrong">{controls.escaped(controls.told(error))}</span>'
-            )
-            self._wrong.visible = True
+            controls.show_alert(self._wrong, controls.told(error))
         else:
             self._wrong.visible = False

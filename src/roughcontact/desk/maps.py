@@ -9,7 +9,6 @@ import numpy as np
 from bokeh import models
 from bokeh.core.properties import value
 from bokeh.events import SelectionGeometry
-from bokeh.layouts import gridplot
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
@@ -339,12 +338,8 @@ class Maps:
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         columns = ("x", "y", "dw", "dh")
-        self.heights: Any = models.ColumnDataSource(
-            {name: [] for name in (*columns, HEIGHTS, "told")}
-        )
-        self.contact: Any = models.ColumnDataSource(
-            {n: [] for n in (*columns, *_RESULT_COLUMNS, "told")}
-        )
+        self.heights: Any = style.source(*columns, HEIGHTS, "told")
+        self.contact: Any = style.source(*columns, *_RESULT_COLUMNS, "told")
         self.mappers = _mappers()
         crosshair = [models.Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
                           syncable=False) for d in ("width", "height")]  # fmt: skip
@@ -358,12 +353,7 @@ class Maps:
         self._read_out()
         first, second, third, fourth, fifth = plots
         side = models.Column(self.readout, self.legend, sizing_mode="stretch_width")
-        self.root = gridplot(
-            [[first, second, third], [fourth, fifth, side]],
-            merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
-            toolbar_options={"logo": None},
-        )  # fmt: skip
-        self.root.cols = "minmax(0, 1fr)"
+        self.root = style.grid([[first, second, third], [fourth, fifth, side]])
         self._later = style.Later(first, self._moved)
         for model in (self.x_range, self.y_range):
             style.on_changes(model, ("start", "end"), self._later)

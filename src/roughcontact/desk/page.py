@@ -144,7 +144,7 @@ class Page:
         try:
             action()
         except RoughcontactError as error:
-            self._trust.object = _alert(self.session.state.named(controls.told(error)))
+            self._trust.object = controls.wrong(self.session.state.named(controls.told(error)))
         self._show()
 
     def _drawn(self, line: Line) -> None:
@@ -248,7 +248,7 @@ class Page:
                 requested = self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
                 self._cautions.object = ""
-                self._trust.object = _wrong(text) if requested else _alert(text)
+                self._trust.object = controls.wrong(text, "") if requested else controls.wrong(text)
                 self._preparation.show(self.session.prepared)
                 self.sight.clear()
                 self._mark(True)
@@ -269,7 +269,7 @@ class Page:
         # What failed is said before the map alone is made.
         if self.session.failure is None and self._is_slow:
             self._bar.visible = True
-            self._trust.object = _quiet(f"{text} …")
+            self._trust.object = controls.quiet(f"{text} …", "")
 
     def _tell_missing(self) -> None:
         self._numbers.object = ""
@@ -352,18 +352,6 @@ def _shown(request: Request, result: ContactResult) -> Shown:
         controls.trust(result),
         controls.cautions(result.cautions),
     )
-
-
-def _alert(text: str) -> str:
-    return f'<span role="alert" class="wrong">{controls.escaped(text)}</span>'
-
-
-def _wrong(text: str) -> str:
-    return f'<span class="wrong">{controls.escaped(text)}</span>'
-
-
-def _quiet(text: str) -> str:
-    return f'<span class="quiet">{controls.escaped(text)}</span>'
 
 
 def page(visit: Visit) -> Any:

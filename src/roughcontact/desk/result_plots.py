@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from bokeh import models
-from bokeh.layouts import gridplot
 from bokeh.plotting import figure
 from bokeh.transform import dodge
 from numpy.typing import NDArray
@@ -25,6 +23,7 @@ from roughcontact.plots.style import (
     SATURATED,
     SERIES,
     cell_max,
+    field_colours,
     prefixed,
     prefixed_window,
 )
@@ -42,7 +41,7 @@ class Curve:
 
     def __init__(self) -> None:
         names = ("load", "contact", "saturated", "gap", "approach", "stiffness")
-        self.source: Any = models.ColumnDataSource({name: [] for name in names})
+        self.source: Any = style.source(*names)
         self.now: Any = models.Span(
             dimension="height", line_color=NEUTRAL, line_width=1.5, line_dash="dashed",
             visible=False,
@@ -69,18 +68,12 @@ class Curve:
             style.quiet_legend(plot)
             plot.add_layout(self.now)
         self.area.yaxis.axis_label = "share of the map [%]"
-        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
-        grid = gridplot(
-            [[self.area, self.lengths], [self.stiffness, None]], merge_tools=True,
-            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
-        )  # fmt: skip
-        grid.cols = "minmax(0, 1fr)"
-        self.root = models.Column(grid, self.table, sizing_mode="stretch_width")
-
-    def clear(self) -> None:
-        """Show nothing."""
-        self.source.data = {name: [] for name in self.source.data}
-        style.put(self.table, "")
+        self.table: Any = style.facts()
+        self.root = models.Column(
+            style.grid([[self.area, self.lengths], [self.stiffness, None]]),
+            self.table,
+            sizing_mode="stretch_width",
+        )
 
     def show(self, curve: LoadCurve) -> None:
         """Show a load curve."""
@@ -122,11 +115,11 @@ class History:
     """A load history: load over approach, and what each step dissipates."""
 
     def __init__(self) -> None:
-        self.points: Any = models.ColumnDataSource({"approach": [], "load": []})
+        self.points: Any = style.source("approach", "load")
         self.lines: Any = models.ColumnDataSource(
             {"approach": [], "load": [], "kind": [], "colour": []}
         )
-        self.bars: Any = models.ColumnDataSource({"step": [], "energy": []})
+        self.bars: Any = style.source("step", "energy")
         self.loop = style.chart("Load history", height=300)
         self.loop.multi_line(
             "approach", "load", source=self.lines, line_color="colour", line_width=2,
@@ -143,19 +136,10 @@ class History:
         self.energy.xaxis.ticker.min_interval = 1
         self.energy.xaxis.ticker.num_minor_ticks = 0
         self.energy.y_range.start = 0
-        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
-        grid = gridplot(
-            [[self.loop, self.energy]], merge_tools=True, toolbar_location="above",
-            sizing_mode="stretch_width", toolbar_options={"logo": None},
-        )  # fmt: skip
-        grid.cols = "minmax(0, 1fr)"
-        self.root = models.Column(grid, self.table, sizing_mode="stretch_width")
-
-    def clear(self) -> None:
-        """Show nothing."""
-        for source in (self.points, self.lines, self.bars):
-            source.data = {name: [] for name in source.data}
-        style.put(self.table, "")
+        self.table: Any = style.facts()
+        self.root = models.Column(
+            style.grid([[self.loop, self.energy]]), self.table, sizing_mode="stretch_width"
+        )
 
     def show(self, history: LoadHistory) -> None:
         """Show a load history."""
@@ -188,7 +172,7 @@ class Study:
     """A study of the resolution: contact on each grid, and what that means."""
 
     def __init__(self) -> None:
-        self.source: Any = models.ColumnDataSource({"case": [], "contact": [], "saturated": []})
+        self.source: Any = style.source("case", "contact", "saturated")
         self.plot = style.chart("Contact on other grids", x_range=models.FactorRange(), height=240)
         for name, colour, place in (("contact", ELASTIC, -0.18), ("saturated", SATURATED, 0.18)):
             self.plot.vbar(
@@ -199,14 +183,8 @@ class Study:
         self.plot.yaxis.axis_label = "share of the map [%]"
         self.plot.y_range.start = 0
         self.plot.xaxis.major_label_orientation = 0.6
-        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
+        self.table: Any = style.facts()
         self.root = models.Column(self.plot, self.table, sizing_mode="stretch_width")
-
-    def clear(self) -> None:
-        """Show nothing."""
-        self.source.data = {name: [] for name in self.source.data}
-        self.plot.x_range.factors = []
-        style.put(self.table, "")
 
     def show(self, study: ResolutionStudy) -> None:
         """Show a study."""
@@ -237,7 +215,6 @@ class Stress:
 
     def __init__(self) -> None:
         self._result: StressResult | None = None
-        self._call: Callable[[float], None] | None = None
         self._length = 1.0
         self.slider: Any = models.Slider(
             start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
@@ -245,9 +222,9 @@ class Stress:
         )  # fmt: skip
         self.slider.on_change("value", self._slid)
         names = ("depth", "mises", "tresca", "shear")
-        self.source: Any = models.ColumnDataSource({name: [] for name in names})
+        self.source: Any = style.source(*names)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(stress_plots.stress_colours()(np.linspace(0, 1, 256))),
+            palette=style.palette(field_colours()(np.linspace(0, 1, 256))),
             high_color=OVER,
         )
         self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
@@ -275,24 +252,13 @@ class Stress:
         self.cut.add_layout(self.level)
         self.map, self.map_source = self._picture("Largest over all depths")
         self.map.add_layout(style.bar_of(self.mapper), "right")
-        self.table: Any = style.markup(sizing_mode="stretch_width", margin=(4, 8))
-        grid = gridplot(
-            [[self.profile, self.cut], [self.map, None]], merge_tools=True,
-            toolbar_location="above", sizing_mode="stretch_width", toolbar_options={"logo": None},
-        )  # fmt: skip
-        grid.cols = "minmax(0, 1fr)"
-        self.root = models.Column(self.slider, grid, self.table, sizing_mode="stretch_width")
-
-    def on_depth(self, call: Callable[[float], None]) -> None:
-        """Have ``call(depth)`` called with a depth [m] that one chooses."""
-        self._call = call
-
-    def clear(self) -> None:
-        """Show nothing."""
-        self._result = None
-        for source in (self.source, self.cut_source, self.map_source):
-            source.data = {name: [] for name in source.data}
-        style.put(self.table, "")
+        self.table: Any = style.facts()
+        self.root = models.Column(
+            self.slider,
+            style.grid([[self.profile, self.cut], [self.map, None]]),
+            self.table,
+            sizing_mode="stretch_width",
+        )
 
     def show(self, result: StressResult) -> None:
         """Show the stress below a contact."""
@@ -324,15 +290,8 @@ class Stress:
             rows = [(row.title, row.text, row.meaning) for row in rows_of(STRESS, result)]
             style.put(self.table, table(rows))
 
-    def show_map(self, values: NDArray[Any], depth: float) -> None:
-        """Show the von Mises stress [Pa] at a depth [m], shape (ny, nx)."""
-        assert self._result is not None
-        with style.together(self.map.document):
-            self._put_map(values, stress_plots.stress_scale(self._result)[1][0])
-            self.map.title.text = f"At depth {engineering(depth, 'm')}"
-
     def _picture(self, title: str) -> tuple[Any, Any]:
-        source = models.ColumnDataSource({name: [] for name in ("x", "y", "dw", "dh", "stress")})
+        source = style.source("x", "y", "dw", "dh", "stress")
         # The browser itself keeps it true to scale.
         plot: Any = figure(
             title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
@@ -396,5 +355,3 @@ class Stress:
             return
         with style.together(self.profile.document):
             self._mark(int(new))
-        if self._call is not None:
-            self._call(float(self._result.profile.depths[int(new)]))

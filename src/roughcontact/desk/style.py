@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 from bokeh.core.property.descriptors import UnsetValueError
-from bokeh.models import Axis, ColorBar, Column, FixedTicker, HoverTool
+from bokeh.layouts import gridplot
+from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, FixedTicker, HoverTool
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 from panel.io.document import hold
@@ -122,6 +123,32 @@ def chart(title: str, height: int = 260, **options: Any) -> Any:
     )  # fmt: skip
     quiet(plot)
     return plot
+
+
+def source(*names: str) -> Any:
+    """Return columns without values."""
+    return ColumnDataSource({name: [] for name in names})
+
+
+def empty(*sources: Any) -> None:
+    """Take the values out of columns."""
+    for item in sources:
+        item.data = {name: [] for name in item.data}
+
+
+def grid(rows: Sequence[Sequence[Any]]) -> Any:
+    """Return figures in rows, with one toolbar."""
+    created = gridplot(
+        rows, merge_tools=True, toolbar_location="above", sizing_mode="stretch_width",
+        toolbar_options={"logo": None},
+    )  # fmt: skip
+    created.cols = "minmax(0, 1fr)"
+    return created
+
+
+def facts() -> Any:
+    """Return room for a table below figures."""
+    return markup(sizing_mode="stretch_width", margin=(4, 8))
 
 
 def noted(plot: Any) -> tuple[Any, Any]:

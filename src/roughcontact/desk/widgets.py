@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import panel as pn
 import param
@@ -338,17 +338,22 @@ for (const page of Bokeh.documents) {{
 # --- Parts of the page of which one is in sight: each is made when it is first looked at ---
 
 
-class View(Protocol):
+class View:
     """A part of the page."""
 
     root: Any
     """What stands there."""
+
+    _working: Any = None
+    """The work under way, a `controls.Working`; None where nothing takes long."""
 
     def show(self) -> None:
         """Show what there is now; called whenever that changed while it is in sight."""
 
     def cancel(self) -> None:
         """End what is under way."""
+        if self._working is not None:
+            self._working.cancel()
 
 
 class Views:

@@ -497,10 +497,7 @@ def _fields(result: ElastoplasticResult, cut: _Cut) -> list[_FieldOf]:
     from matplotlib import colormaps
 
     part, plane = (cut.rows, cut.columns), cut.plane
-    # From the lightest on: a field has no ground to drown in.
-    colours = style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
-        bad=style.OPEN
-    )
+    colours = style.field_colours(bad=style.OPEN)
     strain = 100 * plane.accumulated[part]
     residual = plane.residual_von_mises[part]
     factor, unit = style.prefixed(float(residual.max()), "Pa")

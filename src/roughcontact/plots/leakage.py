@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from roughcontact.plots import cells, style
+from roughcontact.plots import maps, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,24 +89,8 @@ def _positive(values: np.ndarray) -> np.ndarray:
 
 
 def _draw_gap(axes: Axes, answer: Leakage, flows: bool) -> None:
-    from matplotlib import colormaps
-
     result = answer.largest
-    size = result.surface.size
-    blocks = style.cell_size(result.gap.shape, size, style.CELLS_IN_PANEL)
-    values = cells.open_gap(result.contact, result.gap, blocks)
-    top = cells.gap_limit(values)
-    factor, unit = style.prefixed(top, "m")
-    image = style.draw_map(axes, values * factor, size, blocks, result.gap.shape)
-    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
-    image.set_clim(0, top * factor)
-    cover = cells.closed_cover(
-        cells.shares(result.contact, result.saturated, result.gap, blocks), style.CLOSED
-    )
-    style.draw_map(axes, cover, size, blocks, result.gap.shape)
-    style.colour_bar(
-        axes, image, f"open gap [{unit}]", "max" if (values > top).any() else "neither"
-    )
+    maps.draw_gap(axes, result, style.CELLS_IN_PANEL)
     for axis in answer.axes:
         _mark(axes, answer, axis)
     more = "" if flows else ", no way through"

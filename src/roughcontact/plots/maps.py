@@ -141,28 +141,14 @@ def gap(result: ContactResult) -> Figure:
         pressure) and missing ones have colours of their own. Of a cell of several points it is
         the mean gap of the open ones, covered with the colour of the closed ones in their share.
     """
-    from matplotlib import colormaps
-
     figure, axes = style.single_axes(result.surface.size)
-    size = result.surface.size
-    blocks = style.cell_size(result.gap.shape, size, style.CELLS_ALONE)
-    values = open_gap(result.contact, result.gap, blocks)
-    top = gap_limit(values)
-    factor, unit = style.prefixed(top, "m")
-    image = style.draw_map(axes, values * factor, size, blocks, result.gap.shape)
-    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
-    image.set_clim(0, top * factor)
-    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
-    cover = closed_cover(shares, style.CLOSED)
-    style.draw_map(axes, cover, size, blocks, result.gap.shape)
-    over = bool((values > top).any())
-    style.colour_bar(axes, image, f"open gap [{unit}]", "max" if over else "neither")
+    blocks, scale = draw_gap(axes, result, style.CELLS_ALONE)
     entries = [(style.CLOSED, f"closed {percent(result.contact_fraction)}")]
     lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
     if lost:
         entries.append((style.MISSING, f"missing {percent(lost)}"))
     style.patch_legend(axes, entries)
-    mean = style.in_unit(result.mean_gap, (factor, unit), "m")
+    mean = style.in_unit(result.mean_gap, scale, "m")
     style.name_axes(
         axes, title=f"Open gap at {style.load_text(result)}, mean {mean}{style.doubt(result)}"
     )
@@ -378,6 +364,27 @@ def spots(result: ContactResult) -> Figure:
     )
     style.legend_below(axes, columns=2)
     return figure
+
+
+def draw_gap(
+    axes: Axes, result: ContactResult, cells: int
+) -> tuple[tuple[int, int], tuple[float, str]]:
+    """Draw the open gap of a contact into axes; return the points of a cell, factor and unit."""
+    from matplotlib import colormaps
+
+    size, shape = result.surface.size, result.gap.shape
+    blocks = style.cell_size(shape, size, cells)
+    values = open_gap(result.contact, result.gap, blocks)
+    top = gap_limit(values)
+    factor, unit = style.prefixed(top, "m")
+    image = style.draw_map(axes, values * factor, size, blocks, shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
+    image.set_clim(0, top * factor)
+    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
+    style.draw_map(axes, closed_cover(shares, style.CLOSED), size, blocks, shape)
+    extend = "max" if (values > top).any() else "neither"
+    style.colour_bar(axes, image, f"open gap [{unit}]", extend)
+    return blocks, (factor, unit)
 
 
 class _Drawn(NamedTuple):

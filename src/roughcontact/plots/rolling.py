@@ -325,21 +325,14 @@ def _touching(pressure: NDArray[Any]) -> Any:
     return np.ma.masked_equal(pressure, 0)
 
 
-def _colours() -> Any:
-    from matplotlib import colormaps
-
-    return style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
-        bad=style.OPEN
-    )
-
-
 def _draw_pressure(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> Any:
     size = rolling.result.solution.surface.size
     length, unit = style.prefixed(max(size), "m")
     top = max(float(frame.pressure.max()) for frame in frames)
     factor, shown = style.prefixed(top, "Pa")
     image = axes.imshow(
-        _touching(frames[0].pressure), origin="lower", cmap=_colours(), vmin=0, vmax=top,
+        _touching(frames[0].pressure), origin="lower", vmin=0, vmax=top,
+        cmap=style.field_colours(bad=style.OPEN),
         extent=(0, size[1] * length, 0, size[0] * length), aspect="auto", interpolation="nearest",
     )  # fmt: skip
     style.name_axes(axes, y=f"y [{unit}]")
@@ -359,7 +352,12 @@ def _draw_strain(axes: Any, rolling: RollingResult, frames: Sequence[Frame]) -> 
     edges = np.linspace(0, size[1 if along == "x" else 0] * length, points + 1)
     top = 100 * max(float(frame.strain.max()) for frame in frames)
     mesh = axes.pcolormesh(
-        edges, faces, np.zeros((faces.size - 1, points)), cmap=_colours(), vmin=0, vmax=top or 1.0
+        edges,
+        faces,
+        np.zeros((faces.size - 1, points)),
+        cmap=style.field_colours(bad=style.OPEN),
+        vmin=0,
+        vmax=top or 1.0,
     )
     axes.set_ylim(faces[-1], 0)
     style.name_axes(axes, f"{along} [{unit}]", f"depth [{unit}]")

@@ -308,6 +308,13 @@ def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
     bar.ax.tick_params(labelsize=TICK)
 
 
+def field_colours(**beyond: Any) -> Any:
+    """Return the colours of a field, from the lightest on: it has no ground to drown in."""
+    from matplotlib import colormaps
+
+    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(**beyond)
+
+
 def listed(colours: Any) -> ListedColormap:
     """Return a colour map of some colours."""
     from matplotlib.colors import ListedColormap

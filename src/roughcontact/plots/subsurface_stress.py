@@ -159,8 +159,8 @@ def stress_section(
 def _draw_section(axes: Axes, across: Any, depth: float, rows: Any) -> Any:
     """Draw rows of stress down to a depth, true to scale, and return what a colour bar needs."""
     mesh = axes.pcolormesh(
-        across, np.linspace(0, depth, SECTION_ROWS + 1), rows, cmap=stress_colours(),
-        rasterized=True,
+        across, np.linspace(0, depth, SECTION_ROWS + 1), rows,
+        cmap=style.field_colours(over=style.OVER), rasterized=True,
     )  # fmt: skip
     axes.set_aspect("equal")
     axes.set_xlim(across[0], across[-1])
@@ -230,7 +230,7 @@ def stress_map(result: StressResult) -> Figure:
     top, (factor, unit) = stress_scale(result)
     cells = style.cell_max(peak, blocks)
     image = style.draw_map(axes, cells * factor, size, blocks, peak.shape)
-    image.set_cmap(stress_colours())
+    image.set_cmap(style.field_colours(over=style.OVER))
     image.set_clim(0, top * factor)
     length = style.prefixed(max(size), "m")
     _, y, x = result.max_von_mises_at
@@ -268,16 +268,6 @@ def stress_scale(result: StressResult) -> tuple[float, tuple[float, str]]:
     strength = result.profile.yield_strength
     top = result.max_von_mises if strength is None else min(result.max_von_mises, strength)
     return top or 1.0, style.prefixed(top, "Pa")
-
-
-def stress_colours() -> Any:
-    """Return the colours of stresses."""
-    from matplotlib import colormaps
-
-    # As for pressures, but from the lightest on: a field has no ground to drown in.
-    return style.listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(
-        over=style.OVER
-    )
 
 
 def _stress_bar(axes: Axes, image: Any, result: StressResult, unit: str) -> None:

@@ -28,6 +28,7 @@ from roughcontact.report import (
 )
 from roughcontact.report.fields import (
     ABSENT,
+    CAUTIONS,
     PROBLEM,
     TRUST,
     Column,
@@ -236,10 +237,6 @@ def _pressures(values: Sequence[float]) -> str:
     return f"{last} on every map{below}"
 
 
-def _cautions() -> Table:
-    return tuple(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions"))
-
-
 COMPARISON: Table = (
     Quantity(
         "pressures", "nominal pressure", unit="Pa", of=lambda c: list(c.pressures), part=PROBLEM,
@@ -260,7 +257,7 @@ COMPARISON: Table = (
         form=lambda v: f"{v:.1e} at most",
     ),
     Quantity("sampling", of=lambda c: [stored(SAMPLING, study) for study in c.sampling]),
-    *_cautions(),
+    *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )  # fmt: skip
 """Of a `Comparison`."""
@@ -361,7 +358,7 @@ SAMPLING: Table = (
             str(n * n): {item.name: s.values(n, item.name) for item in s.errors} for n in s.levels
         },
     ),
-    *_cautions(),
+    *CAUTIONS,
     Quantity("version", of=lambda _: __version__),
 )  # fmt: skip
 """Of a `SamplingStudy`."""

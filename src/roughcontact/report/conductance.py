@@ -16,7 +16,7 @@ from roughcontact.references import cited
 from roughcontact.report import contact_fields, figures, phrases, problem, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
+from roughcontact.report.fields import CAUTIONS, Column, Columns, Quantity, Table
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.studies.uncertainty import Interval
 from roughcontact.units import changed_by, engineering, percent, plain
@@ -112,12 +112,6 @@ def _ratio(
     return shown
 
 
-def _share(name: str) -> Callable[[joint.Conductance], list[str]]:
-    return lambda result: [
-        percent(value) for value in (result.column(name) / result.nominal_area).tolist()
-    ]
-
-
 CONDUCTANCE: Table = (
     *PAIR,
     Quantity("nominal_area", unit="m²"),
@@ -141,15 +135,16 @@ CONDUCTANCE: Table = (
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
     Quantity("interval", of=lambda r: _interval(r).summary()),
-    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+    *CAUTIONS,
 )  # fmt: skip
 """Of a `Conductance`."""
 
 CONDUCTANCE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
-    Column("contact_area", "contact", unit="m²", shown=_share("contact_area")),
+    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
     Column(
-        "saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), brief=False,
+        "saturated_area", "saturated", unit="m²", brief=False,
+        shown=contact_fields.shares("saturated_area"),
     ),
     Column("spots", "spots", brief=False),
     Column("length", "length", unit="m"),
@@ -304,7 +299,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
             *(text.partition(" = ")[2].removesuffix(" (thermal)") for text in _told(result, index)),
         )
         for index, (load, contact) in enumerate(
-            zip(result.column("load"), _share("contact_area")(result), strict=True)
+            zip(result.column("load"), contact_fields.shares("contact_area")(result), strict=True)
         )
     ]
     return tuple(heads), rows

@@ -24,6 +24,7 @@ from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import estimate, hertz_comparison, phrases
 from roughcontact.report.fields import (
+    CAUTIONS,
     HEADLINE,
     PROBLEM,
     TRUST,
@@ -31,6 +32,7 @@ from roughcontact.report.fields import (
     Columns,
     Quantity,
     Table,
+    pick,
     quantity_of,
     sizable,
     stored_columns,
@@ -92,14 +94,6 @@ def _load_error(result: ContactResult) -> str:
 
 def _within(key: str) -> Callable[[Any], str]:
     return lambda result: f"{tiny(getattr(result, key))} (tolerance {result.tolerance:.0e})"
-
-
-def _cautions() -> Table:
-    """Return what files keep of the cautions of any result."""
-    return (
-        Quantity("warnings", of=lambda r: list(r.warnings)),
-        Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
-    )
 
 
 CONTACT: Table = (
@@ -209,7 +203,7 @@ CONTACT: Table = (
     Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
     *estimate.BESIDE,
     Quantity("hertz", of=hertz_comparison.record),
-    *_cautions(),
+    *CAUTIONS,
     Quantity("shape", of=lambda r: list(r.share.shape)),
     Quantity("pixel", unit="m", of=lambda r: list(r.share.pixel)),
     Quantity("source", of=lambda r: r.share.provenance.source),
@@ -322,7 +316,7 @@ VOLUME: Table = (
         "regime", "regime", meaning="how far the bodies are from elastic",
         of=lambda r: str(r.regime),
     ),
-    *_cautions(),
+    *CAUTIONS,
     _of_contact("boundary"),
     Quantity(
         "precision", "arithmetic of the volume", part=TRUST, form=lambda v: f"{v} precision",
@@ -437,7 +431,7 @@ STRESS: Table = (
     Quantity(
         "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
     ),
-    *_cautions(),
+    *CAUTIONS,
     Quantity("precision"),
     Quantity("version"),
 )  # fmt: skip
@@ -506,7 +500,7 @@ CURVE: Table = (
         "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
         when=lambda curve: math.isfinite(curve.low_load_slope),
     ),
-    *_cautions(),
+    *CAUTIONS,
     _certificates(),
 )  # fmt: skip
 """Of a `LoadCurve`."""
@@ -586,7 +580,7 @@ HISTORY: Table = (
         form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
     ),
     Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
-    *_cautions(),
+    *CAUTIONS,
     Quantity("control", of=lambda h: ["approach" if s.load is None else "load" for s in h.path]),
     Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
     Quantity("version", of=lambda _: __version__),
@@ -638,34 +632,25 @@ def _of(key: str, **changes: Any) -> Quantity:
     return replace(quantity_of(CONTACT, key), **changes)
 
 
-def _profile_given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
-    def text(result: ContactResult) -> str:
-        value = engineering(getattr(result, quantity), unit)
-        return f"{value} (given)" if result.control == quantity else value
-
-    return text
-
-
 def _length(result: ContactResult) -> str:
     return f"{engineering(result.contact_area, 'm')} ({percent(result.contact_fraction)})"
 
 
 PROFILE_CONTACT: Table = (
-    *(_of(key) for key in ("status", "certificate", "load_error", "tolerance")),
+    *pick(CONTACT, "status", "certificate", "load_error", "tolerance"),
     Quantity("kind", of=lambda _: "profile"),
     _of(
-        "load", name="load per length", symbol="W′", unit=LOAD, text=_profile_given("load", LOAD),
+        "load", name="load per length", symbol="W′", unit=LOAD, text=_given("load", LOAD),
         meaning="normal force that the pressure adds up to, per meter along y",
     ),
     Quantity("load_unit", of=lambda _: LOAD),
     _of("approach", meaning=REFERENCE),
-    *(_of(key) for key in ("control", "given_load")),
+    *pick(CONTACT, "control", "given_load"),
     _of(
         "boundary", of=beyond, part=PROBLEM,
         text=lambda r: ": ".join(BOUNDARY[r.boundary]),
     ),
-    _of("contact_modulus"),
-    _of("ceiling"),
+    *pick(CONTACT, "contact_modulus", "ceiling"),
     Quantity(
         "nominal_pressure", "nominal pressure", unit="Pa", meaning="load over length",
         of=lambda r: r.load / r.surface.size[1], stored=False, brief=False,
@@ -681,13 +666,13 @@ PROFILE_CONTACT: Table = (
     _of("saturated_share", meaning="of the contact length that is at the ceiling"),
     _of("max_pressure", meaning="on any point"),
     _of("mean_pressure", meaning="load over contact length"),
-    *(_of(key) for key in ("mean_gap", "max_residual_indentation", "regime", "hertz")),
-    *(_of(key) for key in ("warnings", "cautions")),
+    *pick(CONTACT, "mean_gap", "max_residual_indentation", "regime", "hertz"),
+    *CAUTIONS,
     Quantity("points", of=lambda r: r.pressure.size),
     Quantity("spacing", unit="m", of=lambda r: r.surface.pixel[1]),
-    *(_of(key) for key in ("source", "preparation", "iterations")),
+    *pick(CONTACT, "source", "preparation", "iterations"),
     _of("convolutions", name="convolutions"),
-    *(_of(key) for key in ("seconds", "precision", "version")),
+    *pick(CONTACT, "seconds", "precision", "version"),
 )  # fmt: skip
 """Of a `ContactResult` of profiles."""
 
@@ -703,10 +688,10 @@ def _profile_place(stress: StressResult) -> str:
 _SHEAR = "max_orthogonal_shear_along_x"
 
 PROFILE_STRESS: Table = (
-    *(quantity_of(STRESS, key) for key in ("body", "friction", "direction")),
+    *pick(STRESS, "body", "friction", "direction"),
     Quantity("kind", of=lambda _: "profile"),
     replace(quantity_of(STRESS, "load"), unit=LOAD),
-    *(quantity_of(STRESS, key) for key in ("max_pressure", "max_von_mises")),
+    *pick(STRESS, "max_pressure", "max_von_mises"),
     replace(
         quantity_of(STRESS, "max_von_mises_place"),
         of=lambda stress: [stress.max_von_mises_at[0], stress.max_von_mises_at[2]],
@@ -714,17 +699,14 @@ PROFILE_STRESS: Table = (
     ),
     quantity_of(STRESS, "max_tresca"),
     replace(quantity_of(STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
-    *(quantity_of(STRESS, key) for key in ("yield_strength", "yield_factor")),
+    *pick(STRESS, "yield_strength", "yield_factor"),
     replace(
         quantity_of(STRESS, "yielded_volume"),
         key="yielded_section",
         name="cross-section above the yield strength",
         unit="m²",
     ),
-    *(
-        quantity_of(STRESS, key)
-        for key in ("depths", "warnings", "cautions", "precision", "version")
-    ),
+    *pick(STRESS, "depths", "warnings", "cautions", "precision", "version"),
 )
 """Of a `StressResult` of profiles."""
 
@@ -739,10 +721,6 @@ PROFILE_FIRST_YIELD: Table = (
 # Many loads
 
 
-def _profile_share(key: str) -> Callable[[LoadCurve], list[float]]:
-    return lambda curve: [getattr(step, key) / curve.nominal_area for step in curve.steps]
-
-
 def _column(key: str, new: str = "", **changes: Any) -> Column:
     result = next(column for column in CURVE_COLUMNS if column.key == key)
     of = result.of or (lambda curve: [getattr(step, key) for step in curve.steps])
@@ -750,14 +728,11 @@ def _column(key: str, new: str = "", **changes: Any) -> Column:
 
 
 PROFILE_CURVE: Table = (
-    *(quantity_of(CURVE, key) for key in ("source", "preparation", "control", "given_loads")),
+    *pick(CURVE, "source", "preparation", "control", "given_loads"),
     Quantity("kind", of=lambda _: "profile"),
     Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
     Quantity("length", unit="m", of="nominal_area"),
-    *(
-        quantity_of(CURVE, key)
-        for key in ("contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions")
-    ),
+    *pick(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
     quantity_of(CURVE, "worst_certificate"),
 )
 """Of a `LoadCurve` of profiles."""
@@ -765,8 +740,8 @@ PROFILE_CURVE: Table = (
 PROFILE_CURVE_COLUMNS: Columns = (
     _column("load", unit=LOAD),
     _column("approach"),
-    _column("contact_area", "contact_length", unit="m", shown=_profile_share("contact_area")),
-    _column("saturated_area", "saturated_length", unit="m", shown=_profile_share("saturated_area")),
+    _column("contact_area", "contact_length", unit="m", shown=_share("contact_area")),
+    _column("saturated_area", "saturated_length", unit="m", shown=_share("saturated_area")),
     *(_column(key) for key in ("max_pressure", "mean_gap")),
     *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
     _column("spots", "segments", name="segments"),
@@ -795,3 +770,8 @@ def segments(result: ContactResult, spots: Spots) -> list[tuple[str, str, str]]:
         ),
         ("Load on the longest", f"{engineering(load, LOAD)} ({share} of the load)", ""),
     ]
+
+
+def shares(name: str) -> Callable[[Any], list[str]]:
+    """Return what tells an area of each step of a joint as a share of the nominal one."""
+    return lambda joint: [percent(v) for v in (joint.column(name) / joint.nominal_area).tolist()]

@@ -10,7 +10,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
 from roughcontact.report import problem
-from roughcontact.report.fields import PROBLEM, Quantity, Table
+from roughcontact.report.fields import CAUTIONS, PROBLEM, Quantity, Table
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import engineering, percent
 
@@ -91,8 +91,7 @@ ESTIMATE: Table = (
         "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
         form=percent,
     ),
-    Quantity("warnings", of=lambda result: list(result.warnings)),
-    Quantity("cautions", of=lambda result: [caution.summary() for caution in result.cautions]),
+    *CAUTIONS,
 )  # fmt: skip
 """Of an `Estimate`."""
 

@@ -203,6 +203,11 @@ def quantity_of(table: Table, key: str) -> Quantity:
     return next(quantity for quantity in table if quantity.key == key)
 
 
+def pick(table: Table, *keys: str) -> Table:
+    """Return some quantities by their keys."""
+    return [quantity_of(table, key) for key in keys]
+
+
 def within(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
     """Return a quantity of what a result holds as one of the result itself."""
     inner = attrgetter(attribute)
@@ -265,3 +270,10 @@ def csv_text(columns: Columns, result: Any) -> str:
         for step in steps
     ]
     return "\n".join(lines) + "\n"
+
+
+CAUTIONS: Table = (
+    Quantity("warnings", of=lambda r: list(r.warnings)),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+)
+"""What files keep of the cautions of any result."""

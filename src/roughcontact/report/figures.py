@@ -247,13 +247,7 @@ def _heights(scene: MapScene) -> str:
     return f"Heights{scene.of} {scene.when}. Yellow is high: contact starts there.{missing}"
 
 
-MAP = Illustration(
-    "surface",
-    lambda s: maps.surface(s.surface),
-    _heights,
-    FILES,
-    HALF,
-)
+MAP = Illustration("surface", lambda s: maps.surface(s.surface), _heights, FILES, HALF)
 """Of a prepared map."""
 
 
@@ -558,24 +552,12 @@ def _close(scene: ContactScene) -> str:
     return f"{width} around the segment that carries most. Look whether points resolve the contact."
 
 
-PROFILE_MAP = Illustration(
-    "surface",
-    lambda s: profiles.heights(s.surface),
-    _trace,
-    FILES,
-    WIDE,
-)
+PROFILE_MAP = Illustration("surface", lambda s: profiles.heights(s.surface), _trace, FILES, WIDE)
 """Of a prepared profile."""
 
 PROFILE_CONTACT: Illustrations = (
     _of("map", PROFILE_MAP),
-    Illustration(
-        "pressure",
-        lambda s: profiles.pressed(s.result),
-        _pressed,
-        FRONT,
-        WIDE,
-    ),
+    Illustration("pressure", lambda s: profiles.pressed(s.result), _pressed, FRONT, WIDE),
     Illustration(
         "contact",
         lambda s: profiles.pressed(s.result, s.most_loaded.width, s.most_loaded.middle[1]),

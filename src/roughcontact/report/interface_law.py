@@ -13,9 +13,16 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.interface_law import interface_law
 from roughcontact.references import cited
-from roughcontact.report import chapters, contact_fields, figures, phrases, problem
+from roughcontact.report import chapters, figures, phrases, problem
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import PROBLEM, Column, Columns, Quantity, Table, quantity_of
+from roughcontact.report.fields import (
+    CAUTIONS,
+    PROBLEM,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+)
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.statistics import LEVEL
 from roughcontact.units import counted, engineering, percent, plain
@@ -91,7 +98,7 @@ LAW: Table = (
     Quantity(
         "thermal_conductance", of=lambda law: law.conductance.tolist(),
     ),
-    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+    *CAUTIONS,
 )  # fmt: skip
 """Of an `InterfaceLaw`."""
 

@@ -16,7 +16,15 @@ from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, problem, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
+from roughcontact.report.fields import (
+    CAUTIONS,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    tiny,
+)
 from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
@@ -75,11 +83,6 @@ def _place(axis: int) -> Callable[[Leakage], str]:
 
 def _asked(axis: int) -> Callable[[Leakage], bool]:
     return lambda result: axis in result.axes
-
-
-def _share(result: Leakage) -> list[str]:
-    shares = result.column("contact_area") / result.nominal_area
-    return [percent(value) for value in shares.tolist()]
 
 
 def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
@@ -153,12 +156,12 @@ _TABLE: Table = (
         "unbalanced", "flow out of balance", form=tiny, part=TRUST,
         of=lambda r: float(np.max(r.column("unbalanced"))),
     ),
-    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+    *CAUTIONS,
 )  # fmt: skip
 
 _COLUMNS: Columns = (
     Column("load", "load", unit="N"),
-    Column("contact_area", "contact", unit="m²", shown=_share),
+    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
     Column("saturated_area", unit="m²", brief=False),
     Column("mean_gap", "mean gap", unit="m", brief=False),
     Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
@@ -261,7 +264,7 @@ def _numbers(result: Leakage) -> CellTable:
     heads = ["pressure", "contact", "mean gap"]
     columns = [
         [problem.size(load / result.nominal_area, "Pa") for load in result.column("load")],
-        _share(result),
+        contact_fields.shares("contact_area")(result),
         [problem.size(gap, "m") for gap in result.column("mean_gap")],
     ]
     for axis in result.axes:

@@ -10,7 +10,16 @@ from typing import Any
 
 from roughcontact.report import citations, contact_fields, phrases, problem, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
-from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
+from roughcontact.report.fields import (
+    CAUTIONS,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    tiny,
+)
 from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import Block
 from roughcontact.studies import load_search as search
@@ -100,7 +109,7 @@ FOUND: Table = (
         "worst_certificate", "certificates", symbol="ε", part=TRUST, stored=False,
         of=lambda r: max(item.certificate for item in r.answers), form=lambda v: f"{v:.1e} at most",
     ),
-    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+    *CAUTIONS,
     of_largest("version"),
 )  # fmt: skip
 """Of `LoadSearch`."""

@@ -11,6 +11,7 @@ from roughcontact.request.option import (
     LENGTH,
     NEEDS,
     ONE_OF,
+    PICTURES,
     PRESSURE,
     Option,
     Panel,
@@ -268,6 +269,11 @@ SOLVER_DOUBLE = (TOLERANCE_DOUBLE, MAX_ITERATIONS)
 
 # What is written and shown
 
+FIGURES = Option(
+    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
+    "Figures: folder or file prefix; add .svg or .pdf for the format.",
+    parsing.words, None, suffixes=PICTURES,
+)  # fmt: skip
 REPORT = file(
     "report", "FILE.html", "Report with figures as one HTML file.", (".html",),
     whole_map=False,

@@ -15,7 +15,6 @@ from roughcontact.request import options, parsing, solve_arguments
 from roughcontact.request.option import (
     LENGTH,
     ONE_OF,
-    PICTURES,
     TABLES,
     Option,
     Panel,
@@ -81,11 +80,6 @@ FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command r
 MOVIE = file(
     "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.",
     (".gif",),
-)  # fmt: skip
-FIGURES = Option(
-    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Figures: folder or file prefix; add .svg or .pdf for the format.", parsing.words, None,
-    suffixes=PICTURES,
 )  # fmt: skip
 YES = flag("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
 _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
@@ -202,7 +196,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     (
         *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,
         FRICTION, *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY,
-        *_SOLVER, YES, OUTPUT, FOLDER, MOVIE, FIGURES, *options.OUTPUT,
+        *_SOLVER, YES, OUTPUT, FOLDER, MOVIE, options.FIGURES, *options.OUTPUT,
     ),
     (
         options.HERTZ, options.COUNTER_BODY, PASSES, TRAVEL, options.MATERIAL, options.HARDENING,

@@ -13,7 +13,6 @@ from roughcontact.request import options, outputs, parsing, solve_arguments
 from roughcontact.request.option import (
     EXCLUDES,
     NEEDS,
-    PICTURES,
     Option,
     Panel,
     Rule,
@@ -81,11 +80,6 @@ OUTPUT = files(
 FOLDER = file(
     "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
 )
-FIGURES = Option(
-    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Figures: folder or file prefix; add .svg or .pdf for the format.",
-    parsing.words, None, suffixes=PICTURES,
-)  # fmt: skip
 STUDY = flag(
     "study", Panel.SOLVER,
     "Check dependence on grid, filter and ceiling.",
@@ -257,7 +251,7 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        STUDY, OUTPUT, FOLDER, options.REPORT, FIGURES, *options.SHOWN,
+        STUDY, OUTPUT, FOLDER, options.REPORT, options.FIGURES, *options.SHOWN,
     ),
     (
         options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,

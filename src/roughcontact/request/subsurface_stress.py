@@ -10,7 +10,7 @@ from typing import Any
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing, solve, solve_arguments
-from roughcontact.request.option import PICTURES, Option, Panel, file, flag
+from roughcontact.request.option import Option, Panel, file, flag
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -39,11 +39,6 @@ DEPTHS = Option(
 )  # fmt: skip
 FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
 OUTPUT = file("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
-FIGURES = Option(
-    "figures", Panel.OUTPUT, "FOLDER|PREFIX",
-    "Figures: folder or file prefix; add .svg or .pdf for the format.", parsing.words, None,
-    suffixes=PICTURES,
-)  # fmt: skip
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -112,7 +107,7 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
 """,
     (
         *options.MAP, *options.LOADS, *options.BODIES, IN_BODY, FRICTION, DIRECTION, DEPTHS,
-        FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, FIGURES, *options.SHOWN,
+        FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, options.FIGURES, *options.SHOWN,
     ),
     (
         options.LOAD, *options.BODY_CONSTANTS, FRICTION, FIRST_YIELD, options.MISSING, OUTPUT,
