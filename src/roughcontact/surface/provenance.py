@@ -374,7 +374,7 @@ def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
-def _said(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _sentences(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (specified["text"],)
 
 
@@ -399,7 +399,7 @@ _ORIGINS: dict[str, _Words] = {
 
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,
-    NOTE: _said,
+    NOTE: _sentences,
     "leveled": _leveled,
     "without_form": _without_form,
     "without_outliers": _without_outliers,
