@@ -16,7 +16,13 @@ from roughcontact import checkpoints, netcdf
 from roughcontact.checkpoints import Place
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
-from roughcontact.elastoplastic.archive import add_increments, increments_of
+from roughcontact.elastoplastic.archive import (
+    CARRIED,
+    add_arrays,
+    add_increments,
+    carried_arrays,
+    increments_of,
+)
 from roughcontact.elastoplastic.problem import Extent, Problem
 from roughcontact.elastoplastic.result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
@@ -68,11 +74,8 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
         by_component = np.moveaxis(strain, 1, 0).reshape(5, -1)
         held = places, by_component[:, places], accumulated.ravel()[places]
         arrays |= {f"{name}_{number}": part for name, part in zip(_BODY, held, strict=True)}
-    arrays |= {f"carried_{name}": array for name, array in checkpoint.carried.items()}
-    for name, array in arrays.items():
-        # HDF5 is left alone with arrays without numbers.
-        if array.size:
-            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+    add_arrays(dataset, arrays)
+    add_arrays(dataset, checkpoint.carried, CARRIED)
     add_increments(dataset, checkpoint.increments)
     dataset.attrs = {
         "margin": checkpoint.extent.margin,
@@ -98,17 +101,11 @@ def load(path: Path) -> Checkpoint:
                 strain[:, places], accumulated[places] = yielded, amount
             whole = strain.reshape(5, thickness.size, *shape).swapaxes(0, 1)
             bodies.append((whole, accumulated.reshape(thickness.size, *shape)))
-        prefix = "carried_"
-        carried = {
-            name.removeprefix(prefix): array
-            for name, array in arrays.items()
-            if name.startswith(prefix)
-        }
         return Checkpoint(
             Extent(thickness, int(dataset.attrs["margin"])), bodies, arrays["pressure"],
             increments_of(dataset),
             (float(dataset.attrs["largest_load"]), arrays.get("largest_pressure")),
-            float(dataset.attrs["seconds"]), carried,
+            float(dataset.attrs["seconds"]), carried_arrays(dataset),
         )  # fmt: skip
 
 

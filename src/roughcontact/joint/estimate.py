@@ -561,15 +561,10 @@ def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
 
 
 _WORDS = {
-    "contact": "a contact fraction",
-    "ratio": "E* Sdq over the ceiling",
-    "breadth": "Sdq Sal/Sq",
-    "texture": "Str",
-    "skewness": "Ssk",
-    "tails": "Sku/(3 + 1.5 Ssk²)",
-    "middle": "Sku − Ssk² − 1",
+    "contact": "a contact fraction", "ratio": "E* Sdq over the ceiling", "breadth": "Sdq Sal/Sq",
+    "texture": "Str", "skewness": "Ssk", "tails": "Sku/(3 + 1.5 Ssk²)", "middle": "Sku − Ssk² − 1",
     "hardening": "H Sdq/σ_Y",
-}
+}  # fmt: skip
 _CAUSES = {
     "contact": "pressure", "ratio": "ceiling", "breadth": "Sal", "texture": "Str",
     "skewness": "Ssk", "tails": "Sku", "middle": "Sku", "hardening": "hardening",
