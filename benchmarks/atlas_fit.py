@@ -195,7 +195,7 @@ NAMED = {CONTACT: "ceiling", SATURATED: "ceiling", GAP: "ceiling", VOLUME: "volu
 def domain_of(cases: Cases) -> dict[str, tuple[float, float]]:
     """Return where there are cases, in the groups that formulas know."""
     groups = cases.groups
-    values = groups.told()
+    values = groups.values()
     names = ["contact", "ratio", "breadth", "texture", "skewness", "tails", "middle"]
     if "hardening" in cases.table:
         names.append("hardening")

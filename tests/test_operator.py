@@ -58,11 +58,11 @@ class GroupSums:
     def count(self, chosen):
         return sum(self._parts(int(np.sum(chosen))))
 
-    def largest(self, values, least=-math.inf):
-        return float(max(self._parts(np.max(values, initial=least))))
+    def largest(self, values, floor=-math.inf):
+        return float(max(self._parts(np.max(values, initial=floor))))
 
-    def smallest(self, values, most=math.inf):
-        return float(min(self._parts(np.min(values, initial=most))))
+    def smallest(self, values, limit=math.inf):
+        return float(min(self._parts(np.min(values, initial=limit))))
 
     def added(self, parts):
         return np.sum(self._parts(np.asarray(parts)), axis=0)
@@ -338,7 +338,7 @@ def test_sums_of_one_process():
     assert (sums.largest(values), sums.smallest(values), sums.dot(values, values)) == (3, -1, 14)
     none = np.empty(0)
     assert (sums.largest(none), sums.smallest(none)) == (-math.inf, math.inf)
-    assert (sums.largest(-values, least=2.0), sums.largest(none, least=0)) == (2.0, 0)
+    assert (sums.largest(-values, floor=2.0), sums.largest(none, floor=0)) == (2.0, 0)
     assert (sums.size(none), sums.total(none), sums.dot(none, none)) == (0, 0, 0)
 
 

@@ -97,10 +97,12 @@ def _taken(kinds: list[_Kind], name: str, value: Any) -> Any:
         if kind.several and (result := kind.taken([value])) is not _NO:
             return result
     wanted = " or ".join(dict.fromkeys(kind.words for kind in kinds if kind.words))
-    raise InputError(f"must be {wanted}, got {_found(kinds, value)}", argument=name, value=value)
+    raise InputError(
+        f"must be {wanted}, got {_rejected_text(kinds, value)}", argument=name, value=value
+    )
 
 
-def _found(kinds: list[_Kind], value: Any) -> str:
+def _rejected_text(kinds: list[_Kind], value: Any) -> str:
     """Return what was given, or the first item of a list that cannot be used."""
     lists = [kind for kind in kinds if kind.several]
     for number, item in enumerate(value if lists and isinstance(value, list | tuple) else (), 1):

@@ -28,16 +28,16 @@ class Running:
 
     def __init__(self, kind: str, shape: tuple[int, ...]) -> None:
         self._kind = np.dtype(kind)
-        self._found = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
+        self._hash = hashlib.sha256(f"{self._kind.str} {shape} ".encode())
 
     def add(self, part: ArrayLike) -> None:
         """Go on with the next rows."""
         little = np.ascontiguousarray(part, self._kind)
-        self._found.update(little.reshape(-1).view(np.uint8).data)
+        self._hash.update(little.reshape(-1).view(np.uint8).data)
 
     def digest(self) -> str:
         """Return the checksum of all that has come."""
-        return self._found.hexdigest()
+        return self._hash.hexdigest()
 
 
 def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:

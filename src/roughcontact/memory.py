@@ -119,12 +119,14 @@ def _left_to_us() -> Iterator[int]:
 
 
 def require(
-    needed: int, *what: Part, advice: tuple[Part, ...], most: tuple[str, int] = ("", 0)
+    needed: int, *what: Part, advice: tuple[Part, ...], worst_case: tuple[str, int] = ("", 0)
 ) -> None:
     """Raise an error with advice unless a job fits into the memory that is free."""
     there = free()
     if needed > there:
-        worst = f" ({most[1] / GIB:.1f} GiB {most[0]})" if most[1] > needed else ""
+        worst = (
+            f" ({worst_case[1] / GIB:.1f} GiB {worst_case[0]})" if worst_case[1] > needed else ""
+        )
         raise InsufficientMemoryError(
             *what,
             f" about {needed / GIB:.1f} GiB{worst}, and {there / GIB:.1f} GiB are free: ",

@@ -274,7 +274,7 @@ def write_shared(
 
     def received(item: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
         for rank, length, take in parts:
-            ranks.told(True)
+            ranks.broadcast(True)
             there = np.empty((length, *item.shape[1:]), item.kind) if rank else take()
             yield ranks.sent_to_first(there, rank)
 
@@ -284,12 +284,12 @@ def write_shared(
             write_streamed(frame(), streamed, path)
         except BaseException:
             # The others wait to be asked for their parts.
-            ranks.told(False)
+            ranks.broadcast(False)
             raise
 
     def sent() -> None:
         for rank, _, take in (part for parts in maps.values() for part in parts):
-            if not ranks.told(None):
+            if not ranks.broadcast(None):
                 return
             if rank == ranks.number:
                 ranks.sent_to_first(take(), rank)

@@ -83,7 +83,7 @@ class Ranks:
         """Whether this is the one that speaks and writes."""
         return self.number == 0
 
-    def beside(self) -> int:
+    def here(self) -> int:
         """Return how many ranks share the memory and the cores of this machine."""
         from mpi4py import MPI
 
@@ -128,16 +128,16 @@ class Ranks:
 
     def exchange(
         self,
-        going: NDArray[Any],
+        outgoing: NDArray[Any],
         parts: Sequence[int],
         coming: NDArray[Any],
         sizes: Sequence[int],
     ) -> Exchange:
         """Send parts of an array to the ranks, and begin to receive theirs."""
         began = time.perf_counter()
-        request = self.communicator.Ialltoallv([going, parts], [coming, sizes])
+        request = self.communicator.Ialltoallv([outgoing, parts], [coming, sizes])
         self.seconds += time.perf_counter() - began
-        self.sent += going.nbytes
+        self.sent += outgoing.nbytes
         return Exchange(self, request, coming, sizes)
 
     def following(self, part: NDArray[Any]) -> NDArray[Any]:
@@ -155,7 +155,7 @@ class Ranks:
             self.communicator.Send(np.ascontiguousarray(part), 0)
         return part
 
-    def told(self, value: bool | None) -> bool:
+    def broadcast(self, value: bool | None) -> bool:
         """Return whether the first rank gives True; what the others give does not matter."""
         flag = np.array([bool(value)], np.int8)
         self.wait(self.communicator.Ibcast(flag))

@@ -110,7 +110,7 @@ def parse(
     if not isinstance(text, str):
         raise refused(f"{text!r} which has no unit")
     shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
-    number, unit = _apart(_plain(text), shown, refused)
+    number, unit = _number_and_unit(_plain(text), shown, refused)
     value = _times(number, _factor(unit, dimension, shown, refused))
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
@@ -241,7 +241,9 @@ def _plain(text: str) -> str:
     return text.strip()
 
 
-def _apart(plain: str, shown: str, refused: Callable[[str], InputError]) -> tuple[str, str]:
+def _number_and_unit(
+    plain: str, shown: str, refused: Callable[[str], InputError]
+) -> tuple[str, str]:
     """Return the number and the unit of a text."""
     if not plain:
         raise refused("an empty text")

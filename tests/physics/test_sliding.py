@@ -254,5 +254,19 @@ def test_nothing_lies_beyond_the_edges_and_everything_within() -> None:
     rows, columns = np.array([-1, 0, 2, 3, 0, 0]), np.array([0, 0, 3, 0, -1, 4])
     free = SimpleNamespace(pressure=values, periodic=False)
     wrapped = SimpleNamespace(pressure=values, periodic=True)
-    assert stress_summary.Sliding.at(free, values, rows, columns).tolist() == [0, 1, 12, 0, 0, 0]
-    assert stress_summary.Sliding.at(wrapped, values, rows, columns).tolist() == [9, 1, 12, 1, 4, 1]
+    assert stress_summary.Sliding.values_at(free, values, rows, columns).tolist() == [
+        0,
+        1,
+        12,
+        0,
+        0,
+        0,
+    ]
+    assert stress_summary.Sliding.values_at(wrapped, values, rows, columns).tolist() == [
+        9,
+        1,
+        12,
+        1,
+        4,
+        1,
+    ]

@@ -160,40 +160,20 @@ _ARCHIVE_MAPS = {
 }
 # Attributes that are numbers, with their units.
 _NUMBERS = {
-    "load": "N",
-    "approach": "m",
-    "contact_modulus": "Pa",
-    "certificate": "1",
-    "load_error": "1",
-    "tolerance": "1",
-    "seconds": "s",
-}
+    "load": "N", "approach": "m", "contact_modulus": "Pa", "certificate": "1", "load_error": "1",
+    "tolerance": "1", "seconds": "s",
+}  # fmt: skip
 # Of a ceiling that was recommended.
 _RECOMMENDED = {
-    "load": "N",
-    "load_ratio": "1",
-    "factor": "1",
-    "mismatch": "1",
-    "solves": "1",
-    "usual_ceiling": "Pa",
-    "usual_contact_area": "m²",
-    "usual_approach": "m",
+    "load": "N", "load_ratio": "1", "factor": "1", "mismatch": "1", "solves": "1",
+    "usual_ceiling": "Pa", "usual_contact_area": "m²", "usual_approach": "m",
     "usual_indentation": "m",
-}
+}  # fmt: skip
 _CALIBRATED = {
-    "ceiling": "Pa",
-    "factor": "1",
-    "load_ratio": "1",
-    "load": "N",
-    "approach": "m",
-    "contact_area": "m²",
-    "contact_fraction": "1",
-    "saturated_fraction": "1",
-    "mean_gap": "m",
-    "change": "1",
-    "certificate": "1",
-    "convolutions": "1",
-}
+    "ceiling": "Pa", "factor": "1", "load_ratio": "1", "load": "N", "approach": "m",
+    "contact_area": "m²", "contact_fraction": "1", "saturated_fraction": "1", "mean_gap": "m",
+    "change": "1", "certificate": "1", "convolutions": "1",
+}  # fmt: skip
 _WORDS = ("boundary", "precision", "control", "status", "version")
 # Those of them that the bodies know.
 _OF_THE_PAIR = ("contact_modulus", "boundary")

@@ -253,7 +253,7 @@ class LoadCase:
     tolerance: float | None = None  # As for `roughcontact.solve`
     max_iterations: int = 2000  # As for `roughcontact.solve`
     precision: str = "double"  # As for `roughcontact.solve`
-    given: GivenLoad | None = None
+    specified: GivenLoad | None = None
 
     def __init__(
         self,
@@ -264,7 +264,7 @@ class LoadCase:
         tolerance: float | None = None,
         max_iterations: int = 2000,
         precision: str = "double",
-        given: GivenLoad | None = None,
+        specified: GivenLoad | None = None,
     ) -> None:
         object.__setattr__(self, "load", quantity(load, "force", "load"))
         object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
@@ -275,7 +275,7 @@ class LoadCase:
         object.__setattr__(self, "tolerance", tolerance)
         object.__setattr__(self, "max_iterations", max_iterations)
         object.__setattr__(self, "precision", precision)
-        object.__setattr__(self, "given", given)
+        object.__setattr__(self, "specified", specified)
 
     @property
     def control(self) -> str:

@@ -82,7 +82,7 @@ class Room:
     precision: str = "double"  # As for `memory_estimate`
     maps: int = 0  # As for `memory_estimate`
     ranks: int = 1  # Processes that hold the map together
-    beside: int = 1  # Those of them on this machine
+    here: int = 1  # Those of them on this machine
 
     @classmethod
     def of(cls, pair: Pair, terms: LoadCase, held: int = 0) -> Room:
@@ -91,7 +91,7 @@ class Room:
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS
         share = pair.share
-        ranks = (share.ranks.count, share.ranks.beside()) if isinstance(share, Slab) else ()
+        ranks = (share.ranks.count, share.ranks.here()) if isinstance(share, Slab) else ()
         return cls(pair.shape, pair.boundary, terms.precision, maps, *ranks)
 
     def estimate(self, contact_fraction: float) -> int:
@@ -103,7 +103,7 @@ class Room:
             contact_fraction=contact_fraction,
             maps=self.maps,
         )
-        return needed * self.beside // self.ranks
+        return needed * self.here // self.ranks
 
     def require(self, contact_fraction: float = 0.0, there: int | None = None) -> None:
         """Raise an error with a suggestion if the solve would not fit."""
@@ -114,7 +114,7 @@ class Room:
             return
         what, full = f"a map of {self.shape[0]} × {self.shape[1]} points", 0
         if self.ranks > 1:
-            what += f" on {self.ranks} ranks, {self.beside} of them on this machine,"
+            what += f" on {self.ranks} ranks, {self.here} of them on this machine,"
             advice: tuple[Part, ...] = ("spread the ranks over more machines",)
             memory.require(needed, f"{what} needs", advice=advice)
         side = self._side(contact_fraction, there)
@@ -128,7 +128,7 @@ class Room:
         single = replace(self, precision="single")
         if self.precision == "double" and single.estimate(contact_fraction) <= there:
             advice += ("; ", ArgumentRef("precision", "single"), " fits the whole map")
-        memory.require(needed, f"{what} needs", most=("in full contact", full), advice=advice)
+        memory.require(needed, f"{what} needs", worst_case=("in full contact", full), advice=advice)
 
     def _side(self, contact_fraction: float, there: int) -> int:
         """Return the points along the largest square grid that fits."""

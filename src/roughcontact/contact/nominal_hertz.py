@@ -26,7 +26,7 @@ _KEEP = frozenset(
 
 def of(provenance: Provenance) -> Array | None:
     """Return the curvature of the nominal body that a map was given."""
-    result = _made(provenance.origin)
+    result = _origin_curvature(provenance.origin)
     for step in provenance.operations:
         if result is None:
             return None
@@ -38,7 +38,7 @@ def of(provenance: Provenance) -> Array | None:
     return result
 
 
-def _made(origin: Operation | None) -> Array | None:
+def _origin_curvature(origin: Operation | None) -> Array | None:
     """Return the curvature of what made a map."""
     body = None if origin is None else BODIES.get(origin.method.removeprefix("nominal."))
     if origin is None or body is None:

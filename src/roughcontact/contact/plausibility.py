@@ -50,12 +50,12 @@ _FAR = 0.5
 
 def ratio_to_elastoplastic(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     """Return what a ceiling leaves of a sphere over what plasticity of the volume leaves."""
-    depth, energy = _left(advice, ceiling)
-    usual_depth, usual_energy = _left(advice, advice.ceiling)
+    depth, energy = _residual(advice, ceiling)
+    usual_depth, usual_energy = _residual(advice, advice.ceiling)
     return _DEPTH * depth / usual_depth, _ENERGY * energy / usual_energy
 
 
-def _left(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
+def _residual(advice: CalibratedCeiling, ceiling: float) -> tuple[float, float]:
     """Return depth and energy of a sphere under a ceiling, in units that do not depend on it."""
     share = ceiling / advice.first_yield
     depth, energy = indenters.left_under_ceiling(advice.load_ratio / share**3)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._version import __version__
 from roughcontact.cautions import Caution
 from roughcontact.contact import spots, spots as area
 from roughcontact.contact.load_case import GivenLoad
@@ -200,13 +201,13 @@ class ContactResult(Result):
     approach: float
     pressure: NDArray[np.float64]
     gap: NDArray[np.float64]
-    certificate: float
-    load_error: float
-    status: str
-    iterations: int
-    convolutions: int
-    seconds: float
-    version: str = field(default="")
+    certificate: float = 0.0
+    load_error: float = 0.0
+    status: str = "converged"
+    iterations: int = 0
+    convolutions: int = 0
+    seconds: float = 0.0
+    version: str = __version__
     tilt: tuple[float, float] = (0.0, 0.0)
     moments: tuple[float, float] | None = None
     without_checksums: bool = False

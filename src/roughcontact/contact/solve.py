@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.contact import plausibility, validation
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
@@ -378,10 +377,9 @@ def _result(
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=sums.largest(np.array([time.perf_counter() - began])),
-        version=__version__,
         tilt=slope,
         moments=None if moments is None else (float(moments[0]), float(moments[1])),
-        specified_load=terms.given,
+        specified_load=terms.specified,
         communication=float(communication),
         sent=int(sent),
     )

@@ -153,9 +153,9 @@ def totals(
         contact=sums.count(touching),
         saturated=sums.count(saturated),
         rims=_rims(pair, touching, touching & ~saturated),
-        max_pressure=sums.largest(pressure, least=0.0),
+        max_pressure=sums.largest(pressure, floor=0.0),
         mean_gap=sums.total(np.array(_open_volume(gap.ravel()))) / points,
-        max_indentation=max(0.0, -sums.smallest(gap[saturated], most=0.0)),
+        max_indentation=max(0.0, -sums.smallest(gap[saturated], limit=0.0)),
         edge_load=_edge_load(pair, pressure),
     )
 

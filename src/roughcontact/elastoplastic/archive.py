@@ -38,14 +38,9 @@ _FIELDS = {
     "mean_residual_stress": ("Pa", "a third of the trace of the stress by plastic strain alone"),
 }
 _STEPS = {
-    "load": "N",
-    "approach": "m",
-    "contact_area": "m2",
-    "max_pressure": "Pa",
-    "max_plastic_strain": "1",
-    "plastic_volume": "m3",
-    "convolutions": "1",
-}
+    "load": "N", "approach": "m", "contact_area": "m2", "max_pressure": "Pa",
+    "max_plastic_strain": "1", "plastic_volume": "m3", "convolutions": "1",
+}  # fmt: skip
 
 # Of increments with a counter-surface that moves or slides.
 _PLACES = {
@@ -57,7 +52,7 @@ _PLACES = {
 # Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
 # a tenth less space.
 _PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
-_CARRIED = "carried_"
+CARRIED = "carried_"
 
 
 def save_elastoplastic(
@@ -67,13 +62,19 @@ def save_elastoplastic(
 ) -> None:
     """Write an elastic-plastic result to a NetCDF file; `load_result` reads it."""
     dataset, packed = to_dataset(result)
-    for key, array in (carried or {}).items():
-        name = f"{_CARRIED}{key}"
-        # HDF5 packs no array without numbers.
-        if array.size:
-            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
-            packed[name] = _PACKED
+    packed |= dict.fromkeys(add_arrays(dataset, carried or {}, CARRIED), _PACKED)
     netcdf.write(dataset, path, packed)
+
+
+def add_arrays(
+    dataset: xarray.Dataset, arrays: Mapping[str, NDArray[Any]], prefix: str = ""
+) -> list[str]:
+    """Add arrays with axes of their own to a dataset, and return their names in it."""
+    # HDF5 packs no array without numbers.
+    held = {f"{prefix}{name}": array for name, array in arrays.items() if array.size}
+    for name, array in held.items():
+        dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
+    return list(held)
 
 
 def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
@@ -169,7 +170,7 @@ def load_step(
     """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
     dataset = archive.opened(path)
     with archive.refused(path, "ElastoplasticResult"):
-        return from_dataset(dataset), _carried(dataset)
+        return from_dataset(dataset), carried_arrays(dataset)
 
 
 def load_result(
@@ -246,11 +247,12 @@ def increments_of(dataset: xarray.Dataset) -> tuple[Increment, ...]:
     return tuple(Increment(**dict(zip(columns, row, strict=True))) for row in rows)
 
 
-def _carried(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
+def carried_arrays(dataset: xarray.Dataset) -> dict[str, NDArray[Any]]:
+    """Return what a run carried on to the next load."""
     return {
-        str(name).removeprefix(_CARRIED): np.array(values)
+        str(name).removeprefix(CARRIED): np.array(values)
         for name, values in dataset.data_vars.items()
-        if str(name).startswith(_CARRIED)
+        if str(name).startswith(CARRIED)
     }
 
 

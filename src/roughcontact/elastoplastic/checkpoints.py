@@ -16,7 +16,13 @@ from roughcontact import checkpoints, netcdf
 from roughcontact.checkpoints import Place
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
-from roughcontact.elastoplastic.archive import add_increments, increments_of
+from roughcontact.elastoplastic.archive import (
+    CARRIED,
+    add_arrays,
+    add_increments,
+    carried_arrays,
+    increments_of,
+)
 from roughcontact.elastoplastic.problem import Extent, Problem
 from roughcontact.elastoplastic.result import ElastoplasticResult, Increment, PathPoint
 from roughcontact.errors import FormatError, InputError, OtherRunError
@@ -51,34 +57,31 @@ class Checkpoint:
         )  # fmt: skip
 
 
-def save(going: Checkpoint, path: str | os.PathLike[str]) -> None:
+def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
     import xarray
 
     dataset = xarray.Dataset()
     arrays = {
-        "thickness": going.extent.thickness,
-        "grid": np.array(going.bodies[0][1].shape[1:]),
-        "pressure": going.pressure,
+        "thickness": checkpoint.extent.thickness,
+        "grid": np.array(checkpoint.bodies[0][1].shape[1:]),
+        "pressure": checkpoint.pressure,
     }
-    if going.largest[1] is not None:
-        arrays["largest_pressure"] = going.largest[1]
-    for number, (strain, accumulated) in enumerate(going.bodies):
+    if checkpoint.largest[1] is not None:
+        arrays["largest_pressure"] = checkpoint.largest[1]
+    for number, (strain, accumulated) in enumerate(checkpoint.bodies):
         places = np.flatnonzero(accumulated)
         by_component = np.moveaxis(strain, 1, 0).reshape(5, -1)
         held = places, by_component[:, places], accumulated.ravel()[places]
         arrays |= {f"{name}_{number}": part for name, part in zip(_BODY, held, strict=True)}
-    arrays |= {f"carried_{name}": array for name, array in going.carried.items()}
-    for name, array in arrays.items():
-        # HDF5 is left alone with arrays without numbers.
-        if array.size:
-            dataset[name] = ([f"{name}_{axis}" for axis in range(array.ndim)], array)
-    add_increments(dataset, going.increments)
+    add_arrays(dataset, arrays)
+    add_arrays(dataset, checkpoint.carried, CARRIED)
+    add_increments(dataset, checkpoint.increments)
     dataset.attrs = {
-        "margin": going.extent.margin,
-        "largest_load": going.largest[0],
-        "seconds": going.seconds,
-        "bodies": len(going.bodies),
+        "margin": checkpoint.extent.margin,
+        "largest_load": checkpoint.largest[0],
+        "seconds": checkpoint.seconds,
+        "bodies": len(checkpoint.bodies),
     }
     netcdf.write(dataset, path)
 
@@ -98,17 +101,11 @@ def load(path: Path) -> Checkpoint:
                 strain[:, places], accumulated[places] = yielded, amount
             whole = strain.reshape(5, thickness.size, *shape).swapaxes(0, 1)
             bodies.append((whole, accumulated.reshape(thickness.size, *shape)))
-        prefix = "carried_"
-        carried = {
-            name.removeprefix(prefix): array
-            for name, array in arrays.items()
-            if name.startswith(prefix)
-        }
         return Checkpoint(
             Extent(thickness, int(dataset.attrs["margin"])), bodies, arrays["pressure"],
             increments_of(dataset),
             (float(dataset.attrs["largest_load"]), arrays.get("largest_pressure")),
-            float(dataset.attrs["seconds"]), carried,
+            float(dataset.attrs["seconds"]), carried_arrays(dataset),
         )  # fmt: skip
 
 
@@ -172,10 +169,10 @@ class Steps:
         if not done:
             return 0, None
         file = self._files[done - 1]
-        going = self._read(file, lambda: Checkpoint.of(*archive.load_step(file)))
-        if going.result is not None:
-            self._problem.check_same(str(file), going.result)
-        return done, self._of_this_run(going, file, done)
+        checkpoint = self._read(file, lambda: Checkpoint.of(*archive.load_step(file)))
+        if checkpoint.result is not None:
+            self._problem.check_same(str(file), checkpoint.result)
+        return done, self._of_this_run(checkpoint, file, done)
 
     def _done(self) -> int:
         """Return after how many loads the last state stands that is held whole."""
@@ -189,25 +186,25 @@ class Steps:
         if self._note is None or not self._note.exists():
             return None
         file = self._note
-        going = self._read(file, lambda: load(file))
-        number = len(going.carried["path"])
+        checkpoint = self._read(file, lambda: load(file))
+        number = len(checkpoint.carried["path"])
         if not done < number <= len(self._path):
             return None
-        return number, self._of_this_run(going, file, number)
+        return number, self._of_this_run(checkpoint, file, number)
 
     def _read(self, file: Path, read: Callable[[], Checkpoint]) -> Checkpoint:
         """Return what a file holds, if it is one of a run."""
         try:
-            going = read()
+            checkpoint = read()
         except FormatError as error:
             raise FormatError(*error.parts, f"; remove {file} to solve it again") from None
-        if not {"path", "problem"} <= going.carried.keys():
+        if not {"path", "problem"} <= checkpoint.carried.keys():
             raise FormatError(f"{file} is no step of a run; remove it to solve it again")
-        return going
+        return checkpoint
 
-    def _of_this_run(self, going: Checkpoint, file: Path, number: int) -> Checkpoint:
+    def _of_this_run(self, checkpoint: Checkpoint, file: Path, number: int) -> Checkpoint:
         """Return it without its marks, or raise if those are of another run."""
-        carried = dict(going.carried)
+        carried = dict(checkpoint.carried)
         requested, problem = carried.pop("path"), carried.pop("problem")
         if not np.array_equal(requested, self._rows(number)):
             raise OtherRunError(
@@ -217,7 +214,7 @@ class Steps:
             )
         if problem.tolist() != self._mark["problem"].tolist():
             raise FormatError(f"{file} is a step of another run; remove it to solve it again")
-        return replace(going, carried=carried)
+        return replace(checkpoint, carried=carried)
 
     def states(self, count: int) -> Iterator[tuple[int, ElastoplasticResult]]:
         """Yield number and state of those of the first loads that are held whole."""
@@ -237,11 +234,11 @@ class Steps:
         if self._note is not None:
             self._note.unlink(missing_ok=True)
 
-    def note(self, number: int, going: Checkpoint) -> None:
+    def note(self, number: int, checkpoint: Checkpoint) -> None:
         """Write what the next load starts from, in place of what was noted before."""
         file = self._note
         if file is not None:
-            held = replace(going, carried={**going.carried, **self._marks(number)})
+            held = replace(checkpoint, carried={**checkpoint.carried, **self._marks(number)})
             self._write(file, lambda: save(held, file))
 
     def _marks(self, number: int) -> dict[str, Array]:

@@ -134,7 +134,7 @@ class Loop:
             held[f"added_{body}"] = np.concatenate(added, axis=1)
         return held
 
-    def going(
+    def checkpoint(
         self, done: Sequence[Increment], largest: tuple[float, Array | None], seconds: float
     ) -> Checkpoint:
         """Return what the next point starts from, as long as none is visited."""

@@ -226,7 +226,7 @@ class PlasticBody:
             *(values.max(axis=(1, 2)) for values in (accumulated, loaded, residual)),
         )
 
-    def at(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
+    def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
         """Return faces [m], accumulated strain, strength and both stresses [Pa] at some pixels."""
         accumulated = self.accumulated[:, *where].copy()
         stress, residual = (
@@ -252,7 +252,9 @@ class SharedBody:
     thickness: NDArray[np.float64]  # (nz,) Thickness of all layers [m]
     cells: NDArray[np.int64]  # (nz,) Pixels of each layer that have flowed
     layers: LayerProfile  # What each holds at most below the map
-    most: tuple[int, int, int]  # Layer, row and column of the largest plastic strain below the map
+    maximum_place: tuple[
+        int, int, int
+    ]  # Layer, row and column of the largest plastic strain below the map
     planes: tuple[tuple[Array, ...], tuple[Array, ...]]
     flowed_at_top: NDArray[np.bool_]  # (ny, nx)
     flowed_under: NDArray[np.bool_]  # (ny, nx)
@@ -297,15 +299,15 @@ class SharedBody:
 
     def most_strained(self, inside: Window) -> tuple[int, int, int]:
         """Return layer, row and column of the largest plastic strain below the map."""
-        return self.most
+        return self.maximum_place
 
     def of_layers(self, inside: Window) -> LayerProfile:
         """Return what each layer holds at most below the map."""
         return self.layers
 
-    def at(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
+    def depth_values(self, where: Place) -> tuple[Array, Array, Array, Array, Array]:
         """Return faces, accumulated strain, strength and both stresses at some pixels."""
-        (_, row, column), (y, x) = self.most, where
+        (_, row, column), (y, x) = self.maximum_place, where
         faces = np.append(0.0, np.cumsum(self.thickness))
         if y == row + self.margin:
             item, two, three, four = (field[:, x] for field in self.planes[0])
@@ -339,7 +341,9 @@ def gathered(
     )  # fmt: skip
     maximum = _most_strained(own, window, profile, whole)
     row, column = maximum[1] + own.margin, maximum[2] + own.margin
-    rows, columns = (own.at(where)[1:] for where in ((row, slice(None)), (slice(None), column)))
+    rows, columns = (
+        own.depth_values(where)[1:] for where in ((row, slice(None)), (slice(None), column))
+    )
     lowest = share.layers(layers)[-1] == layers - 1
     top = own.flowed_at_top & (share.layers(layers)[0] == 0)
     under = own.flowed_under
@@ -351,7 +355,7 @@ def gathered(
         thickness=thickness,
         cells=whole(np.count_nonzero(own.accumulated, axis=(1, 2))),
         layers=profile,
-        most=maximum,
+        maximum_place=maximum,
         planes=(tuple(map(whole, rows)), tuple(map(whole, columns))),
         flowed_at_top=top,
         flowed_under=under,

@@ -30,13 +30,8 @@ _EXCESS = 0.05
 
 # What the contact alone says without knowing of the volume.
 _OF_THE_CEILING = (
-    Kind.NOT_CONVERGED,
-    Kind.EDGE,
-    Kind.ABOVE_CEILING,
-    Kind.CEILING,
-    Kind.HARDNESS,
-    Kind.STRAIN,
-)
+    Kind.NOT_CONVERGED, Kind.EDGE, Kind.ABOVE_CEILING, Kind.CEILING, Kind.HARDNESS, Kind.STRAIN,
+)  # fmt: skip
 
 
 def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:

@@ -315,7 +315,7 @@ def require(
     share: Share | None = None,
 ) -> None:
     """Raise `InsufficientMemoryError` unless a volume fits into the memory that is free."""
-    count, reference = (1, 1) if share is None else (share.count, share.beside)
+    count, reference = (1, 1) if share is None else (share.count, share.here)
     needed = reference * memory_estimate(
         shape, layers, bodies=bodies, boundary=boundary, precision=precision, ranks=count
     )
@@ -338,12 +338,12 @@ def fits(
 ) -> bool:
     """Return whether a volume may grow from some shape and number of layers to others."""
     more, less = (
-        memory_estimate(*size, **given(problem), ranks=share.count) for size in (new, old)
+        memory_estimate(*size, **memory_terms(problem), ranks=share.count) for size in (new, old)
     )
-    return share.beside * (more - less) < memory.free()
+    return share.here * (more - less) < memory.free()
 
 
-def given(problem: Problem) -> dict[str, Any]:
+def memory_terms(problem: Problem) -> dict[str, Any]:
     """Return what `require` has to know of a problem besides its grid."""
     return {
         "bodies": max(len(problem.yielding), 1),

@@ -378,7 +378,7 @@ def profile(
     dy, dx = result.solution.surface.pixel
     where = row + held.margin, column + held.margin
     return DepthProfile(
-        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *held.at(where)
+        (int(row), int(column)), ((row + 0.5) * dy, (column + 0.5) * dx), *held.depth_values(where)
     )
 
 
@@ -399,7 +399,7 @@ def cut(
     ends = slice(held.margin, held.margin + shape[axis])
     position = chosen + held.margin
     on_map = np.s_[chosen, :] if along == "x" else np.s_[:, chosen]
-    faces, *fields = held.at((position, ends) if along == "x" else (ends, position))
+    faces, *fields = held.depth_values((position, ends) if along == "x" else (ends, position))
     return DepthSection(
         along,
         int(chosen),

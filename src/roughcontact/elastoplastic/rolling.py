@@ -87,8 +87,8 @@ def pass_result(
     across: list[Array] = []
     for number, body in enumerate(result.whole_bodies):
         old = None if before is None else before.whole_bodies[number]
-        flow = max(flow, float((body.accumulated - _at(old, body, "accumulated")).max()))
-        strain = body.plastic_strain - _at(old, body, "plastic_strain")
+        flow = max(flow, float((body.accumulated - _on_layers(old, body, "accumulated")).max()))
+        strain = body.plastic_strain - _on_layers(old, body, "plastic_strain")
         gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
         # A step aside of what lies above is a shear into the body.
         shear.append(_over_depth(result, body, -_shear(strain, direction)))
@@ -138,7 +138,7 @@ def frame(result: ElastoplasticResult, number: int, step: int, along: str) -> Fr
     )
 
 
-def _at(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
+def _on_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
     """Return a field of a state before, on the layers and points that there are by now."""
     wide: Array = np.zeros_like(getattr(new, name))
     if old is not None:
@@ -490,12 +490,12 @@ def _rolled(
 def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
     """Return what gives, by the number of a pass, what is told of its steps."""
 
-    def told(number: int, state: Progress) -> None:
+    def tell(number: int, state: Progress) -> None:
         assert callable(progress)
         done, label = (number - 1) * steps, f"pass {number} of {count}"
         progress(replace(state, number=done + state.number, count=count * steps, label=label))
 
-    return lambda number: partial(told, number) if callable(progress) else progress
+    return lambda number: partial(tell, number) if callable(progress) else progress
 
 
 def _place(folder: str | os.PathLike[str], number: int) -> Path:

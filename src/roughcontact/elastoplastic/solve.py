@@ -172,7 +172,7 @@ def path_of(
     else:
         # A counter-surface that has moved stays where it is.
         last = start.increments[-1].offset if start and start.increments else (0.0, 0.0)
-        points = [PathPoint(value, last) for value in _asked(load, loads)]
+        points = [PathPoint(value, last) for value in _load_list(load, loads)]
     if not any(point.load for point in points) and (start is None or start.solution.load == 0):
         raise InputError(
             "are all zero: at least one must press the bodies together",
@@ -210,7 +210,7 @@ def _points(path: Sequence[PathPoint]) -> list[PathPoint]:
     return points
 
 
-def _asked(load: float | None, loads: Sequence[float] | None) -> list[float]:
+def _load_list(load: float | None, loads: Sequence[float] | None) -> list[float]:
     """Return the loads that are asked for."""
     if load is not None:
         require_positive(load=load)
@@ -384,11 +384,13 @@ def solve_elastoplastic(
     loop_in = partial(Loop, problem, solver, share, deepen=layers is None)
     with open_step_folder(folder, problem, points, start, layered, automatic=automatic) as steps:
         run = _Run(problem, points, automatic, steps, progress, began, on_step)
-        result = _told(run.finished(start, extent, loop_in), specified)
+        result = _with_load_form(run.finished(start, extent, loop_in), specified)
     return _judged(result, on_failure, folder)
 
 
-def _told(result: ElastoplasticResult, specified: GivenLoad | None) -> ElastoplasticResult:
+def _with_load_form(
+    result: ElastoplasticResult, specified: GivenLoad | None
+) -> ElastoplasticResult:
     """Return a result that knows in which form its load was given."""
     return replace(result, solution=replace(result.solution, specified_load=specified))
 
@@ -399,7 +401,7 @@ def _share(shape: tuple[int, int], communicator: Any, **alone: Any) -> Share:
         return SingleProcess(Workspace(1 if math.prod(shape) < LEAST_SHARED else None))
     check_shared(**alone)
     ranks = communicator if isinstance(communicator, Ranks) else Ranks(communicator)
-    return Shared(ranks, Workspace(max(1, default_workers() // ranks.beside())))
+    return Shared(ranks, Workspace(max(1, default_workers() // ranks.here())))
 
 
 def _prepared(
@@ -413,7 +415,9 @@ def _prepared(
     """Return the solver of the contact and the volume to start with, for the loads of a path."""
 
     def require(shape: tuple[int, int], count: int) -> None:
-        share.agreed(lambda: setup.require(shape, count, **setup.given(problem), share=share))
+        share.agreed(
+            lambda: setup.require(shape, count, **setup.memory_terms(problem), share=share)
+        )
 
     # Before anything of the size of the map is made; again once the volume is known.
     require(problem.pair.shape, LEAST_LAYERS if layers is None else np.size(layers))
@@ -487,7 +491,7 @@ class _Run:
                 self.steps.save(number, result, loop.carried())
             elif self.steps:
                 seconds = time.perf_counter() - self.began
-                self.steps.note(number, loop.going(done, largest, seconds))
+                self.steps.note(number, loop.checkpoint(done, largest, seconds))
         return result or _result(loop, done, status, self.began, largest)
 
     def _show(self, number: int, state: ElastoplasticResult) -> None:
@@ -604,5 +608,4 @@ def _pressed(
         iterations=0 if solution is None else solution.iterations,
         convolutions=convolutions,
         seconds=seconds,
-        version=__version__,
     )

@@ -177,7 +177,7 @@ def read_text(path: Path, name: str, requested: Asked) -> Surface:
         about = Provenance(path.name, f"matrix ({name})", "", steps)
         return _scaled(path, values, about, scale, requested)
     head = _foreign_head(path)
-    trace = None if head.is_map else text_files.found(path)
+    trace = None if head.is_map else text_files.find_profile(path)
     if trace is not None:
         return text_files.read(path, trace, requested)
     values, steps = _read_text(path, head.lines)
@@ -207,7 +207,7 @@ def text_channels(path: Path, name: str) -> tuple[Channel, ...]:
         values, _ = _read_text(path)
         return (Channel(quantity, unit, quantity == "height", values.shape),)
     head = _foreign_head(path)
-    trace = None if head.is_map else text_files.found(path)
+    trace = None if head.is_map else text_files.find_profile(path)
     if trace is not None:
         return (Channel("", trace.units[1], True, (1, len(trace.columns))),)
     values, _ = _read_text(path, head.lines)

@@ -294,11 +294,8 @@ _TEXT_START = 2**15
 
 # First bytes -> name of the format.
 _SIGNATURES = (
-    (b"\x93NUMPY", "npy"),
-    (b"CDF\x01", "netcdf"),
-    (b"CDF\x02", "netcdf"),
-    (b"CDF\x05", "netcdf"),
-)
+    (b"\x93NUMPY", "npy"), (b"CDF\x01", "netcdf"), (b"CDF\x02", "netcdf"), (b"CDF\x05", "netcdf"),
+)  # fmt: skip
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 TEXT, HDF5 = "text", "hdf5"

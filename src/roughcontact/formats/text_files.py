@@ -389,7 +389,7 @@ class Trace:
     units: tuple[str, str]  # Of either, as the head of the columns names it
 
 
-def found(path: Path) -> Trace | None:
+def find_profile(path: Path) -> Trace | None:
     """Return the trace in a text; None if it holds no two columns of which the first advances."""
     head: list[str] = []
     rows: list[tuple[float, ...]] = []

@@ -34,7 +34,7 @@ class ArrayCache:
 
     Parameters
     ----------
-    most : int
+    limit : int
         Bytes that are kept at most. What is larger is made each time.
 
     Examples
@@ -44,8 +44,8 @@ class ArrayCache:
     True
     """
 
-    def __init__(self, most: int) -> None:
-        self._most = most
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
         self._arrays: OrderedDict[Hashable, Array] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -63,10 +63,10 @@ class ArrayCache:
         # Two threads may make the same array, which is the same either way.
         array = make()
         array.flags.writeable = False
-        if array.nbytes <= self._most:
+        if array.nbytes <= self._limit:
             with self._lock:
                 self._arrays[key] = array
-                while self.nbytes > self._most:
+                while self.nbytes > self._limit:
                     self._arrays.popitem(last=False)
         return array
 
@@ -106,13 +106,13 @@ class LocalSums:
         """Return how many are true."""
         return int(np.count_nonzero(chosen))
 
-    def largest(self, values: NDArray[Any], least: float = -math.inf) -> float:
-        """Return the largest, or ``least`` where none is larger."""
-        return max(float(values.max()), least) if values.size else least
+    def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
+        """Return the largest, or ``floor`` where none is larger."""
+        return max(float(values.max()), floor) if values.size else floor
 
-    def smallest(self, values: NDArray[Any], most: float = math.inf) -> float:
-        """Return the smallest, or ``most`` where none is smaller."""
-        return min(float(values.min()), most) if values.size else most
+    def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
+        """Return the smallest, or ``limit`` where none is smaller."""
+        return min(float(values.min()), limit) if values.size else limit
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of what the processes made of their own pixels."""
@@ -381,7 +381,7 @@ class Convolution:
 
 
 def multiply_columns(
-    coming: Iterable[Part], going: Iterable[Part], symbol: NDArray[Any], scratch: NDArray[Any]
+    coming: Iterable[Part], outgoing: Iterable[Part], symbol: NDArray[Any], scratch: NDArray[Any]
 ) -> None:
     """Transform columns, multiply them by a symbol that is even, and transform them back.
 
@@ -389,7 +389,7 @@ def multiply_columns(
     ----------
     coming : iterable of (slice, ndarray)
         Rows that are not zero, ascending, and what stands on them; the others are zero.
-    going : iterable of (slice, ndarray)
+    outgoing : iterable of (slice, ndarray)
         Rows that are wanted, and where to put what stands on them, unnormalised.
     symbol : ndarray, shape (my//2 + 1, columns)
         Of the waves from 0 to half the period.
@@ -407,7 +407,7 @@ def multiply_columns(
     scratch[:half] *= symbol
     scratch[half:] *= symbol[points - half : 0 : -1]
     scratch = fft.fft_columns(scratch, forward=False)
-    for rows, part in going:
+    for rows, part in outgoing:
         part[...] = scratch[rows]
 
 

@@ -72,13 +72,13 @@ class SlabSums:
         """Return how many are true."""
         return int(self.ranks.total(self._here.count(chosen)))
 
-    def largest(self, values: NDArray[Any], least: float = -math.inf) -> float:
-        """Return the largest, or ``least`` where none is larger."""
-        return float(self.ranks.everyone(self._here.largest(values, least)).max())
+    def largest(self, values: NDArray[Any], floor: float = -math.inf) -> float:
+        """Return the largest, or ``floor`` where none is larger."""
+        return float(self.ranks.everyone(self._here.largest(values, floor)).max())
 
-    def smallest(self, values: NDArray[Any], most: float = math.inf) -> float:
-        """Return the smallest, or ``most`` where none is smaller."""
-        return float(self.ranks.everyone(self._here.smallest(values, most)).min())
+    def smallest(self, values: NDArray[Any], limit: float = math.inf) -> float:
+        """Return the smallest, or ``limit`` where none is smaller."""
+        return float(self.ranks.everyone(self._here.smallest(values, limit)).min())
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of what the ranks made of their own pixels."""
@@ -94,7 +94,7 @@ class SlabSums:
 
     def workers(self) -> int:
         """Return the number of threads of this rank: its part of the cores of its machine."""
-        return max(1, fft.default_workers() // self.ranks.beside())
+        return max(1, fft.default_workers() // self.ranks.here())
 
     def cost(self) -> Array:
         """Return time in communication [s] and bytes sent, up to now, mean of all ranks."""
@@ -367,15 +367,17 @@ class SlabConvolution:
         widths = [self._width(rank, block) for rank in range(self.ranks.count)]
         parts = [_height(own) * width * (rank != me) for rank, width in enumerate(widths)]
         sizes = [_height(rows) * widths[me] * (rank != me) for rank, rows in enumerate(loaded)]
-        going = self._memory("sent", number, sum(parts))
+        outgoing = self._memory("sent", number, sum(parts))
         copies, index = [], 0
         for rank in (rank for rank in range(self.ranks.count) if rank != me):
             columns = self.layout.waves(rank, block)
             for rows in own:
-                part, index = _cut(going, index, rows, widths[rank])
+                part, index = _cut(outgoing, index, rows, widths[rank])
                 copies += _pieces(part, spectra[self._here(rows), columns])
         self._copy(copies)
-        return self.ranks.exchange(going, parts, self._memory("coming", number, sum(sizes)), sizes)
+        return self.ranks.exchange(
+            outgoing, parts, self._memory("coming", number, sum(sizes)), sizes
+        )
 
     def _answer(
         self,
@@ -391,14 +393,14 @@ class SlabConvolution:
         parts = [_height(rows) * width * (rank != me) for rank, rows in enumerate(wanted)]
         back = self._memory("back", number, sum(parts))
         coming = self._shares(spectra, loaded, columns, arriving.arrived())
-        going = self._shares(spectra, wanted, columns, np.split(back, np.cumsum(parts)[:-1]))
+        outgoing = self._shares(spectra, wanted, columns, np.split(back, np.cumsum(parts)[:-1]))
         my, first = self.layout.padded[0], columns.start - self.layout.columns[me]
 
         def transform(start: int) -> None:
             block = slice(start, min(start + self._column_step, width))
             multiply_columns(
                 [(rows, part[:, block]) for rows, part in coming],
-                [(rows, part[:, block]) for rows, part in going],
+                [(rows, part[:, block]) for rows, part in outgoing],
                 self.spectrum[:, first + block.start : first + block.stop],
                 self.workspace.scratch("column", (my, block.stop - block.start), self._complex),
             )
@@ -649,8 +651,10 @@ def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks:
         ]
         index = slice(min(block.start, last - first), min(block.stop, last - first))
         sizes = [height * (index.stop - index.start) for height in np.diff(tops).tolist()]
-        going = np.concatenate(parts)
-        exchange = ranks.exchange(going, [part.size for part in parts], np.empty(sum(sizes)), sizes)
+        outgoing = np.concatenate(parts)
+        exchange = ranks.exchange(
+            outgoing, [part.size for part in parts], np.empty(sum(sizes)), sizes
+        )
         for top, bottom, part in zip(tops, tops[1:], exchange.arrived(), strict=False):
             result[top:bottom, index] = part.reshape(bottom - top, index.stop - index.start)
     return result

@@ -36,13 +36,13 @@ _LINES = 8
 
 
 # Set by `at_most` alone, for what its block calls.
-_most: ContextVar[int | None] = ContextVar("most", default=None)
+_limit: ContextVar[int | None] = ContextVar("most", default=None)
 
 
 def default_workers() -> int:
     """Return the number of processor cores that this process may use; see `at_most`."""
     result = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return min(result or 1, _most.get() or result or 1)
+    return min(result or 1, _limit.get() or result or 1)
 
 
 @contextmanager
@@ -54,11 +54,11 @@ def at_most(threads: int) -> Iterator[None]:
     threads : int
         Cores; the others are for whatever else runs here at the same time.
     """
-    token = _most.set(threads)
+    token = _limit.set(threads)
     try:
         yield
     finally:
-        _most.reset(token)
+        _limit.reset(token)
 
 
 # SciPy's FFT is imported where needed: most of the time of `import roughcontact` would be its.

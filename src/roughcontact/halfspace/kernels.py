@@ -291,9 +291,9 @@ def _bessel_pixels(offsets: int, edges: Array) -> Array:
     return integrals
 
 
-def _nodes(most: float) -> tuple[Array, Array]:
-    """Return cosh t and the weight of dt/cosh t in the trapezoidal rule from 0 to ``most``."""
-    cosh = np.cosh(np.arange(0, most + _STEP, _STEP))
+def _nodes(end: float) -> tuple[Array, Array]:
+    """Return cosh t and the weight of dt/cosh t in the trapezoidal rule from 0 to ``end``."""
+    cosh = np.cosh(np.arange(0, end + _STEP, _STEP))
     weight = _STEP / cosh
     weight[0] *= 0.5
     return cosh, weight

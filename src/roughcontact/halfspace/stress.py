@@ -390,13 +390,13 @@ _DAMPED = {"single": 18.0, "double": 40.0}
 class Field:
     """The stress of one pressure map, in units of its largest pressure.
 
-    ``at(depth)`` returns the operator and the kernels to stream.
+    ``in_depth(depth)`` returns the operator and the kernels to stream.
     """
 
     unit: float
     shape: tuple[int, int]
     real: type
-    at: Callable[[float], tuple[Responses, Symbols]]
+    in_depth: Callable[[float], tuple[Responses, Symbols]]
 
 
 def field_of(
@@ -790,7 +790,7 @@ def _slice(field: Field, depth: float) -> Slice:
     def keep(rows: slice, block: NDArray[Any]) -> None:
         np.multiply(block, field.unit, out=stress[:, rows], casting="same_kind")
 
-    responses, symbols = field.at(depth)
+    responses, symbols = field.in_depth(depth)
     responses.stream(symbols, keep)
     return Slice(depth, stress)
 
@@ -838,7 +838,7 @@ def sections(
     along_x: NDArray[Any] = np.empty((6, listed.size, nx), field.real)
     along_y: NDArray[Any] = np.empty((6, listed.size, ny), field.real)
     for number, depth in enumerate(listed.tolist()):
-        responses, symbols = field.at(depth)
+        responses, symbols = field.in_depth(depth)
         row, column = responses.cross(symbols, point)
         along_x[:, number], along_y[:, number] = row * field.unit, column * field.unit
     return along_x, along_y

@@ -91,7 +91,7 @@ class Sliding:
         shares = dict(self.pulls)
         return shares.get("y", 0.0) / self.friction, shares.get("x", 0.0) / self.friction
 
-    def at(self, values: NDArray[Any], rows: Index, columns: Index) -> NDArray[Any]:
+    def values_at(self, values: NDArray[Any], rows: Index, columns: Index) -> NDArray[Any]:
         """Return values of a map at pixels, which may lie beyond its edges: nothing is there."""
         ny, nx = self.pressure.shape
         result: NDArray[Any] = values[..., rows % ny, columns % nx]
@@ -197,7 +197,7 @@ def _placed(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Poin
     def squared(forward: int, right: int = 0) -> Array:
         """Return p², which goes straight to zero, some steps ahead and aside."""
         down, along = forward * step + right * step[::-1]
-        pressure: Array = contact.at(contact.pressure, rows + down, columns + along)
+        pressure: Array = contact.values_at(contact.pressure, rows + down, columns + along)
         return pressure**2
 
     near, far = squared(-1), squared(-2)
@@ -219,7 +219,9 @@ def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | No
     """Return the points of resolved spots, with the slope along the traction in the contact."""
     # Two steps behind the rim, most of 5 × 5 pixels are in contact.
     rows, columns = points.rows - 2 * points.step[0], points.columns - 2 * points.step[1]
-    weight = np.stack([contact.at(contact.pressure, rows + y, columns + x) for y, x in _WINDOW])
+    weight = np.stack(
+        [contact.values_at(contact.pressure, rows + y, columns + x) for y, x in _WINDOW]
+    )
     weight = (weight > 0).astype(float)
     resolved = weight.sum(axis=0) >= _FEWEST
     if not resolved.any():
@@ -227,9 +229,9 @@ def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | No
     points, weight = points.where(resolved), weight[:, resolved]
     rows, columns = rows[resolved], columns[resolved]
     heights = np.stack(
-        [contact.at(contact.displacement, rows + y, columns + x) for y, x in _WINDOW]
+        [contact.values_at(contact.displacement, rows + y, columns + x) for y, x in _WINDOW]
     )
-    heights = heights - contact.at(contact.displacement, rows, columns)
+    heights = heights - contact.values_at(contact.displacement, rows, columns)
     normal = np.einsum("kn,ki,kj->nij", weight, _PARABOLA, _PARABOLA)
     right = np.einsum("kn,kn,ki->ni", weight, heights, _PARABOLA)
     _, y, x, yy, xx, xy = np.linalg.solve(normal, right[..., None])[..., 0].T
@@ -245,8 +247,8 @@ def _around(contact: Sliding, points: _Points) -> tuple[Array, Array]:
     """Return pressure and stress on the planes through 3 × 3 pixels, taken at the rims."""
     pressure, stress = np.zeros(points.rows.size), np.zeros((3, points.rows.size))
     for rows, columns, weight in _plane(points):
-        pressure += weight * contact.at(contact.pressure, rows, columns)
-        stress += weight * contact.at(contact.stress, rows, columns)
+        pressure += weight * contact.values_at(contact.pressure, rows, columns)
+        stress += weight * contact.values_at(contact.stress, rows, columns)
     return pressure, stress
 
 
@@ -287,7 +289,7 @@ def _of_waves(contact: Sliding, points: _Points) -> Array:
     """Return what the stress at the rims changes by where pressure is a sum of waves."""
     kernel = _between_pixels(contact)[:, ::-1, ::-1]
     reach = np.arange(-_REACH - 1, _REACH + 2)
-    near = contact.at(
+    near = contact.values_at(
         contact.pressure,
         points.rows[:, None, None] + reach[:, None],
         points.columns[:, None, None] + reach,
@@ -599,7 +601,7 @@ def _along_surface(field: Field) -> NDArray[Any]:
     def keep(rows: slice, stress: NDArray[Any]) -> None:
         result[:, rows] = stress[[XX, YY, XY]]
 
-    responses, symbols = field.at(0.0)
+    responses, symbols = field.in_depth(0.0)
     responses.stream(symbols, keep)
     return result
 
@@ -639,7 +641,7 @@ def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, 
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
         y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
 
-    responses, symbols = field.at(depth)
+    responses, symbols = field.in_depth(depth)
     responses.stream(symbols, visit, row)
     top, place = max((entry[0], -entry[1]) for entry in result)
     high = np.max([entry[0] for entry in y_ranges], axis=0)

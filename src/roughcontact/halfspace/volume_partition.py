@@ -45,7 +45,7 @@ class Share(Protocol):
 
     workspace: Workspace
     count: int
-    beside: int
+    here: int
 
     def layers(self, count: int) -> range:
         """Return which of so many layers are here."""
@@ -102,7 +102,7 @@ class Share(Protocol):
     def whole(self, values: Array, count: int) -> Array:
         """Return an array over all layers, so many, of one over those that are here."""
 
-    def any(self, found: bool) -> bool:
+    def any(self, value: bool) -> bool:
         """Return whether any process has found something."""
 
     def require(self, layers: int, shape: tuple[int, int]) -> None:
@@ -127,7 +127,7 @@ class SingleProcess:
         Threads of this process.
     """
 
-    count = beside = 1
+    count = here = 1
 
     def __init__(self, workspace: Workspace) -> None:
         self.workspace = workspace
@@ -215,7 +215,7 @@ class Shared:
 
     def __init__(self, ranks: Ranks, workspace: Workspace) -> None:
         self.ranks, self.workspace = ranks, workspace
-        self.count, self.beside = ranks.count, ranks.beside()
+        self.count, self.here = ranks.count, ranks.here()
 
     def layers(self, count: int) -> range:
         """Return which of so many layers are here: every so many-th."""
@@ -301,14 +301,14 @@ class Shared:
             len(places) * entries * self._width(rank, width) * (rank != me)
             for rank in range(self.count)
         ]
-        going: Array = self._memory("going", number % 2, (sum(parts),), spectra.dtype)
+        outgoing: Array = self._memory("going", number % 2, (sum(parts),), spectra.dtype)
 
         def pack(task: tuple[int, Array, int]) -> None:
             rank, out, place = task
             out[...] = planes[place][..., self._waves(rank, width)]
 
         tasks: list[tuple[int, Array, int]] = []
-        for rank, part in enumerate(np.split(going, np.cumsum(parts)[:-1])):
+        for rank, part in enumerate(np.split(outgoing, np.cumsum(parts)[:-1])):
             outs: Any = [spectra[own[place]] for place in places]
             if rank != me:
                 outs = part.reshape(len(places), *shape, self._width(rank, width))
@@ -316,7 +316,7 @@ class Shared:
         self.workspace.each(pack, tasks)
         sizes = [len(layers) * entries * spectra.shape[-1] for layers in moving]
         coming = self._memory("coming", number % 2, (sum(sizes),), spectra.dtype)
-        return self.ranks.exchange(going, parts, coming, sizes), moving
+        return self.ranks.exchange(outgoing, parts, coming, sizes), moving
 
     def _take(self, exchange: Exchange, moving: list[list[int]], spectra: Array) -> None:
         """Put what has arrived into its place."""
@@ -368,8 +368,8 @@ class Shared:
         parts = [len(layers) * entries * here for layers in batch]
         own_part = self._memory("kept", number % 2, (parts[me],), np.dtype(dtype))
         parts[me] = 0
-        going = self._memory("going", number % 2, (sum(parts),), np.dtype(dtype))
-        blocks = np.split(going, np.cumsum(parts)[:-1])
+        outgoing = self._memory("going", number % 2, (sum(parts),), np.dtype(dtype))
+        blocks = np.split(outgoing, np.cumsum(parts)[:-1])
         blocks[me] = own_part
         tasks = []
         for layers, part in zip(batch, blocks, strict=True):
@@ -386,7 +386,7 @@ class Shared:
         ]
         coming = self._memory("coming", number % 2, (sum(sizes),), np.dtype(dtype))
         own_part = own_part.reshape(len(own), components, 2, my, here)
-        return self.ranks.exchange(going, parts, coming, sizes), own_part
+        return self.ranks.exchange(outgoing, parts, coming, sizes), own_part
 
     def _read(
         self,

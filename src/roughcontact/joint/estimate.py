@@ -62,7 +62,7 @@ class Groups:
         """Sku over that of a gamma distribution, 3 + 1.5 Ssk²."""
         return self.kurtosis / (3 + 1.5 * self.skewness**2)
 
-    def told(self) -> dict[str, Array]:
+    def values(self) -> dict[str, Array]:
         """Return what a domain bounds: all groups, and what follows from them."""
         return vars(self) | {
             "contact": theory_contact(self),
@@ -561,15 +561,10 @@ def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
 
 
 _WORDS = {
-    "contact": "a contact fraction",
-    "ratio": "E* Sdq over the ceiling",
-    "breadth": "Sdq Sal/Sq",
-    "texture": "Str",
-    "skewness": "Ssk",
-    "tails": "Sku/(3 + 1.5 Ssk²)",
-    "middle": "Sku − Ssk² − 1",
+    "contact": "a contact fraction", "ratio": "E* Sdq over the ceiling", "breadth": "Sdq Sal/Sq",
+    "texture": "Str", "skewness": "Ssk", "tails": "Sku/(3 + 1.5 Ssk²)", "middle": "Sku − Ssk² − 1",
     "hardening": "H Sdq/σ_Y",
-}
+}  # fmt: skip
 _CAUSES = {
     "contact": "pressure", "ratio": "ceiling", "breadth": "Sal", "texture": "Str",
     "skewness": "Ssk", "tails": "Sku", "middle": "Sku", "hardening": "hardening",
@@ -578,7 +573,7 @@ _CAUSES = {
 
 def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str, float]:
     """Return the groups that lie outside a domain, with their values."""
-    values = {name: float(of[0]) for name, of in groups.told().items()}
+    values = {name: float(of[0]) for name, of in groups.values().items()}
     return {
         name: values[name]
         for name, (low, high) in domain.items()
@@ -586,7 +581,7 @@ def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str
     }
 
 
-def _told(name: str, value: float, domain: dict[str, tuple[float, float]]) -> str:
+def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]]) -> str:
     low, high = domain[name]
     if name == "contact":
         return f"{_WORDS[name]} of {percent(low)} to {percent(high)}, got about {percent(value)}"
@@ -603,7 +598,7 @@ def _require(groups: Groups, domain: dict[str, tuple[float, float]], roughness: 
         )
     for name, value in _outside(groups, domain).items():
         raise InputError(
-            f"lies outside the formulas, which hold for {_told(name, value, domain)}; "
+            f"lies outside the formulas, which hold for {_range_text(name, value, domain)}; "
             "solve the contact on a map instead",
             argument=_CAUSES[name],
             value=value,
@@ -631,7 +626,7 @@ def _volume(
     ratio = stress / (CEILING_FACTOR * strength)
     groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
     domain = stored().domain[_VOLUME]
-    outside = [_told(name, value, domain) for name, value in _outside(groups, domain).items()]
+    outside = [_range_text(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
             as_note(

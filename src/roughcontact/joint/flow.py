@@ -299,7 +299,7 @@ class _Solved:
     steps: int
 
     @classmethod
-    def at(cls, problem: _Problem, pressure: Array, small: Array, steps: int) -> _Solved:
+    def of_pressure(cls, problem: _Problem, pressure: Array, small: Array, steps: int) -> _Solved:
         network = problem.network
         drop = network.drop(pressure)
         drop -= problem.driven
@@ -325,7 +325,7 @@ def _solved(problem: _Problem) -> _Solved:
     # What flows at the nodes takes memory: only its sums are kept from round to round.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
     for number in range(_ROUNDS):
-        residual, power = _left(problem, pressure, small)
+        residual, power = _imbalance(problem, pressure, small)
         total = float(np.abs(residual).sum())
         if total <= _AIM * power:
             break
@@ -336,12 +336,12 @@ def _solved(problem: _Problem) -> _Solved:
             small += change
         steps += more
     del inverse
-    return _Solved.at(problem, pressure, small, steps)
+    return _Solved.of_pressure(problem, pressure, small, steps)
 
 
-def _left(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
+def _imbalance(problem: _Problem, pressure: Array, small: Array) -> tuple[Array, float]:
     """Return what flows into each node and not out again, and the power of the flow."""
-    result = _Solved.at(problem, pressure, small, 0)
+    result = _Solved.of_pressure(problem, pressure, small, 0)
     return result.unbalanced(problem), result.power
 
 

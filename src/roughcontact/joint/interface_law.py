@@ -95,7 +95,7 @@ class MapLaw:
             self.column(branch, "pressure"), self.column(branch, "separation"), stiffness, touch
         )
 
-    def at(self, branch: str, name: str, pressures: Array) -> Array:
+    def interpolated(self, branch: str, name: str, pressures: Array) -> Array:
         """Return a field at nominal pressures between the first and the last of a branch."""
         own = self.column(branch, "pressure")
         if own.size == pressures.size and np.allclose(own, pressures, rtol=_SAME, atol=0):
@@ -221,7 +221,7 @@ class InterfaceLaw(Result):
     def values(self, branch: str, name: str) -> Array:
         """Return a field of `LawPoint` of all maps at `pressures`, shape (maps, n)."""
         pressures = self.pressures(branch)
-        return np.array([law.at(branch, name, pressures) for law in self.maps])
+        return np.array([law.interpolated(branch, name, pressures) for law in self.maps])
 
     def mean(self, branch: str, name: str) -> list[Mean]:
         """Return the mean of a field over the maps at each of `pressures`, with its interval."""

@@ -227,7 +227,7 @@ class Multigrid:
 
 
 def conjugate_gradients(
-    inverse: Multigrid, residual: Array, enough: Callable[[Array, float], bool], most: int
+    inverse: Multigrid, residual: Array, enough: Callable[[Array, float], bool], max_steps: int
 ) -> tuple[Array, int]:
     """Return the potential that balances a residual.
 
@@ -240,7 +240,7 @@ def conjugate_gradients(
     enough : callable
         ``enough(potential, unbalanced)`` says whether to stop, the second the sum of the amounts
         that are left at all nodes.
-    most : int
+    max_steps : int
         Number of steps after which to stop.
 
     Returns
@@ -255,7 +255,7 @@ def conjugate_gradients(
     remaining = residual.copy()
     direction = through = result
     energy = 0.0
-    for step in range(most):
+    for step in range(max_steps):
         if enough(result, float(np.abs(remaining).sum())):
             return result, step
         better = inverse(remaining)
@@ -271,7 +271,7 @@ def conjugate_gradients(
         length = _dot(direction, remaining) / energy
         result += length * direction
         remaining -= length * through
-    return result, most
+    return result, max_steps
 
 
 def _paired(

@@ -55,7 +55,7 @@ class Mixer:
         self._last: tuple[Parts, Parts] | None = None
         self._steps: list[tuple[Parts, Parts]] = []
         self._gram = np.zeros((0, 0))
-        self._least = self._best = math.inf
+        self._smallest = self._best = math.inf
         self._fruitless = self._plain = 0
 
     def grow(self, part: int, old: Array, new: Array) -> None:
@@ -74,13 +74,13 @@ class Mixer:
         self._best = min(self._best, size)
         if self._fruitless == _PATIENCE:
             self._fruitless, self._plain = 0, _PLAIN_STEPS
-        if self._plain or not size <= _GROWTH * self._least:
+        if self._plain or not size <= _GROWTH * self._smallest:
             self._steps, self._last, self._gram = [], None, np.zeros((0, 0))
-            self._least = math.inf
+            self._smallest = math.inf
         if self._plain:
             self._plain -= 1
             return [part.copy() for part in x]
-        self._least = min(self._least, size)
+        self._smallest = min(self._smallest, size)
         if self._last is not None:
             old_x, old_defect = self._last
             if len(self._steps) == _MEMORY:

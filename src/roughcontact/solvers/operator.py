@@ -41,11 +41,11 @@ class Sums(Protocol):
     def count(self, chosen: NDArray[np.bool_]) -> int:
         """Return how many are true."""
 
-    def largest(self, values: NDArray[Any], least: float = ...) -> float:
-        """Return the largest, or ``least`` where none is larger."""
+    def largest(self, values: NDArray[Any], floor: float = ...) -> float:
+        """Return the largest, or ``floor`` where none is larger."""
 
-    def smallest(self, values: NDArray[Any], most: float = ...) -> float:
-        """Return the smallest, or ``most`` where none is smaller."""
+    def smallest(self, values: NDArray[Any], limit: float = ...) -> float:
+        """Return the smallest, or ``limit`` where none is smaller."""
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
         """Return the sums, entry by entry, of what the processes made of their own pixels."""
@@ -134,7 +134,7 @@ def norm(values: NDArray[Any], sums: Sums) -> float:
     if _SMALLEST < square < 1 / _SMALLEST:
         return math.sqrt(square)
     # Squares that vanish or overflow, under a ceiling that is next to none for one.
-    largest = max(sums.largest(values, least=0.0), -sums.smallest(values, most=0.0))
+    largest = max(sums.largest(values, floor=0.0), -sums.smallest(values, limit=0.0))
     if not 0 < largest < math.inf:
         return largest
     scaled = values / largest

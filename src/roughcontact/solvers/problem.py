@@ -249,7 +249,7 @@ def without_dust(
     ndarray, shape (n,)
         The values, in which rounding no longer decides whether a pixel touches or is saturated.
     """
-    dust = _DUST * np.minimum(limit, sums.largest(pressure, least=0))
+    dust = _DUST * np.minimum(limit, sums.largest(pressure, floor=0))
     cleaned = np.where(pressure > limit - dust, limit, pressure)
     cleaned[cleaned < dust] = 0
     return cleaned

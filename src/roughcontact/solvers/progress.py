@@ -127,17 +127,17 @@ class Bar:
         # Certificate or residual at the beginning of each part, from which it falls.
         self._first: dict[int, float] = {}
 
-    def __call__(self, at: Progress) -> None:
+    def __call__(self, state: Progress) -> None:
         """Draw the line anew."""
-        part = 1.0 if at.kept else self._part(at)
-        done = (at.number - 1 + part) / max(at.count, 1)
-        parts = [at.label] if at.label else []
-        if at.count > 1:
-            parts.append(f"{at.number} of {at.count}")
-        if at.kept:
+        part = 1.0 if state.kept else self._part(state)
+        done = (state.number - 1 + part) / max(state.count, 1)
+        parts = [state.label] if state.label else []
+        if state.count > 1:
+            parts.append(f"{state.number} of {state.count}")
+        if state.kept:
             parts.append("kept from before")
-        elif at.step is not None:
-            parts.append(f"{_error(at):.0e}, target {at.step.tolerance:.0e}")
+        elif state.step is not None:
+            parts.append(f"{_error(state):.0e}, target {state.step.tolerance:.0e}")
         filled = round(_WIDTH * min(max(done, 0.0), 1.0))
         self._draw(f"{'█' * filled:{_WIDTH}} {', '.join(parts)}")
 

@@ -373,7 +373,7 @@ class _Response:
     ) -> None:
         self._problem, self._family, self._target = problem, family, target
         self._levers, self._tolerance = levers, tolerance
-        self._most, self._start, self._progress = max_iterations, start, progress
+        self._maximum, self._start, self._progress = max_iterations, start, progress
         # Made once for all tilts.
         self._finest = family(problem.shape, (1, 1))
         self._last: Solution
@@ -403,7 +403,7 @@ class _Response:
             replace(self._problem, initial_gap=gap),
             self._operator,
             tolerance=accuracy,
-            max_iterations=self._most,
+            max_iterations=self._maximum,
             start=self._start,
             progress=self._progress,
         )

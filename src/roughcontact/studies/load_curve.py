@@ -39,7 +39,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Progress, Status, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Tell, numbered, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -400,8 +400,6 @@ class _Sweep:
             gap=self.pair.initial_gap,
             certificate=step.certificate,
             load_error=step.load_error,
-            status=Status.CONVERGED.value,
-            iterations=0,
             convolutions=step.convolutions,
             seconds=step.seconds,
             calibration=self._agreed(step) if self.own else None,

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import checkpoints, memory
-from roughcontact._version import __version__
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, ordered
 from roughcontact.checkpoints import Place
@@ -38,7 +37,7 @@ from roughcontact.errors import (
 )
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Progress, Status, Step, Tell, numbered, shows_progress_bar
+from roughcontact.solvers.progress import Progress, Step, Tell, numbered, shows_progress_bar
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, lengths, quantity
@@ -62,7 +61,7 @@ class SlidingPair:
         assert body is not None
         return body
 
-    def facing(self, indentation: Array, shift: tuple[int, int]) -> Pair:
+    def pair_at(self, indentation: Array, shift: tuple[int, int]) -> Pair:
         """Return the two bodies as they face each other, on the grid of the surface."""
         surface, counter = self.pair.surface, self.counter
         if not self.on_counter and indentation.any():
@@ -78,8 +77,8 @@ class SlidingPair:
                 f"no contact is possible: shifted by {shift} pixels the counter-body has no point "
                 "left that faces one of the surface"
             )
-        facing = replace(counter, heights=moved, holes_masked=True)
-        return replace(self.pair, share=surface, counter_surface=facing)
+        moved_counter = replace(counter, heights=moved, holes_masked=True)
+        return replace(self.pair, share=surface, counter_surface=moved_counter)
 
     def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
         """Add what was indented on the grid of the surface to the body that keeps it."""
@@ -110,7 +109,7 @@ class SlidingPair:
         return tuple(here), tuple(there)
 
 
-def facing(pair: Pair, shifts: list[tuple[int, int]]) -> SlidingPair:
+def sliding_pair(pair: Pair, shifts: list[tuple[int, int]]) -> SlidingPair:
     """Return the two bodies of a path of shifts, the softer one ready to be indented."""
     body = pair.softer
     on_counter = pair.material.compliance == 0 if body is None else body is not pair.material
@@ -562,7 +561,7 @@ def history(
             way = replace(way, terms=replace(terms, ceiling=first.ceiling))
             _check_way(way)
         history = _followed(way, place, progress)
-    specified = _given(requested[: len(history.steps)], history.path)
+    specified = _given_loads(requested[: len(history.steps)], history.path)
     return replace(history, calibration=recommended, specified_load=specified)
 
 
@@ -572,7 +571,7 @@ def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> 
     check(pair, replace(terms, load=_LEAST), held=HELD)
     limit = resolved_ceiling(terms.ceiling, pair)
     shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]
-    bodies = facing(pair, shifts)
+    bodies = sliding_pair(pair, shifts)
     if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
         raise InputError(
             f"a {ArgumentRef('ceiling')} per pixel stays with the pixels of "
@@ -580,7 +579,7 @@ def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> 
             "ceiling, or swap the two bodies"
         )
     untouched = np.zeros(bodies.indented.shape)
-    reference = bodies.facing(untouched, (0, 0)).highest
+    reference = bodies.pair_at(untouched, (0, 0)).highest
     way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
     _check_way(way)
     return way
@@ -610,7 +609,7 @@ def _claimed(
         yield place
 
 
-def _given(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
+def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
     """Return the loads of stages that were given in another form than as forces."""
     return tuple(
         GivenLoad(item.load, stage.force)
@@ -628,7 +627,7 @@ def _heaviest(way: _Way) -> ContactResult:
 
 def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
     """Return the contact of a stage, by its number from 0, as if it were the first."""
-    pair = way.bodies.facing(np.zeros(way.bodies.indented.shape), way.shifts[number])
+    pair = way.bodies.pair_at(np.zeros(way.bodies.indented.shape), way.shifts[number])
     terms = way.terms_of(way.stages[number], way.lowered(pair))
     return _pressed(pair, replace(terms, ceiling=ceiling), None)
 
@@ -683,7 +682,7 @@ def _check_way(way: _Way) -> None:
     """Raise what any stage would raise; indentation changes nothing about that."""
     untouched = np.zeros(way.bodies.indented.shape)
     for shift in dict.fromkeys(way.shifts):
-        pair = way.bodies.facing(untouched, shift)
+        pair = way.bodies.pair_at(untouched, shift)
         lowered = way.lowered(pair)
         here = [number for number, other in enumerate(way.shifts, start=1) if other == shift]
         requested = [(way.terms_of(way.stages[number - 1], lowered), number) for number in here]
@@ -709,7 +708,7 @@ def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
     steps: list[HistoryStep] = []
     results: dict[int, ContactResult | None] = {}
     for number, shift in enumerate(way.shifts):
-        stored = _kept(way, number, place)
+        stored = _cached_step(way, number, place)
         if stored is not None:
             step, new, result = *stored, None
             if callable(progress):
@@ -739,7 +738,7 @@ def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
         residual=indented(bodies.indented, indentation),
         last=last,
         largest=maximum,
-        before=bodies.facing(np.zeros_like(indentation), way.shifts[largest]),
+        before=bodies.pair_at(np.zeros_like(indentation), way.shifts[largest]),
         passes=len(steps) // way.each,
         requested_passes=len(way.stages) // way.each,
     )
@@ -750,7 +749,7 @@ def _solved(
 ) -> tuple[HistoryStep, Array, ContactResult]:
     """Return a stage, by its number from 0, what it indents, and its contact."""
     count, stage = len(way.stages), way.stages[number]
-    pair = way.bodies.facing(indentation, way.shifts[number])
+    pair = way.bodies.pair_at(indentation, way.shifts[number])
     lowered = way.lowered(pair)
     label = "" if count == way.each else f"pass {number // way.each + 1} of {count // way.each}"
     try:
@@ -771,7 +770,7 @@ def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
     """Return the indentation before a stage, by its number from 0."""
     indentation = np.zeros(way.bodies.indented.shape)
     for before, shift in enumerate(way.shifts[:number]):
-        stored = _kept(way, before, place)
+        stored = _cached_step(way, before, place)
         assert stored is not None
         way.bodies.indent(indentation, stored[1], shift)
     return indentation
@@ -793,7 +792,7 @@ def _keep(way: _Way, number: int, place: Place | None, step: HistoryStep, new: A
         checkpoints.write_step(file, arrays, mark)
 
 
-def _kept(way: _Way, number: int, place: Place | None) -> tuple[HistoryStep, Array] | None:
+def _cached_step(way: _Way, number: int, place: Place | None) -> tuple[HistoryStep, Array] | None:
     """Return a stage, by its number from 0, and what it indented, if the folder has it."""
     if place is None:
         return None
@@ -825,13 +824,6 @@ def _pressed(pair: Pair, terms: LoadCase, progress: Callable[[Step], None] | Non
         approach=approach,
         pressure=np.zeros(pair.shape),
         gap=pair.initial_gap - approach,
-        certificate=0.0,
-        load_error=0.0,
-        status=Status.CONVERGED.value,
-        iterations=0,
-        convolutions=0,
-        seconds=0.0,
-        version=__version__,
     )
 
 

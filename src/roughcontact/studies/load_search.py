@@ -424,7 +424,7 @@ class _Finder:
             raise self.refusal(target, stop.end) from None
         upper = name in COUNTED or abs(high[1]) <= abs(low[1])
         x = high[0] if upper else low[0]
-        result = self.held.get(x) or self.at(x, name, progress)
+        result = self.held.get(x) or self.contact_at(x, name, progress)
         below, above = (
             Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high)
         )  # fmt: skip
@@ -454,7 +454,7 @@ class _Finder:
         """Return ln(quantity / value) at the load exp(x), negative where it is not reached."""
         name, value = target
         if x not in self.seen or name not in self.seen[x]:
-            result = self.held.get(x) or self.at(x, name, progress)
+            result = self.held.get(x) or self.contact_at(x, name, progress)
             self.seen.setdefault(x, {}).update(_values(result, name))
             self.held[x] = result
         self.forget(target)
@@ -469,7 +469,9 @@ class _Finder:
         above = [x for x, y in signed if y >= 0][:1]
         self.held = {x: self.held[x] for x in (*below, *above) if x in self.held}
 
-    def at(self, x: float, name: str, progress: Callable[[Step], None] | None) -> ContactResult:
+    def contact_at(
+        self, x: float, name: str, progress: Callable[[Step], None] | None
+    ) -> ContactResult:
         """Return the contact under the load exp(x)."""
         load = math.exp(x)
         near = [r for r in (*self.held.values(), self.last)
@@ -503,13 +505,13 @@ class _Finder:
         reached = self.seen[end[0]][name]
         side = "largest" if end[1] < 0 else "smallest"
         return InputError(
-            f"{_told(name, value)} is not passed at any load: under the {side} that was tried, "
-            f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_told(name, reached)}",
+            f"{_text(name, value)} is not passed at any load: under the {side} that was tried, "
+            f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_text(name, reached)}",
             argument=_ARGUMENTS.get(name, name)
         )  # fmt: skip
 
 
-def _told(name: str, value: float) -> str:
+def _text(name: str, value: float) -> str:
     if name in COUNTED:
         return percent(value)
     return f"{value:.4g}" if name == YIELD else engineering(value, "m")

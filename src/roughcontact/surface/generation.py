@@ -240,7 +240,7 @@ def generate(
         turning=turning, seed=seed,
     )  # fmt: skip
     feed = _feed(specified)
-    requested = _asked(specified, edges, feed)
+    requested = _resolved_request(specified, edges, feed)
     if feed is None:
         heights, spectrum = _translated(shape, edges, requested, seed)
         heights *= requested.Sq / rms_height(heights)
@@ -260,7 +260,9 @@ def _in_metres(**specified: Any) -> dict[str, Any]:
     }
 
 
-def _asked(specified: dict[str, Any], pixel: tuple[float, float], feed: float | None) -> _Asked:
+def _resolved_request(
+    specified: dict[str, Any], pixel: tuple[float, float], feed: float | None
+) -> _Asked:
     """Return what is asked for, with what follows where nothing is said; refuse nonsense."""
     kurtosis = (
         height_distribution.usual_kurtosis(specified["Ssk"])

@@ -374,7 +374,7 @@ def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
-def _said(specified: _Said, result: _Said) -> tuple[str, ...]:
+def _sentences(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (specified["text"],)
 
 
@@ -383,23 +383,15 @@ def _nothing(given: _Said, found: _Said) -> tuple[str, ...]:
 
 
 _ORIGINS: dict[str, _Words] = {
-    "Surface": _nothing,
-    "reference_map": _nothing,
-    "generate": _generated,
-    "read_surface": _read,
-    "nominal.flat": _nothing,
-    "nominal.sphere": _body,
-    "nominal.ellipsoid": _body,
-    "nominal.cylinder": _body,
-    "nominal.punch": _body,
-    "nominal.rectangular_punch": _body,
-    "nominal.cone": _body,
-    "nominal.wedge": _body,
-}
+    "Surface": _nothing, "reference_map": _nothing, "generate": _generated, "read_surface": _read,
+    "nominal.flat": _nothing, "nominal.sphere": _body, "nominal.ellipsoid": _body,
+    "nominal.cylinder": _body, "nominal.punch": _body, "nominal.rectangular_punch": _body,
+    "nominal.cone": _body, "nominal.wedge": _body,
+}  # fmt: skip
 
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,
-    NOTE: _said,
+    NOTE: _sentences,
     "leveled": _leveled,
     "without_form": _without_form,
     "without_outliers": _without_outliers,

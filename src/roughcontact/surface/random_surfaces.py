@@ -318,12 +318,12 @@ def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float)
     rolloff = name == "rolloff"
     ends = (spectrum.cutoff, max(sides)) if rolloff else (2 * max(spectrum.pixel), spectrum.rolloff)
 
-    def at(logarithm: float) -> Spectrum:
+    def spectrum_at(logarithm: float) -> Spectrum:
         wave = math.exp(logarithm)
         return replace(spectrum, rolloff=wave) if rolloff else replace(spectrum, cutoff=wave)
 
     def excess(logarithm: float) -> float:
-        return height * at(logarithm).gradient() - gradient
+        return height * spectrum_at(logarithm).gradient() - gradient
 
     low, high = (math.log(end) for end in ends)
     steepest, flattest = (excess(end) + gradient for end in (low, high))
@@ -339,4 +339,4 @@ def with_gradient(spectrum: Spectrum, name: str, gradient: float, height: float)
             f"must lie in {flattest:.4g} to {steepest:.4g}, which this map has with Sq = "
             f"{height:.4g} m, a Hurst exponent of {spectrum.hurst:g} and {other}",
         )
-    return at(brentq(excess, low, high, xtol=1e-4))
+    return spectrum_at(brentq(excess, low, high, xtol=1e-4))

@@ -18,33 +18,36 @@ _NAMES = ("name", "vendor", "serial", "scanner_serial", "software")
 class InfoModel:
     """What SurfaceTopography keeps of a file, in plain types."""
 
-    def __init__(self, **told: Any) -> None:
-        self._told = _checked(told)
+    def __init__(self, **fields: Any) -> None:
+        self._fields = _checked(fields)
 
     def model_dump(self, *, exclude_none: bool = True) -> dict[str, Any]:
         """Return what is known, by name."""
-        return dict(self._told)
+        return dict(self._fields)
 
 
-def _checked(told: dict[str, Any]) -> dict[str, Any]:
+def _checked(fields: dict[str, Any]) -> dict[str, Any]:
     try:
-        plain = {**told, **_typed(told, acquisition_time=datetime, channel_name=str, datafile=dict)}
-        plain["instrument"] = _instrument(told.get("instrument"))
-        if not isinstance(told.get("raw_metadata"), (dict, list, NoneType)):
+        plain = {
+            **fields,
+            **_typed(fields, acquisition_time=datetime, channel_name=str, datafile=dict),
+        }
+        plain["instrument"] = _instrument(fields.get("instrument"))
+        if not isinstance(fields.get("raw_metadata"), (dict, list, NoneType)):
             raise TypeError
     except TypeError:
-        found: dict[str, Any] = _library().InfoModel(**told).model_dump(exclude_none=True)
+        found: dict[str, Any] = _library().InfoModel(**fields).model_dump(exclude_none=True)
         return found
     return _known(plain)
 
 
-def _instrument(told: Any) -> dict[str, Any] | None:
+def _instrument(fields: Any) -> dict[str, Any] | None:
     """Return what is told of an instrument; raise `TypeError` where it is not in plain types."""
-    if told is None:
+    if fields is None:
         return None
-    if type(told) is not dict:
+    if type(fields) is not dict:
         raise TypeError
-    found = _typed(told, **dict.fromkeys(_NAMES, str), parameters=dict)
+    found = _typed(fields, **dict.fromkeys(_NAMES, str), parameters=dict)
     about = found["parameters"]
     if about is not None:
         found["parameters"] = _known(
@@ -57,24 +60,24 @@ def _instrument(told: Any) -> dict[str, Any] | None:
     return _known(found)
 
 
-def _amount(told: Any) -> dict[str, Any] | None:
-    if told is None:
+def _amount(fields: Any) -> dict[str, Any] | None:
+    if fields is None:
         return None
-    if type(told) is not dict or type(told.get("value")) is not float:
+    if type(fields) is not dict or type(fields.get("value")) is not float:
         raise TypeError
-    return _known(_typed(told, value=float, unit=str))
+    return _known(_typed(fields, value=float, unit=str))
 
 
-def _typed(told: dict[str, Any], **types: type) -> dict[str, Any]:
+def _typed(fields: dict[str, Any], **types: type) -> dict[str, Any]:
     """Return the values of these names; raise `TypeError` unless they are absent or of the type."""
-    found = {name: told.get(name) for name in types}
+    found = {name: fields.get(name) for name in types}
     if any(value is not None and type(value) is not types[name] for name, value in found.items()):
         raise TypeError
     return found
 
 
-def _known(told: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in told.items() if value is not None}
+def _known(fields: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in fields.items() if value is not None}
 
 
 def _library() -> Any:

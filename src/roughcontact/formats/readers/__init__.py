@@ -21,10 +21,10 @@ _MODULES = {"metropro": "MetroPro", "mitutoyo": "Mitutoyo", "opdx": "OPDx", "poi
 
 def library() -> list[str]:
     """Return the folders of SurfaceTopography, which is found and not imported."""
-    found = find_spec("SurfaceTopography")
-    if found is None or found.submodule_search_locations is None:
+    known = find_spec("SurfaceTopography")
+    if known is None or known.submodule_search_locations is None:
         raise ModuleNotFoundError("No module named 'SurfaceTopography'")
-    return list(found.submodule_search_locations)
+    return list(known.submodule_search_locations)
 
 
 def reader(name: str) -> Any:
@@ -36,11 +36,11 @@ def reader(name: str) -> Any:
             if place not in path:
                 path.append(place)
     module = import_module(f"{__name__}.IO.{_MODULES.get(name, name.upper())}")
-    for found in vars(module).values():
-        if getattr(found, "__module__", "") == module.__name__ and _reads(found, name):
-            return found
+    for known in vars(module).values():
+        if getattr(known, "__module__", "") == module.__name__ and _reads(known, name):
+            return known
     raise ImportError(f"{module.__name__} has no reader of {name!r}")
 
 
-def _reads(found: Any, name: str) -> bool:
-    return hasattr(found, "channels") and found.format() == name
+def _reads(known: Any, name: str) -> bool:
+    return hasattr(known, "channels") and known.format() == name
