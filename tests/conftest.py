@@ -1,6 +1,8 @@
 """What the tests share."""
 
+import os
 import signal
+import sys
 
 import hypothesis
 import numpy as np
@@ -12,6 +14,10 @@ from messages import fault
 # A machine that is busy is no failure: no test is timed.
 hypothesis.settings.register_profile("untimed", deadline=None)
 hypothesis.settings.load_profile("untimed")
+
+# What Python compiled once is there for all processes that tests start.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Scripts for other environments.
 collect_ignore_glob = ["data/*"]
