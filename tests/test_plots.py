@@ -315,10 +315,8 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
 @pytest.mark.parametrize(
     "aspect",
     [
-        0.05,
         1.0,
-        4.0,
-        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.3, 0.76, 1.5)),
+        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.05, 0.3, 0.76, 1.5, 4.0)),
     ],
 )
 def test_maps_have_more_dots_than_cells(aspect: float) -> None:
@@ -664,7 +662,7 @@ def test_one_spike_does_not_set_the_scale() -> None:
     assert image.norm.vmax < 0.5 * result.max_pressure
 
 
-@pytest.mark.parametrize("shape", [(20, 60), (12, 90), (60, 20), (40, 60)])
+@pytest.mark.parametrize("shape", [(12, 90), (60, 20)])
 def test_titles_and_bars_stay_within_the_figure(shape: tuple[int, int]) -> None:
     missing = np.zeros(shape, bool)
     missing[0, 0] = True
