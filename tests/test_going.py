@@ -74,6 +74,7 @@ def replace_load(point: rc.PathPoint, load: float) -> rc.PathPoint:
     return rc.PathPoint(load, point.offset, point.friction, point.direction)
 
 
+@pytest.mark.long
 def test_other_paths_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StopError):
         solved(PATH, folder=tmp_path, progress=stopping_at(3))

@@ -134,6 +134,7 @@ def test_profiles_turn_with_the_direction(found: rc.RollingResult) -> None:
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_passes_are_loaded_as_they_were_saved(found: rc.RollingResult, folder: Path) -> None:
     found.save(folder / "out.nc")
     loaded = rc.read_result(folder / "out.nc")
@@ -344,6 +345,7 @@ def test_what_cannot_be_rolled_is_refused(
     assert not list(home.iterdir())
 
 
+@pytest.mark.long
 @needs_reader
 def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"
