@@ -74,9 +74,9 @@ PATHS = {
         0.45,
     ),
     "two bodies": (
-        dict(material=SWIFT, counter_material=PERFECT, increments=1, loads=[0.2, 0.3],
+        dict(material=SWIFT, counter_material=PERFECT, increments=1, loads=[0.1, 0.2],
              precision="double", depth=1e-5),
-        0.3,
+        0.2,
     ),
     "unloads": (dict(material=SWIFT, increments=1, loads=[0.3, 0.0, 0.35], depth=1e-5), 0.35),
 }  # fmt: skip
