@@ -64,15 +64,19 @@ def rooms() -> dict[str, Path]:
 
 
 @cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def tree(room: str) -> ast.Module:
-    return ast.parse(rooms()[room].read_text(encoding="utf-8"))
+    return parsed(rooms()[room])
 
 
 @cache
 def imports(path: Path) -> tuple[str, ...]:
     """Return the rooms that a module imports, deferred and type-only imports too."""
     known, found = rooms(), []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(parsed(path)):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
             base = (node.module or "").removeprefix("roughcontact").strip(".")

@@ -593,6 +593,7 @@ def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
     assert linear_bins([result], [result.pressure[result.contact]]).edges.size < 100
 
 
+@pytest.mark.long
 def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
     # benchmarks/damaged_files.py does it with thousands.
     path = tmp_path / "out.nc"

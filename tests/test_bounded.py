@@ -89,14 +89,17 @@ SHAPES = [(61, 97), (4, 512), (2, 300), (70, 66)]
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
-    "shape", [pytest.param((61, 97), marks=pytest.mark.long), *SHAPES[1:]], ids=str
+    "shape",
+    [*(pytest.param(shape, marks=pytest.mark.long) for shape in SHAPES[:2]), *SHAPES[2:]],
+    ids=str,
 )
 def test_every_shape_elastic_and_with_ceilings(independent, boundary, kind, shape):
     rng = np.random.default_rng([SHAPES.index(shape), KINDS.index(kind)])
     h0 = gaps(shape, kind, rng)
     mean = 0.02 * MODULUS
     total = mean * h0.size
-    for limit in (math.inf, 20 * mean, mean / 0.5, mean / 0.9, mean / 0.99, mean / 0.999):
+    fillings = (0.5, 0.9, 0.99, 0.999) if min(shape) > 4 else (0.9, 0.999)
+    for limit in (math.inf, 20 * mean, *(mean / filling for filling in fillings)):
         solution = press(h0, limit=limit, total=total, boundary=boundary)
         assert_solved(independent, solution, h0, limit, boundary, total)
         # Robust also means that nothing crawls; the worst, white noise on 4 × 512, took 115.

@@ -220,6 +220,7 @@ def test_a_recommended_ceiling_is_what_its_own_solution_recommends(
     np.testing.assert_allclose(again.pressure, result.pressure, atol=5e-3 * result.ceiling)
 
 
+@pytest.mark.long
 @settings(max_examples=20, deadline=None)
 @given(
     seed=st.integers(0, 1000), load=st.floats(-3, 0.7), strength=st.floats(8.5, 10.5),

@@ -1283,6 +1283,7 @@ def test_bad_stress_ends_in_one_sentence(
     assert files(tmp_path) == {"rough.npy"}
 
 
+@pytest.mark.long
 def test_load_of_first_yield_of_a_ball(capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "96", "--size", "0.5 mm", "--load", "20 N")
     assert app.main(["stress", *ball, *YIELDING, "--first-yield", "--json"]) == app.SOLVED
@@ -1358,6 +1359,7 @@ def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     assert "1 increment\n" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_the_volume_model_ends_without_load(tmp_path: Path, capsys: Capture) -> None:
     output = tmp_path / "out.nc"
     assert app.main(["solve", *BALL, "--unload", "--output", str(output)]) == app.SOLVED
@@ -1552,6 +1554,7 @@ def test_the_volume_model_needs_a_body_that_yields(rough: Path, capsys: Capture)
     refused(capsys, code, "--model elastoplastic needs a --yield-strength", "--material")
 
 
+@pytest.mark.long
 def test_the_volume_model_takes_the_options_of_the_solver(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:

@@ -278,6 +278,7 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
         assert words.lower() in told.lower(), words
 
 
+@pytest.mark.long
 def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> None:
     files = [str(folder / name) for name in ("g1.npy", "h1.npy")]
     words = ["compare", *files, *OPTIONS, "--quarters", "--sampling", "--steps", "1", "--json"]

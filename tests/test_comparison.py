@@ -79,6 +79,7 @@ def test_the_best_factor_is_where_the_error_changes_sign(
     assert compared.factors[int(error.argmin())] in (1.8, 2.0, 2.4)
 
 
+@pytest.mark.long
 def test_outside_of_the_factors_the_nearest_is_best() -> None:
     surface, first = ball(16)
     both = rc.compare_models(

@@ -52,7 +52,7 @@ def difference(found, expected):
 CEILINGS = [None, 10e9, 3e9, 1e9, 0.1e9 / 0.5, 0.1e9 / 0.9, 0.1e9 / 0.99]
 SIZES = [
     128,
-    256,
+    pytest.param(256, marks=pytest.mark.long),
     pytest.param(512, marks=pytest.mark.slow),
     pytest.param(1024, marks=pytest.mark.slow),
 ]
@@ -521,7 +521,7 @@ def test_awkward_shapes(independent, kind, shape, boundary):
     surface = rc.Surface(heights, (1e-6, 1.5e-6))
     mean = 0.01 * 231e9
     load = mean * area(surface)
-    for ceiling in (None, 3 * mean, mean / 0.9, mean / 0.999):
+    for ceiling in (None, mean / 0.9, mean / 0.999):
         result = rc.solve(surface, material=STEEL, load=load, ceiling=ceiling, boundary=boundary)
         independent.assert_solved(result, load)
 

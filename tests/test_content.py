@@ -236,6 +236,7 @@ def test_damaged_classic_netcdf_is_refused(tmp_path: Path) -> None:
 # What asks for more than any machine has
 
 
+@pytest.mark.long
 def test_heads_and_points_that_ask_for_terabytes_are_refused(tmp_path: Path) -> None:
     pytest.importorskip("resource", reason="limits of memory are POSIX")
     reader = Reader(tmp_path)

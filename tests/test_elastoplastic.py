@@ -216,6 +216,7 @@ def test_two_like_bodies_are_one_and_a_mirror() -> None:
         )
 
 
+@pytest.mark.long
 def test_only_the_counter_body_yields() -> None:
     one = solve_elastoplastic(
         ball(), material=SWIFT, counter_material=ELASTIC, increments=1, loads=[0.4, 0.8], **MORE
@@ -248,6 +249,7 @@ def test_axes_are_not_mixed() -> None:
     )
 
 
+@pytest.mark.long
 def test_units_do_not_matter() -> None:
     result = solve_elastoplastic(
         ball(), material=PERFECT, increments=1, loads=[0.3], precision="double", **MORE
@@ -266,6 +268,7 @@ def test_units_do_not_matter() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_single_precision_is_enough() -> None:
     single = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], **MORE)
     double = solve_elastoplastic(
@@ -452,6 +455,7 @@ def test_unknowns_that_join_keep_the_memory() -> None:
         np.testing.assert_array_equal(wide[:, 1], 0)
 
 
+@pytest.mark.long
 def test_load_goes_in_equal_steps() -> None:
     result = solve_elastoplastic(ball(), material=SWIFT, load=0.2, increments=4, **MORE)
     loads = [step.load for step in result.increments]

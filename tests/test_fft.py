@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import scipy.fft
 
+from house import parsed, rooms
 from roughcontact.halfspace import fft
 
 PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
@@ -20,7 +21,7 @@ WAITING = {
 
 def spoken_of(path):
     """Return the dotted names that a module imports, or reaches through what it imports."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = parsed(path)
     names, bound = set(), {}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -60,7 +61,7 @@ def test_nothing_else_knows_an_fft_library_or_a_thread():
         "executors.py",
         "runner.py",
     )
-    for path in PACKAGE.rglob("*.py"):
+    for path in rooms().values():
         if path == DOOR:
             continue
         names = spoken_of(path)

@@ -163,6 +163,7 @@ def test_a_curve_that_never_passes_ends_at_the_end() -> None:
         assert caught.value.end == (end, sign * 0.5)
 
 
+@pytest.mark.long
 def test_the_command_answers_in_a_table_and_in_json(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

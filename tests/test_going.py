@@ -47,7 +47,7 @@ def stopping_at(number: int):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("stop", [3, 4])
+@pytest.mark.parametrize("stop", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> None:
     whole = solved(PATH)
     assert whole.max_plastic_strain > 1e-3
@@ -74,6 +74,7 @@ def replace_load(point: rc.PathPoint, load: float) -> rc.PathPoint:
     return rc.PathPoint(load, point.offset, point.friction, point.direction)
 
 
+@pytest.mark.long
 def test_other_paths_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StopError):
         solved(PATH, folder=tmp_path, progress=stopping_at(3))

@@ -74,6 +74,7 @@ def interrupted_file(folder: str) -> None:
     netcdf.write(xr.Dataset({"x": ("x", [1.0])}), f"{folder}/one.nc")
 
 
+@pytest.mark.long
 def test_a_process_that_is_told_to_end_in_the_midst_of_a_file_says_nothing(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

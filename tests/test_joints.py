@@ -196,6 +196,7 @@ def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
         assert to_json(running.run(one, lambda _: None).record()) == record
 
 
+@pytest.mark.long
 def test_a_project_writes_what_each_task_leaves(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -156,6 +156,7 @@ def test_a_law_says_that_its_counter_face_is_smooth() -> None:
     assert Kind.ONE_ROUGH_FACE not in {caution.kind for caution in rough.cautions}
 
 
+@pytest.mark.long
 def test_parts_tell_whether_a_map_is_large_enough() -> None:
     def quarters(surface: rc.Surface) -> rc.results.InterfaceLaw:
         parts = rc.partition(surface, 2, "mean")
@@ -397,6 +398,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "--from is needed" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command(tmp_path)
     project = tmp_path / "project.toml"

@@ -107,6 +107,7 @@ def test_a_nominal_counter_body_takes_the_grid_of_the_map() -> None:
         Pair.of(HEIGHTS, STEEL, rc.sphere("6 mm"), SOFT, "free")
 
 
+@pytest.mark.long
 def test_every_task_takes_a_nominal_counter_body() -> None:
     ball = rc.sphere("6 mm")
     rough: dict = {"surface": surface(), "material": STEEL, "counter_surface": ball}

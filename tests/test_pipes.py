@@ -78,6 +78,7 @@ def test_every_format_is_read_from_a_pipe(tmp_path: Path) -> None:
     assert [entry.name for entry in channels(path, "npz")] == ["heights", "pixel", "unit"]
 
 
+@pytest.mark.long
 def test_whoever_writes_may_take_their_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -180,6 +180,7 @@ def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.Mon
     assert '"dry/5, N"' not in told
 
 
+@pytest.mark.long
 def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
     heights = np.cumsum(np.random.default_rng(1).standard_normal(64))
     np.savetxt(tmp_path / "line.txt", np.c_[np.arange(64) * 1e-6, 1e-8 * heights])

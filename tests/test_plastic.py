@@ -280,6 +280,7 @@ def test_far_images_are_taken_off(place) -> None:
             np.testing.assert_allclose(one, other, atol=4e-4 * max(np.abs(other).max(), 1e-30))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("points", [48, 60])
 def test_no_strain_gives_energy_away(points) -> None:
     # Lanczos: extreme Rayleigh quotients of -S, with three points per coarse cell. Below zero,

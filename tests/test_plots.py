@@ -125,9 +125,7 @@ def rendered(figure: Figure) -> NDArray[np.float64]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("shape", "holes"), [((40, 60), False), ((4, 90), True), ((90, 4), True), ((2, 2), False)]
-)
+@pytest.mark.parametrize(("shape", "holes"), [((4, 90), True), ((90, 4), True), ((2, 2), False)])
 def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes: bool) -> None:
     pressure = np.zeros(shape)
     pressure[0, 0], pressure[1, 1] = 3 * GIGA, GIGA
@@ -138,6 +136,7 @@ def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes
         figure.draw_without_rendering()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("pressure", "ceiling"),
     [
@@ -312,13 +311,12 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
     assert "of the picture" not in texts(plots.pressure(result_of(spotted())))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "aspect",
     [
-        0.05,
         1.0,
-        4.0,
-        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.3, 0.76, 1.5)),
+        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.05, 0.3, 0.76, 1.5, 4.0)),
     ],
 )
 def test_maps_have_more_dots_than_cells(aspect: float) -> None:
@@ -556,6 +554,7 @@ def test_save_writes_the_type_of_the_suffix(tmp_path: Path, suffix: str, start: 
     assert set(tmp_path.iterdir()) == {path, other}
 
 
+@pytest.mark.long
 def test_a_png_is_what_savefig_draws_and_is_laid_out_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -664,7 +663,8 @@ def test_one_spike_does_not_set_the_scale() -> None:
     assert image.norm.vmax < 0.5 * result.max_pressure
 
 
-@pytest.mark.parametrize("shape", [(20, 60), (12, 90), (60, 20), (40, 60)])
+@pytest.mark.long
+@pytest.mark.parametrize("shape", [(12, 90), (60, 20)])
 def test_titles_and_bars_stay_within_the_figure(shape: tuple[int, int]) -> None:
     missing = np.zeros(shape, bool)
     missing[0, 0] = True
@@ -877,6 +877,7 @@ def test_load_curve_shows_its_columns_and_laws() -> None:
     np.testing.assert_array_equal(number.lines[0].get_ydata(), [1, 2, 3])
 
 
+@pytest.mark.long
 def test_load_curve_with_a_ceiling_stands_beside_load_over_ceiling() -> None:
     figure = plots.load_curve(curve(GIGA, [0.9, 0.9, 1.0]))
     figure.draw_without_rendering()

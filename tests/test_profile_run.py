@@ -67,6 +67,7 @@ def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_
     assert "--load (line load) needs a nominal cylinder" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
     page, result = tmp_path / "r.html", tmp_path / "r.nc"
     figures = ["--figures", str(tmp_path / "f.png")]
@@ -174,6 +175,7 @@ def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     assert told["load_unit"] == "N/m"
 
 
+@pytest.mark.long
 def test_a_project_of_profiles(trace, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     project = tmp_path / "project.toml"

@@ -454,6 +454,7 @@ def command(option: str, text: str) -> list[str]:
     return ["solve", str(map_file()), *(word for pair in chosen.items() for word in pair)]
 
 
+@pytest.mark.long
 @settings(UNHURRIED, max_examples=60)
 @given(st.sampled_from([*sorted(QUANTITIES), "--unit"]), st.data())
 def test_unit_mistakes_on_the_command_line_end_in_one_sentence(

@@ -33,6 +33,7 @@ def files(folder: Path) -> Iterator[tuple[Path, dict[str, str]]]:
             yield path, sample.arguments
 
 
+@pytest.mark.long
 def test_a_reader_alone_gives_the_bits_of_the_library(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,6 +25,7 @@ def state() -> tuple[object, ...]:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_many_threads_read_and_leave_everything_as_it_is(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -317,6 +317,7 @@ def test_loads_that_are_found_cite_the_stress_where_yield_was_asked_for() -> Non
     assert "stress below the surface" in dict(yielded.references().uses)
 
 
+@pytest.mark.long
 def test_a_comparison_cites_its_intervals(compared: rc.results.Comparison) -> None:
     found = compared.references()
     assert {"Student1908", "Games1976", "Searle1992", "EngineeringModel"} <= keys(found)

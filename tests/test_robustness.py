@@ -43,6 +43,7 @@ def test_problems_that_once_failed(seed, largest):
 
 # Of a tilt: the displacement was lost in the rounding of the gap, and divided by; the tilt was
 # too steep for its own digits, which was not said.
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "largest"), [(1595, 150), (983, 300)])
 def test_what_the_digits_do_not_hold_is_said(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))

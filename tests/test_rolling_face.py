@@ -135,6 +135,7 @@ def test_profiles_turn_with_the_direction(found: rc.results.RollingResult) -> No
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
+@pytest.mark.long
 def test_passes_are_loaded_as_they_were_saved(
     found: rc.results.RollingResult, folder: Path
 ) -> None:
@@ -347,6 +348,7 @@ def test_what_cannot_be_rolled_is_refused(
     assert not list(home.iterdir())
 
 
+@pytest.mark.long
 def test_a_run_of_more_than_a_day_has_to_be_wanted(
     home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -359,6 +361,7 @@ def test_a_run_of_more_than_a_day_has_to_be_wanted(
     assert app.main([*words, "--yes"]) == 0
 
 
+@pytest.mark.long
 @needs_reader
 def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"

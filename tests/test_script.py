@@ -352,6 +352,7 @@ def _read(kind: str) -> rc.Surface:
     return nominal_bodies.sphere(radius=5e-4, shape=(13, 11), pixel=(2e-6, 2e-6), center=(3, 4.5))
 
 
+@pytest.mark.long
 @settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_the_script_repeats_any_chain_of_steps_to_the_bit(small: Path, data: st.DataObject) -> None:

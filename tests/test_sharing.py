@@ -61,6 +61,7 @@ def none_is_left(helpers: list[int]) -> bool:
     return True
 
 
+@pytest.mark.long
 @needs_fork
 def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     expected = [png(draw()) for draw in drawings()]

@@ -20,6 +20,7 @@ def held(count: int, number: int = GROUPS) -> bool:
     return 0.93 <= count / number <= 0.97
 
 
+@pytest.mark.long
 def test_intervals_are_those_of_scipy() -> None:
     rng = np.random.default_rng(0)
     a, b, c = rng.normal(size=4), rng.normal(1, 2, size=6), rng.normal(2, 1, size=3)

@@ -51,6 +51,7 @@ def chosen() -> rc.ElastoplasticResult:
     return solve_elastoplastic(**sphere(12, 16), load=12 * FIRST)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "points", "steps"),
     [(12, 16, 32), pytest.param(40, 24, 64, marks=pytest.mark.slow)],
@@ -96,6 +97,7 @@ def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) 
     assert phrases.step_error(elastic) == "none"
 
 
+@pytest.mark.long
 def test_steps_become_smaller_where_the_error_asks_for_it(
     hardened: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -136,6 +138,7 @@ def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
         solve_elastoplastic(**problem, loads=loads, folder=tmp_path, increments=1)
 
 
+@pytest.mark.long
 def test_a_comparison_tells_the_error_of_its_steps() -> None:
     surface = sphere(3, 12)["surface"]
     both = rc.compare_models(

@@ -351,6 +351,7 @@ def test_bad_point_and_strength():
         stress_summary.summarize(np.ones((2, 2)), PIXEL, 0.3, yield_strength=-1.0)
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_number_of_depths():
     def peak(count):
         depths = np.geomspace(0.5, 100, count)

@@ -145,6 +145,7 @@ def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Pa
     assert "Stretched by" in python(house, "-c", ON_PAGE)
 
 
+@pytest.mark.long
 def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) -> None:
     package = house / "roughcontact"
     for wing, text in (("joint", RESULT), ("report", KIND), ("request", TASK)):

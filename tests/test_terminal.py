@@ -106,9 +106,10 @@ def test_ctrl_c_while_modules_are_loaded(run: Run, tmp_path: Path, module: str) 
     assert set(tmp_path.iterdir()) == before
 
 
+@pytest.mark.long
 def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Path) -> None:
     (tmp_path / "settings").write_text("text.usetex: True\nbackend: nonsense\n")
-    options = "--points 128 --folder out"
+    options = "--points 32 --folder out"
     done = run(f"demo {options}", MATPLOTLIBRC="settings", MPLBACKEND="nonsense")
     assert done.returncode == app.SOLVED
     # A slow machine shows its progress.
@@ -116,6 +117,7 @@ def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Pat
     assert (tmp_path / "out" / "overview.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "settings",
     [

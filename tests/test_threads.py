@@ -64,7 +64,6 @@ FEW = {
 
 def products(path):
     """Yield the functions that multiply matrices or call linear algebra."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
 
     def visit(node, function):
         if isinstance(node, ast.FunctionDef):
@@ -78,7 +77,7 @@ def products(path):
         for child in ast.iter_child_nodes(node):
             yield from visit(child, function)
 
-    yield from visit(tree, "")
+    yield from visit(house.parsed(path), "")
 
 
 def test_no_product_of_much_is_taken_by_blas():

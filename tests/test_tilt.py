@@ -32,6 +32,7 @@ def rough(n: int = 48, seed: int = 3) -> rc.Surface:
 # --- what can be balanced --------------------------------------------------------------------
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
@@ -211,6 +212,7 @@ def test_a_rough_map_balances_its_moments(
     assert math.hypot(*result.tilt) > 0
 
 
+@pytest.mark.long
 @settings(max_examples=10, deadline=None)
 @given(
     seed=st.integers(0, 1000),

@@ -77,6 +77,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
     corrected, all_elastic = (

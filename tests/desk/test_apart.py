@@ -159,6 +159,7 @@ def test_nothing_is_left_half_written(bench: WorkerPool, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_closing_ends_what_is_under_way_and_what_waits() -> None:
     before = set(psutil.Process().children())
     bench = WorkerPool()

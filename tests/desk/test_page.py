@@ -86,6 +86,7 @@ def is_old(page: Page) -> bool:
     return bool(page._answers.styles)
 
 
+@pytest.mark.long
 def test_results_of_another_request_are_gray_until_the_last_is_answered(
     page: Page, tmp_path: Path
 ) -> None:
@@ -140,6 +141,7 @@ def test_two_pages_on_one_work_follow_each_other(
     bench.close()
 
 
+@pytest.mark.long
 def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path, holes=3)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
@@ -148,6 +150,7 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
     assert page.sight.maps.heights.data["x"]
 
 
+@pytest.mark.long
 def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProject) -> None:
     path = work.folder / "map-1.opd"
     path.touch()
@@ -165,6 +168,7 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProje
     assert work.key not in text_of(take._working._said)
 
 
+@pytest.mark.long
 def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
     page: Page, work: SavedProject
 ) -> None:
@@ -178,6 +182,7 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
     assert page.sight.maps.section.line is None
 
 
+@pytest.mark.long
 def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "crop": "0:9999,:"}))
@@ -213,6 +218,7 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
         page.sight.detail._tabs._strip.active = number
 
 
+@pytest.mark.long
 def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_path: Path) -> None:
     model = page._model
     model._factor.value = "2.8"
@@ -245,6 +251,7 @@ def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
     assert sight.maps.heights.data["x"]
 
 
+@pytest.mark.long
 def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
@@ -258,6 +265,7 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
     assert page.session.outcome.request.given["load"] == given
 
 
+@pytest.mark.long
 def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) -> None:
     from roughcontact.desk import load_panel
 
@@ -281,6 +289,7 @@ def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> N
     bench.close()
 
 
+@pytest.mark.long
 def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path: Path) -> None:
     made = threading.Event()
     page._document.add_next_tick_callback = lambda done: (done(), made.set())

@@ -554,6 +554,7 @@ def test_a_port_that_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 # The command
 
 
+@pytest.mark.long
 def test_the_command_serves_a_page_until_it_is_interrupted(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "roughcontact", "desk", "--no-browser"]
     with subprocess.Popen(

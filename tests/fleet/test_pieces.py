@@ -66,7 +66,7 @@ def answer(slots: int) -> int:
     return slots
 
 
-def written(folder: Path, text: str, points: int = 64) -> Path:
+def written(folder: Path, text: str, points: int = 32) -> Path:
     folder.mkdir(parents=True)
     y, x = np.mgrid[:points, :points] / points
     for number, name in enumerate(("r0", "r1", "r2", "s0", "s1")):
@@ -101,14 +101,14 @@ def test_pieces_in_any_order_give_the_bits_of_the_whole(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
-    path = written(tmp_path / "apart", text)
+    path = written(tmp_path / "apart", text, 64)
     reports, tasks, said = run(path)
     assert [report.state for report in reports] == [plan.SOLVED]
     words = [task.piece for task in tasks]
     assert words == [*subtasks.subtask_ids(tasks[0].parts[0].entry.request), ""]
     assert len(words) == count + 1
     assert said[-1] == f"{count} of {count} pieces of one found"
-    alone = written(tmp_path / "whole", text)
+    alone = written(tmp_path / "whole", text, 64)
     monkeypatch.setattr(subtasks, "subtask_ids", lambda request: ())
     reports, tasks, _ = run(alone)
     assert [report.state for report in reports] == [plan.SOLVED]
@@ -182,7 +182,7 @@ def test_pieces_that_were_found_are_not_done_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text, count = PROBLEMS[problem]
-    path = written(tmp_path / "here", text)
+    path = written(tmp_path / "here", text, 64)
     summary, csv = (path.parent / "results" / name for name in ("one.json", "one.csv"))
     with monkeypatch.context() as patch:
         patch.setattr(plan, "drop", lambda entry, but: None)

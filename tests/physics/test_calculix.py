@@ -113,6 +113,7 @@ def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("branch", [LOADING, UNLOADING])
 def test_two_blocks_give_the_table_back(branch: str, tmp_path: Path) -> None:
     found = law()

@@ -158,6 +158,7 @@ def test_cone():
     np.testing.assert_allclose(result.pressure[ring], expected[ring], rtol=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n", [512, pytest.param(1024, marks=pytest.mark.slow)])
 def test_elastic_spots_lie_inside_the_contact_with_a_ceiling(independent, n):
     heights, pixel = rc.reference_map(n)

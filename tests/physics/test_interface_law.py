@@ -105,6 +105,7 @@ def test_stiffness_is_the_slope_of_the_curve(boundary: str) -> None:
         assert one.column(branch, "unloading_stiffness")[1] == pytest.approx(slope, rel=0.01)
 
 
+@pytest.mark.long
 def test_loading_stiffness_scatters_about_the_slope_of_the_curve() -> None:
     surface = rough(192, 6, 24)
     pressures = np.linspace(250e6, 350e6, 11).tolist()

@@ -59,6 +59,7 @@ def test_a_pass_the_other_way_mirrors_the_strain() -> None:
     np.testing.assert_allclose(strain_of(there), mirrored, atol=1e-3 * there.max_plastic_strain)
 
 
+@pytest.mark.long
 def test_where_the_path_begins_does_not_matter() -> None:
     line = Line(4.3, half_width=5, points=32)
     first = line.solved([line.at(x) for x in (0, 3, 6)])
@@ -78,6 +79,7 @@ def test_offsets_between_pixels_change_little() -> None:
     assert off.increments[-1].approach == pytest.approx(on.increments[-1].approach, rel=0.01)
 
 
+@pytest.mark.long
 def test_friction_shears_along_its_direction() -> None:
     line = Line(3.5, half_width=6, points=48)
     found = {}
@@ -108,6 +110,7 @@ def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
         line.solved([line.at(x, 0.2) for x in (0, 3, 6, 9)], folder=tmp_path / "parts")
 
 
+@pytest.mark.long
 def test_both_bodies_yield_alike_where_they_roll() -> None:
     line = Line(4.3, half_width=5, points=32)
     # Twice as soft together, at the same pressure: the radius halves.
@@ -342,6 +345,7 @@ def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     assert "steps, pixel and direction of the passes" in page
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("steps", "told"), [(16, None), (10, Severity.CAUTION)])
 def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
     found = cautions_of(rolled(Line(3.7, half_width=4, points=32), 1, steps=steps))
@@ -349,6 +353,7 @@ def test_steps_of_more_than_half_the_half_width_are_told(steps, told) -> None:
     assert Kind.ROLLING_PIXEL not in found
 
 
+@pytest.mark.long
 def test_a_roller_on_few_pixels_is_told() -> None:
     found = cautions_of(rolled(Line(3.7, half_width=2, points=16), 1, steps=16))
     assert found[Kind.ROLLING_PIXEL].numbers["pixels"] < 3
@@ -356,6 +361,7 @@ def test_a_roller_on_few_pixels_is_told() -> None:
     assert Kind.STEP_LENGTH not in found
 
 
+@pytest.mark.long
 def test_a_limit_is_not_sought_with_dents_that_lie_apart() -> None:
     line = Line(4.5, half_width=4, points=32)
     with pytest.raises(InputError, match="steps must be more: at"):

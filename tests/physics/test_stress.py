@@ -194,6 +194,7 @@ def test_friction_brings_first_yield_to_the_surface():
     assert high.max_von_mises > low.max_von_mises > 0.62
 
 
+@pytest.mark.long
 def test_every_slice_carries_the_load():
     n, a, pixel, mu = 512, 16, (0.9, 1.1), 0.2
     pressure = hertz(n, a)

@@ -80,7 +80,9 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         arguments = deprecated.current_command_line(
             arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
         )
-        status = _app(arguments or ["--help"], prog_name="roughcontact", standalone_mode=False)
+        status = _commands()(
+            arguments or ["--help"], prog_name="roughcontact", standalone_mode=False
+        )
         sys.stdout.flush()
     except SystemExit as stop:
         # Typer and Rich end the program where a pipe is closed, as one that has failed.
@@ -131,6 +133,12 @@ _app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
 )
+
+
+@functools.cache
+def _commands() -> Callable[..., Any]:
+    """Return the commands; Typer builds them anew at each call, which takes a tenth of a second."""
+    return typer.main.get_command(_app)
 
 
 def _version(wanted: bool) -> None:

@@ -363,10 +363,10 @@ def solve_elastoplastic(
     --------
     >>> import numpy as np
     >>> from roughcontact import Material, Surface
-    >>> y, x = np.mgrid[-8:8, -8:8] * 1.5e-6
-    >>> ball = Surface(-(x**2 + y**2) / (2 * 105e-6), pixel=(1.5e-6, 1.5e-6))
+    >>> y, x = np.mgrid[-6:6, -6:6] * 2e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 105e-6), pixel=(2e-6, 2e-6))
     >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1.6e9)
-    >>> result = solve_elastoplastic(ball, material=steel, loads=[0.3, 0.0])
+    >>> result = solve_elastoplastic(ball, material=steel, load=0.3, increments=3)
     >>> result.status, str(result.regime)
     ('converged', 'plastic up to the surface')
     """
