@@ -119,7 +119,7 @@ def tables(result: Any, **more: Any) -> list[Block]:
     if contact_of is not None:
         stated += contact.uncertainty_of(contact_of, more.get("study"))
     solved = [block for block in kind.method(result) if block.kind == "table"]
-    return [*stated, *solved, *_trust(kind, result, contact_of)]
+    return [*stated, *solved, *_sentences(kind, result), *_trust(kind, result, contact_of)]
 
 
 def drawings(result: Any) -> dict[str, Callable[[], Figure]]:
@@ -227,19 +227,23 @@ def _assumptions(kind: Kind, result: Any, pressed: ContactResult | None) -> list
 
 def _method(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
     certificate = [] if pressed is None else chapters.certificate(pressed)
-    return [*kind.method(result), *certificate, *_trust(kind, result, pressed)]
+    known = _sentences(kind, result)
+    return [*kind.method(result), *known, *certificate, *_trust(kind, result, pressed)]
+
+
+def _sentences(kind: Kind, result: Any) -> list[Block]:
+    text = " ".join(kind.sentences(result))
+    return [Block("text", text)] if text else []
 
 
 def _trust(kind: Kind, result: Any, pressed: ContactResult | None) -> list[Block]:
-    """Return what a reader has to know, how exactly it is solved, and what it was checked for."""
-    text = " ".join(kind.sentences(result))
+    """Return how exactly a result is solved, and what it was checked for."""
     checked = kind.checked(result)
     if pressed is not None:
         checked = checked or plausibility.checked(pressed)
-    exact = chapters.trust(kind, result, checked)
     if not kind.rows(result, TRUST) and pressed is not None:
-        exact = chapters.trust(contact.kind_of(pressed), pressed, checked)
-    return [*([Block("text", text)] if text else []), *exact]
+        return chapters.trust(contact.kind_of(pressed), pressed, checked)
+    return chapters.trust(kind, result, checked)
 
 
 def _repetition(
