@@ -159,7 +159,7 @@ def differences(comparison: Comparison, clear: bool = False) -> tuple[Cells, lis
 def pair_of(comparison: Comparison, first: int, second: int) -> str:
     """Return two groups as the difference between them."""
     names = [group.name or "maps" for group in comparison.groups]
-    return f"{names[second]} less {names[first]}"
+    return f"{names[second]} − {names[first]}"
 
 
 def _difference(name: str, result: Difference, base: float) -> Cells:
@@ -319,24 +319,7 @@ def _plain(cell: Any) -> Any:
     return cell.replace(",", " ") if isinstance(cell, str) else cell
 
 
-def _told(comparison: Comparison) -> list[str]:
-    """Return what is told of each line: means of groups, then differences."""
-    result = []
-    for name in comparison.names:
-        result += [
-            _mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))
-        ]
-        if len(comparison.groups) > 1:
-            for gap in comparison.differences(name).values():
-                value, ends, _ = _difference(name, gap, 0.0)
-                result.append(f"{value} ({ends})")
-    return result
-
-
 COMPARISON_COLUMNS: Columns = (
-    Column("name", "number", of=lambda c: [name_of(line[0]) for line in _lines(c)], stored=False),
-    Column("of", "of", of=lambda c: [line[1] for line in _lines(c)], stored=False),
-    Column("mean_text", f"mean ± half of its {LEVEL} interval", of=_told, stored=False),
     Column("quantity", of=_cell(0)),
     Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
     Column("group", of=_cell(1)),
