@@ -257,15 +257,15 @@ def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
     assert len(told["groups"][0]["curves"]["mean_gap"]) == 2
     head, *lines = places["csv"].read_text("utf-8").splitlines()
     assert head.startswith("quantity [1],unit [1],group [1],maps [1],mean [1]")
-    row = next(line.split(",") for line in lines if "honed less ground" in line)
+    row = next(line.split(",") for line in lines if "honed − ground" in line)
     assert row[0] == "contact_fraction"
     assert float(row[4]) == contact["value"]
     report = places["html"].read_text("utf-8")
-    assert "Honed less ground: significant (95 %, Holm) in" in report
+    assert "Honed − ground: significant (95 %, Holm) in" in report
     assert report.count("<figure") == 2
     told = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
     for words in (
-        "honed less ground difference 95 % interval relative significant",
+        "honed − ground difference 95 % interval relative significant",
         "Young's modulus E 210 GPa rigid",
         "yield strength σ_Y 1 GPa",
         "Contact modulus E* 230.8 GPa",

@@ -156,7 +156,7 @@ def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
 def pair_of(comparison: Comparison, first: int, second: int) -> str:
     """Return two groups as the difference between them."""
     names = [group.name or "maps" for group in comparison.groups]
-    return f"{names[second]} less {names[first]}"
+    return f"{names[second]} − {names[first]}"
 
 
 def _difference(name: str, result: Difference, base: float) -> Cells:

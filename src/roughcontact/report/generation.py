@@ -94,7 +94,8 @@ def _missed(item: Parameter) -> str:
     if math.isnan(item.missed):
         return ""
     if item.name == "Ssk":
-        return f"{item.found - item.asked:+.3f}".replace("-", "−")
+        by = round(item.found - item.asked, 3)
+        return f"{by:+.3f}".replace("-", "−") if by else "0"
     return changed_by(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
 
 
