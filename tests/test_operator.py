@@ -352,7 +352,16 @@ REDUCTIONS = {
 # Functions that may, and why: room -> function -> reason.
 ALLOWED = {
     "aggregation": dict.fromkeys(
-        ("__init__", "_summed", "_paired", "apply", "conjugate_gradients", "_dot"),
+        (
+            "__init__",
+            "excess",
+            "smoothed",
+            "factors",
+            "_summed",
+            "_paired",
+            "conjugate_gradients",
+            "_dot",
+        ),
         "the flow through a gap, a whole map of which lies on one process",
     ),
     "anderson": {
