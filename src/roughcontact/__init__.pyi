@@ -53,6 +53,7 @@ from .joint.leakage import (
     Leakage as Leakage,
     leakage as leakage,
 )
+from .joint.tangential import Tangential as Tangential, tangential as tangential
 from .material import catalog as catalog, hardening as hardening, hardness as hardness
 from .material.material import (
     RIGID as RIGID,

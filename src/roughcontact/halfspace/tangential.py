@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.halfspace import fft, kernels
-from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.boundary import Boundary, longer_side
 from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, joined
 from roughcontact.halfspace.fft import Workspace
 
@@ -150,7 +150,8 @@ def operator(
     """
     work = workspace or Workspace()
     if shape[0] == 1:
-        normal = boundary.operator(shape, pixel, contact_modulus, workspace=work)
+        datum = longer_side(shape, pixel)
+        normal = boundary.operator(shape, pixel, contact_modulus, datum=datum, workspace=work)
         own = normal.spectrum
         return TangentialConvolution(
             np.stack([own, own, np.zeros_like(own)]), shape, normal.padded,
