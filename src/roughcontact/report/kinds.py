@@ -33,6 +33,7 @@ from roughcontact.report import (
     rolling,
     subsurface_stress,
     surface,
+    tangential,
     uncertainty,
 )
 from roughcontact.report.blocks import Blocks
@@ -62,6 +63,7 @@ KINDS = (
     conductance.KIND,
     interface_law.KIND,
     leakage.KIND,
+    tangential.KIND,
     comparison.KIND,
     comparison.SAMPLING_KIND,
     uncertainty.KIND,
