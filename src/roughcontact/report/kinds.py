@@ -63,6 +63,7 @@ KINDS = (
     conductance.KIND,
     interface_law.KIND,
     leakage.KIND,
+    tangential.PROFILE_KIND,
     tangential.KIND,
     comparison.KIND,
     comparison.SAMPLING_KIND,

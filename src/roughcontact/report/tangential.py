@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from operator import attrgetter
 from pathlib import Path
 
@@ -15,8 +15,17 @@ from roughcontact.plots.tangential import tangential
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, problem
 from roughcontact.report.assumptions import Assumption
-from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import TRUST, Column, Columns, Quantity, Table, quantity_of, tiny
+from roughcontact.report.fields import (
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    tiny,
+    within,
+)
 from roughcontact.report.figure_data import FRONT, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
@@ -43,7 +52,10 @@ def _initial(result: Tangential) -> str:
 
 
 _TABLE: Table = (
-    *PAIR,
+    *(
+        within("solution", quantity_of(contact_fields.CONTACT, key), name="", part=PROBLEM)
+        for key in ("source", "preparation", "boundary", "contact_modulus")
+    ),
     Quantity("friction", "friction", "μ"),
     Quantity("direction", "direction", form=lambda value: f"{value:g}°"),
     Quantity("capacity", "force at which it slides", of="capacity", unit="N"),
@@ -193,3 +205,11 @@ KIND = Kind(
         cited("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
     ),
 )  # fmt: skip
+
+_PER_METER = {"N": "N/m", "N/m": "Pa", "J": "J/m", "Pa/m": "Pa/m"}
+PROFILE_KIND = replace(
+    KIND,
+    table=[replace(item, unit=_PER_METER.get(item.unit, item.unit)) for item in _TABLE],
+    columns=[replace(item, unit=_PER_METER.get(item.unit, item.unit)) for item in _COLUMNS],
+    when=lambda result: result.solution.pair.is_profile,
+)
