@@ -165,7 +165,7 @@ def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     heights, pixel = rc.reference_map(32)
     rc.Surface(heights, pixel).save("map.nc")
     Path("project.toml").write_text(
-        'write = ["nc", "csv"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
+        'write = ["nc"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
         'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\n',
         encoding="utf-8",
     )

@@ -199,7 +199,7 @@ KIND = Kind(
     contact=attrgetter("solution"), answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: f"{problem.line(result.solution)}, friction {result.friction:g}",
     works=lambda _: (
-        cited("partial slip", "Cattaneo1938", "Mindlin1949"),
+        cited("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
         cited("superposition", "Jaeger1998", "Ciavarella1998"),
         cited("tangential influence coefficients", "Johnson1985", "Pohrt2014"),
         cited("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
