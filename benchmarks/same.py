@@ -544,6 +544,7 @@ _FORMS = ("sphere 10 mm", "cylinder 5 mm 90 deg", "ellipsoid 10 mm 4 mm", "punch
 
 _JOINT = f"small.npy {_MAP} --material 42CrMo4 --boundary periodic"
 _LOADS = "--load '0.1 N, 0.3 N'"
+_SLIP = f"{_ON} --load '0.2 N' --friction 0.2"
 _LEAK = f"leak {_JOINT} {_LOADS} --viscosity '1 mPa s' --pressure-difference '1 bar'"
 _CONDUCTANCE = f"conductance {_JOINT} {_LOADS} --counter-material 6061-T6"
 _LAW = f"law {_JOINT} --from '10 MPa' --to '90 MPa' --steps 3 --counter-material 6061-T6"
@@ -611,6 +612,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "project": ("run project.toml", "run project.toml --json", "run bad.toml"),
     "tasks": ("run tasks.toml", "run tasks.toml --json"),
     "leak": (f"{_LEAK} --report a.html", f"{_LEAK} --output l.csv --output l.json --json"),
+    "tangential": (f"tangential {_SLIP} --force '20 mN' --report a.html",
+                   f"tangential {_SLIP} --force '20 mN, 0 N' --json"),
     "conductance": (f"{_CONDUCTANCE} --electrical-film '1e-12 ohm m^2' --report a.html",
                     f"{_CONDUCTANCE} --output c.csv --output c.json --json"),
     "law": (f"{_LAW} --report a.html " + " ".join(
@@ -627,7 +630,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "verify": (f"{_SOLVE} --output a.nc", "verify a.nc"),
     "help": ("--help", "--version", *(f"{name} --help" for name in (
         "solve", "sweep", "stress", "history", "roll", "find", "conductance", "leak", "law",
-        "compare", "estimate", "generate", "run", "verify", "info", "materials", "demo"))),
+        "tangential", "compare", "estimate", "generate", "run", "verify", "info", "materials",
+        "demo"))),
     "errors-usage": ("squeeze", f"solve {_ON}", f"solve {_ON} --load 1", f"{_SOLVE} --lod '1 N'",
                      f"solve {_ON} --load '1 Pa'", f"solve {_ON} --load '90 N'"),
     "errors-map": ("solve nowhere.npy --load '1 N' --material 100Cr6", f"{_SOLVE} --crop 0:900,0:9",

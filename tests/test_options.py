@@ -52,6 +52,7 @@ NEEDED = {
     },
     "law": {"from": "1 MPa", "to": "100 MPa", "steps": "3", "boundary": "periodic"},
     "leak": {"load": "0.5 N, 1 N", "viscosity": "1 mPa s", "pressure-difference": "1 bar"},
+    "tangential": {"load": "1 N", "friction": "0.15", "force": "0.05 N, -0.05 N"},
     "compare": {"load": "10 MPa", "preload": "100 MPa"},
 }
 

@@ -37,6 +37,7 @@ from .joint.conductance import conductance as conductance
 from .joint.estimate import estimate as estimate
 from .joint.interface_law import interface_law as interface_law
 from .joint.leakage import leakage as leakage
+from .joint.tangential import tangential as tangential
 from .material import catalog as catalog, hardening as hardening, hardness as hardness
 from .material.material import (
     RIGID as RIGID,

@@ -7,6 +7,7 @@ from roughcontact.joint.conductance import Conductance as Conductance
 from roughcontact.joint.estimate import Estimate as Estimate
 from roughcontact.joint.interface_law import InterfaceLaw as InterfaceLaw
 from roughcontact.joint.leakage import Leakage as Leakage
+from roughcontact.joint.tangential import Tangential as Tangential
 from roughcontact.studies.comparison import Comparison as Comparison
 from roughcontact.studies.load_curve import LoadCurve as LoadCurve
 from roughcontact.studies.load_history import LoadHistory as LoadHistory

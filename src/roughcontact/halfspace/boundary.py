@@ -86,6 +86,10 @@ class Boundary(StrEnum):
         """Raise `InputError` unless plasticity of the volume below such a map is known."""
         self._require_known_below("the volume model")
 
+    def require_tangential(self) -> None:
+        """Raise `InputError` unless the tangential displacement of such a map is known."""
+        self._require_known_below("tangential loading")
+
     def _require_known_below(self, what: str) -> None:
         """Raise `InputError` if the half-space below such a map is not known, as ``what`` needs."""
         if not _BEYOND[self].known_below:

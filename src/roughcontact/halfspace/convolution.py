@@ -315,6 +315,20 @@ class Convolution:
         taken for the softest of the others: one left out could not be inverted under a given
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
+        period, waves = self.inverse_grid()
+        spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
+        spectrum[spectrum <= 0] = spectrum.max()
+        np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
+        return Convolution(
+            spectrum,
+            self.shape,
+            period,
+            workspace=self.workspace,
+            precision="single",
+        )
+
+    def inverse_grid(self) -> tuple[tuple[int, int], list[NDArray[np.int64]]]:
+        """Return the period of `approximate_inverse`, and the padded waves nearest to its own."""
         period = [
             points if wrapped else 2 * fft.fast_length(points // 2 + APART)
             for points, wrapped in zip(self.shape, self.wrapped, strict=True)
@@ -323,16 +337,7 @@ class Convolution:
             np.rint(np.arange(short // 2 + 1) * (long / short)).astype(np.int64)
             for short, long in zip(period, self.padded, strict=True)
         ]
-        spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
-        spectrum[spectrum <= 0] = spectrum.max()
-        np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
-        return Convolution(
-            spectrum,
-            self.shape,
-            (period[0], period[1]),
-            workspace=self.workspace,
-            precision="single",
-        )
+        return (period[0], period[1]), waves
 
     def _apply(
         self,

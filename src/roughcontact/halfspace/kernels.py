@@ -297,3 +297,102 @@ def _nodes(end: float) -> tuple[Array, Array]:
     weight = _STEP / cosh
     weight[0] *= 0.5
     return cosh, weight
+
+
+# --- Tangential displacement per traction; components yy, xx, xy ---
+
+
+def cerruti(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    poisson: float,
+    first_row: int = 0,
+) -> Array:
+    """Return the tangential displacement of pixels under unit traction on the pixel ``[0, 0]``.
+
+    Parameters
+    ----------
+    shape, pixel, contact_modulus, first_row
+        As for `love`.
+    poisson : float
+        ν of both bodies together, Σ(ν/G)/Σ(1/G).
+
+    Returns
+    -------
+    ndarray, shape (3, ny, nx)
+        Coefficients K_yy, K_xx and K_xy [m/Pa]. The first two are even in x and in y, the third
+        is odd in both.
+
+    Notes
+    -----
+    The point force of Cerruti, with κ = ν/(1 - ν)::
+
+        π E* K_xx = 1/r + κ x²/r³,   π E* K_xy = κ x y/r³,   K_yy by exchange,
+
+    integrated over the pixel by ∫∫ x²/r³ = Σ± y ln(x + r), ∫∫ y²/r³ = Σ± x ln(y + r) and
+    ∫∫ x y/r³ = -Σ± r. The sum of the two logarithms is Love's. No difference cancels far away.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sec. 3.6, doi:10.1017/CBO9781139171731;
+    Pohrt and Li, Phys. Mesomech. 17 (2014) 334, doi:10.1134/S1029959914040109
+    """
+    require_pixel(pixel)
+    require_positive(contact_modulus=contact_modulus)
+    (ny, nx), (dy, dx) = shape, pixel
+    rows, columns = np.arange(first_row, first_row + ny, dtype=float), np.arange(nx, dtype=float)
+    y, y_corner = rows[:, None] * dy, _corners(rows)[:, None] * dy
+    x, x_corner = columns * dx, _corners(columns) * dx
+    radius = np.hypot(x_corner, y_corner)
+    across = np.diff(x_corner * _log_ratio(y, dy, radius[:-1], radius[1:], x_corner))
+    along = np.diff(y_corner * _log_ratio(x, dx, radius[:, :-1], radius[:, 1:], y_corner), axis=0)
+    # r₊ - r₋ = 2 x dx/(r₊ + r₋) along x, and the same again along y.
+    wide, high = radius[:, 1:] + radius[:, :-1], radius[1:] + radius[:-1]
+    mixed = 4 * x * y * dx * dy * (1 / high[:, 1:] + 1 / high[:, :-1]) / (wide[1:] * wide[:-1])
+    ratio = poisson / (1 - poisson)
+    own = across + along
+    table = np.stack([own + ratio * across, own + ratio * along, ratio * mixed])
+    return table / (math.pi * contact_modulus)
+
+
+def periodic_tangential(
+    shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float, poisson: float
+) -> Array:
+    """Return the tangential displacement per traction of each wave on a periodic map.
+
+    Parameters
+    ----------
+    shape, pixel, contact_modulus
+        As for `periodic`.
+    poisson : float
+        As for `cerruti`.
+
+    Returns
+    -------
+    ndarray, shape (3, ny//2 + 1, nx//2 + 1)
+        Symbols of K_yy, K_xx and K_xy [m/Pa], 0 at q = 0; those of the third at Nyquist are 0.
+
+    Notes
+    -----
+    ``2/(E* q) [1 + κ (1 - q̂ q̂ᵀ)]``, κ = ν/(1 - ν): along a wave the normal symbol, across it
+    1/(1 - ν) times that, which is the antiplane 1/G q of both bodies.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sec. 3.6 and eq. (13.1), doi:10.1017/CBO9781139171731
+    """
+    normal = periodic(shape, pixel, contact_modulus)
+    (ny, nx), (dy, dx) = shape, pixel
+    qy = np.arange(ny // 2 + 1)[:, None] / (ny * dy)
+    qx = np.arange(nx // 2 + 1) / (nx * dx)
+    square = qy**2 + qx**2
+    square[0, 0] = np.inf
+    ratio = poisson / (1 - poisson)
+    mixed = -ratio * normal * qx * qy / square
+    for axis, points in enumerate(shape):
+        if points % 2 == 0:
+            mixed[(-1, slice(None)) if axis == 0 else (slice(None), -1)] = 0
+    return np.stack(
+        [normal * (1 + ratio * qx**2 / square), normal * (1 + ratio * qy**2 / square), mixed]
+    )

@@ -19,6 +19,7 @@ from roughcontact.plots.maps import (
 )
 from roughcontact.plots.sections import bearing_curve, pressure_histogram, section
 from roughcontact.plots.subsurface_stress import stress_depth, stress_map, stress_section
+from roughcontact.plots.tangential import tangential
 
 __all__ = [
     "bearing_curve",
@@ -42,4 +43,5 @@ __all__ = [
     "stress_map",
     "stress_section",
     "surface",
+    "tangential",
 ]

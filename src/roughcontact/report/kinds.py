@@ -32,6 +32,7 @@ from roughcontact.report import (
     python_script,
     rolling,
     subsurface_stress,
+    tangential,
     uncertainty,
 )
 from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
@@ -60,6 +61,8 @@ KINDS = (
     conductance.KIND,
     interface_law.KIND,
     leakage.KIND,
+    tangential.PROFILE_KIND,
+    tangential.KIND,
     comparison.KIND,
     comparison.SAMPLING_KIND,
     uncertainty.KIND,

@@ -21,6 +21,7 @@ from roughcontact.request import (
     rolling,
     solve,
     subsurface_stress,
+    tangential,
 )
 from roughcontact.request.option import Option, Panel, file, flag
 from roughcontact.request.request import Request
@@ -135,7 +136,9 @@ GROUPS: dict[str, tuple[Command, ...]] = {
         solve.TASK, load_curve.TASK, load_history.TASK, load_search.TASK, subsurface_stress.TASK,
         rolling.TASK,
     ),
-    "Joints of flat faces": (interface_law.TASK, conductance.TASK, leakage.TASK),
+    "Joints of flat faces": (
+        interface_law.TASK, conductance.TASK, leakage.TASK, tangential.TASK,
+    ),
     "Several surfaces, no map, many jobs": (
         comparison.TASK, estimate.TASK, generation.COMMAND, RUN,
     ),

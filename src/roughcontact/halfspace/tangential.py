@@ -1,0 +1,195 @@
+"""Tangential displacement of a half-space under tractions, both components at once.
+
+Fields have the components (y, x). The operator follows `roughcontact.solvers.operator`, with two
+rows of values in place of one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace.boundary import Boundary, longer_side
+from roughcontact.halfspace.convolution import BAND, SPECTRA, Convolution, Support, joined
+from roughcontact.halfspace.fft import Workspace
+
+Array = NDArray[np.float64]
+
+
+class TangentialConvolution(Convolution):
+    """A circular convolution of two-component fields with a symmetric kernel.
+
+    Parameters
+    ----------
+    spectra : ndarray, shape (3, my//2 + 1, mx//2 + 1)
+        Transforms of K_yy, K_xx, which are even, and of K_xy, which is odd in x and in y.
+    shape, padded, workspace, precision, softness
+        As for `Convolution`.
+    """
+
+    def __init__(
+        self,
+        spectra: NDArray[Any],
+        shape: tuple[int, int],
+        padded: tuple[int, int],
+        *,
+        workspace: Workspace,
+        precision: str = "double",
+        softness: float = 1.0,
+    ) -> None:
+        options: dict[str, Any] = {"workspace": workspace, "precision": precision}
+        super().__init__(spectra[0], shape, padded, softness=softness, **options)
+        other = Convolution(spectra[1], shape, padded, softness=softness, **options)
+        self.spectra: NDArray[Any] = spectra.astype(self.real, copy=False)
+        self.self_displacement = max(self.self_displacement, other.self_displacement)
+
+    def gather(self, support: Support, traction: Array) -> Array:
+        """Return the displacement of the loaded pixels, shape (2, n), under a traction there."""
+        (my, mx), blocks, starts = self.padded, self._blocks, support.starts
+        (ny, width), work = self._rows, self.workspace
+        both = work.shared((2 * ny, width), self._complex).reshape(2, ny, width)
+        displacement = np.empty_like(traction)
+        scale = self.softness / (my * mx)
+        loaded = np.flatnonzero(np.diff(starts))
+
+        def forward(number: int) -> None:
+            rows, part = blocks[number], slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * mx
+            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
+            for field, spectrum in zip(traction, both, strict=True):
+                padded[...] = 0
+                padded.ravel()[positions] = field[part] * scale
+                fft.rfft_rows(padded, spectrum[rows])
+
+        def columns(first: int) -> None:
+            block = slice(first, min(first + self._column_step, width))
+            memory = work.scratch("columns", (2 * my, block.stop - first), self._complex)
+            self._multiply(both[:, :, block], memory, self.spectra[:, :, block], runs)
+
+        def backward(number: int) -> None:
+            rows, part = blocks[number], slice(starts[number], starts[number + 1])
+            positions = support.position[part] - rows.start * mx
+            padded = work.scratch("row", (rows.stop - rows.start, mx), self.real)
+            for field, spectrum in zip(displacement, both, strict=True):
+                field[part] = fft.irfft_rows(spectrum[rows], mx, padded).ravel()[positions]
+
+        runs = joined(blocks, loaded)
+        work.each(forward, loaded)
+        work.each(columns, range(0, width, self._column_step))
+        work.each(backward, loaded)
+        return displacement
+
+    def _multiply(
+        self, both: NDArray[Any], memory: NDArray[Any], symbols: Array, runs: list[slice]
+    ) -> None:
+        """Transform columns of both fields, multiply each wave by its matrix, transform back."""
+        points = self.padded[0]
+        fields = []
+        for spectrum, field in zip(both, (memory[:points], memory[points:]), strict=True):
+            field[...] = 0
+            for rows in runs:
+                field[rows] = spectrum[rows]
+            fields.append(fft.fft_columns(field, forward=True))
+        half = symbols.shape[1]
+        upper = slice(points - half, 0, -1)
+        for waves, part, sign in ((slice(half), slice(None), 1), (slice(half, None), upper, -1)):
+            own_y, own_x, mixed = symbols[:, part]
+            along_y, along_x = fields[0][waves], fields[1][waves]
+            coupled = sign * mixed
+            turned = coupled * along_y
+            along_y *= own_y
+            along_y += coupled * along_x
+            along_x *= own_x
+            along_x += turned
+        for spectrum, field in zip(both, fields, strict=True):
+            displaced = fft.fft_columns(field, forward=False)
+            for rows in runs:
+                spectrum[rows] = displaced[rows]
+
+    def approximate_inverse(self) -> TangentialConvolution:
+        """Return ``displacement / K₀₀ → traction`` with next to no padding.
+
+        See `Convolution.approximate_inverse`; the matrix of each wave is inverted.
+        """
+        period, waves = self.inverse_grid()
+        own_y, own_x, mixed = (spectrum[np.ix_(*waves)] for spectrum in self.spectra)
+        determinant = own_y * own_x - mixed**2
+        still = (own_y <= 0) | (own_x <= 0) | (determinant <= 0)
+        inverse = np.stack([own_x, own_y, -mixed]) / np.where(still, 1.0, determinant)
+        softest = [1 / spectrum.max() for spectrum in self.spectra[:2]]
+        inverse[:, still] = np.array([*softest, 0.0])[:, None]
+        inverse *= self.self_displacement / self.softness
+        return TangentialConvolution(
+            inverse, self.shape, period, workspace=self.workspace, precision="single"
+        )
+
+
+def operator(
+    boundary: Boundary,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    poisson: float,
+    workspace: Workspace | None = None,
+) -> TangentialConvolution:
+    """Return the operator ``traction → tangential displacement`` of a map or a profile.
+
+    Parameters
+    ----------
+    boundary : Boundary
+        What lies beyond the edges: free or periodic along both axes; of a profile any.
+    shape, pixel, contact_modulus
+        As for `Boundary.operator`.
+    poisson : float
+        As for `kernels.cerruti`; without effect on a profile, whose traction acts in its plane.
+    workspace : Workspace, optional
+        Threads and memory to use instead of new ones.
+    """
+    work = workspace or Workspace()
+    if shape[0] == 1:
+        datum = longer_side(shape, pixel)
+        normal = boundary.operator(shape, pixel, contact_modulus, datum=datum, workspace=work)
+        own = normal.spectrum
+        return TangentialConvolution(
+            np.stack([own, own, np.zeros_like(own)]), shape, normal.padded,
+            workspace=work, softness=normal.softness,
+        )  # fmt: skip
+    if boundary == Boundary.PERIODIC:
+        symbols = kernels.periodic_tangential(shape, pixel, contact_modulus, poisson)
+        return TangentialConvolution(symbols, shape, shape, workspace=work)
+    boundary.require_tangential()
+    half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
+    edges = (1.0, pixel[1] / pixel[0])
+
+    def make() -> Array:
+        table = np.empty((3, half[0] + 1, half[1] + 1))
+
+        def fill(top: int) -> None:
+            rows = table[:, top : top + BAND]
+            rows[...] = kernels.cerruti(rows.shape[1:], edges, 1.0, poisson, first_row=top)
+
+        work.each(fill, range(0, table.shape[1], BAND))
+        for part in table[:2]:
+            fft.even_spectrum(part, work)
+        _odd_spectrum(table[2], work)
+        return table
+
+    return TangentialConvolution(
+        SPECTRA.get(("cerruti", half, edges, poisson), make), shape, (2 * half[0], 2 * half[1]),
+        workspace=work, softness=pixel[0] / contact_modulus,
+    )  # fmt: skip
+
+
+def _odd_spectrum(quadrant: Array, workspace: Workspace) -> None:
+    """Transform, in place, what is odd along both axes."""
+    for lines in (quadrant, quadrant.T):
+
+        def transform(start: int, lines: Array = lines) -> None:
+            fft.half_line_transform(lines[:, start : start + BAND], odd=True)
+
+        workspace.each(transform, range(0, lines.shape[1], BAND))
+    # Each transform is i times that of the sequence.
+    quadrant *= -1

@@ -1,0 +1,214 @@
+"""What is shown of a tangentially loaded contact."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import asdict, replace
+from operator import attrgetter
+from pathlib import Path
+
+from roughcontact import netcdf
+from roughcontact.files import require_suffix
+from roughcontact.joint.tangential import Tangential, tangential_compliance, to_dataset
+from roughcontact.plots.tangential import tangential
+from roughcontact.references import cited
+from roughcontact.report import contact_fields, phrases, problem
+from roughcontact.report.assumptions import Assumption
+from roughcontact.report.fields import (
+    PROBLEM,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    quantity_of,
+    tiny,
+    within,
+)
+from roughcontact.report.figures import FRONT, Illustration, Illustrations
+from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report.page import WIDE
+from roughcontact.units import engineering, percent
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _energy(result: Tangential) -> str:
+    value, factor = result.cycle_energy, result.loss_factor
+    return f"{engineering(value, 'J')} (loss factor {factor:.3g})"
+
+
+def _stiffness(value: float, unit: str) -> str:
+    """Return N/µm of a map, and N/µm per mm of a profile."""
+    return f"{1e-6 * value:.4g} N/µm" if unit == "N" else f"{1e-9 * value:.4g} N/µm/mm"
+
+
+def _initial(result: Tangential) -> str:
+    text = _stiffness(result.initial_stiffness, result.solution.pair.load_unit)
+    return f"{text} ({1e-12 * result.stiffness_per_area:.4g} N/µm/mm² of the map)"
+
+
+_TABLE: Table = (
+    *(
+        within("solution", quantity_of(contact_fields.CONTACT, key), name="", part=PROBLEM)
+        for key in ("source", "preparation", "boundary", "contact_modulus")
+    ),
+    Quantity("friction", "friction", "μ"),
+    Quantity("direction", "direction", form=lambda value: f"{value:g}°"),
+    Quantity("capacity", "force at which it slides", of="capacity", unit="N"),
+    Quantity("initial_stiffness", "stiffness at full stick", "K_t", unit="N/m", text=_initial),
+    Quantity("tangent_stiffness", "stiffness at the last force", unit="N/m",
+             text=lambda r: _stiffness(r.tangent_stiffness, r.solution.pair.load_unit)),
+    Quantity("stiffness_per_area", unit="Pa/m"),
+    Quantity("compliance_ratio", "tangential over normal compliance", "c",
+             of=lambda r: tangential_compliance(r.solution.pair)),
+    Quantity("cycle_energy", "energy of a cycle", unit="J", of=lambda r: _finite(r.cycle_energy),
+             text=_energy, when=lambda r: math.isfinite(r.cycle_energy)),
+    Quantity("loss_factor", of=lambda r: _finite(r.loss_factor)),
+    Quantity(
+        "superposition",
+        of=lambda r: None if r.superposition is None else {
+            **asdict(r.superposition),
+            "traction_difference": _finite(r.superposition.traction_difference),
+        },
+    ),
+    Quantity("superposition_shift", "shift by superposition", unit="m",
+             of=lambda r: None if r.superposition is None else r.superposition.shift[-1],
+             when=lambda r: r.superposition is not None),
+    Quantity("tangential_certificate", "tangential certificate", "ε_t", form=tiny, part=TRUST,
+             of=lambda r: max(step.certificate for step in r.steps)),
+    Quantity("force_error", "force error", form=tiny, part=TRUST,
+             of=lambda r: max(step.force_error for step in r.steps)),
+    Quantity("applications", "applications of the tangential operator", part=TRUST),
+    *(quantity_of(contact_fields.CONTACT, key) for key in ("warnings", "cautions")),
+)  # fmt: skip
+
+_COLUMNS: Columns = (
+    Column("load", "load", unit="N", brief=False),
+    Column("force", "force", unit="N"),
+    Column("shift", "shift", unit="m"),
+    Column("cross_shift", unit="m", brief=False),
+    Column("stick_fraction", "stick", form=percent),
+    Column("max_slip", "largest slip", unit="m"),
+    Column("mean_slip", "mean slip", unit="m", brief=False),
+    Column("energy", "energy", unit="J"),
+    Column("certificate", form=tiny, brief=False),
+)
+
+
+def _answer(result: Tangential) -> str:
+    """Return shift and stick under the last force."""
+    last, unit = result.last, result.solution.pair.load_unit
+    force, shift = problem.size(last.force, unit), problem.size(last.shift, "m")
+    if not last.stick_fraction:
+        return f"The contact slides: {force} shift it {shift}."
+    stick = problem.share(last.stick_fraction)
+    return f"The joint shifts {shift} under {force}; {stick} of the contact sticks."
+
+
+def _numbers(result: Tangential) -> CellTable:
+    """Return the steps of a path, or the numbers of a single step."""
+    unit, last = result.solution.pair.load_unit, result.last
+    if len(result.steps) > 1:
+        rows = [
+            (problem.size(s.force, unit), problem.size(s.shift, "m"),
+             problem.share(s.stick_fraction), problem.size(s.max_slip, "m"),
+             problem.size(s.energy, "J"))
+            for s in result.steps
+        ]  # fmt: skip
+        return ("force", "shift", "stick", "largest slip", "energy"), rows
+    share = problem.share(abs(last.force) / result.capacity)
+    single = [
+        ("Force", f"{share} of the {problem.size(result.capacity, unit)} that slide it"),
+        ("Stiffness at full stick", _initial(result)),
+        ("Largest slip", problem.size(last.max_slip, "m")),
+    ]
+    if math.isfinite(result.cycle_energy):
+        single.append(("Energy of a cycle", _energy(result)))
+    return (), single
+
+
+def _remarks(result: Tangential) -> tuple[str, ...]:
+    """Return the check by superposition, and how exactly it is solved."""
+    lines, curve, last = [], result.superposition, result.last
+    if curve is not None and math.isfinite(curve.traction_difference):
+        change = curve.shift[-1] / abs(last.shift) - 1
+        lines.append(
+            f"Superposition: shift {problem.size(curve.shift[-1], 'm')} ({100 * change:+.1f} %), "
+            f"stick {problem.share(curve.stick_fraction[-1])}"
+        )
+    worst = max(step.certificate for step in result.steps)
+    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {tiny(_normal(result))}")
+    return tuple(lines)
+
+
+def _normal(result: Tangential) -> float:
+    return result.solution.certificate
+
+
+def _sentences(result: Tangential) -> tuple[str, ...]:
+    """Return the model in a few sentences."""
+    return (
+        "Coulomb friction on elastic half-spaces: traction is at most friction times pressure, and "
+        "slip is along the traction.",
+        "Both components of the traction are solved for. The pressure does not change with it.",
+        "The shift is that of the interface: the bodies' own shear comes on top.",
+    )
+
+
+def _question(result: Tangential) -> str:
+    contact = result.solution
+    name = phrases.source(contact.share.provenance)
+    return f"How far does {name} shift and slip {phrases.under(contact)}?"
+
+
+def _save(result: Tangential, path: str | os.PathLike[str]) -> None:
+    """Write maps as NetCDF, or the steps as CSV or JSON."""
+    require_suffix(path, ".nc", ".csv", ".json")
+    if Path(path).suffix.lower() != ".nc":
+        KIND.write(result, path)
+        return
+    packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated", "stick")}
+    netcdf.write(to_dataset(result), path, packed)
+
+
+_FIGURES: Illustrations = (
+    Illustration(
+        "tangential", tangential,
+        "Traction (left), stick and slip (middle), and force over shift (right): solved points, "
+        "the curve by superposition, and the cycle between both forces.",
+        FRONT, WIDE,
+    ),
+)  # fmt: skip
+
+_ASSUMPTIONS = (
+    Assumption("Coulomb friction", lambda r: f"one coefficient, μ = {r.friction:g}",
+               "friction varies over the face, with slip, or in time"),
+    Assumption("Small slip", lambda r: f"{engineering(r.last.max_slip, 'm', 3)} at most, against "
+               f"pixels of {engineering(max(r.solution.pair.pixel[-1:]), 'm', 3)}",
+               "slip reaches the size of a pixel"),
+)  # fmt: skip
+
+KIND = Kind(
+    Tangential, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
+    sentences=_sentences, figures=_FIGURES, plots=(tangential,), save=_save, dataset=to_dataset,
+    contact=attrgetter("solution"), answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=lambda result: f"{problem.line(result.solution)}, friction {result.friction:g}",
+    works=lambda _: (
+        cited("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
+        cited("superposition", "Jaeger1998", "Ciavarella1998"),
+        cited("tangential influence coefficients", "Johnson1985", "Pohrt2014"),
+        cited("stick and slip by Newton steps", "Hintermueller2002", "Birgin2000"),
+    ),
+)  # fmt: skip
+
+_PER_METER = {"N": "N/m", "N/m": "Pa", "J": "J/m", "Pa/m": "Pa/m"}
+PROFILE_KIND = replace(
+    KIND,
+    table=[replace(item, unit=_PER_METER.get(item.unit, item.unit)) for item in _TABLE],
+    columns=[replace(item, unit=_PER_METER.get(item.unit, item.unit)) for item in _COLUMNS],
+    when=lambda result: result.solution.pair.is_profile,
+)

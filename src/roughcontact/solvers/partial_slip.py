@@ -1,0 +1,439 @@
+"""Tangential traction under Coulomb's friction: a convex problem with one disc per pixel.
+
+Minimize ½⟨q, K q⟩ - ⟨t + f, q⟩ over |qᵢ| ≤ bᵢ, where the rigid shift t is given, or the multiplier
+of a given sum of q. The slip is s = t + f - K q: zero where |q| < b, along q where |q| = b.
+
+A few projected-gradient steps find stick and slip roughly. Semi-smooth Newton steps finish: pixels
+that slip go to the rim of their disc and move along it, all others move freely. The linear problem
+of each step is solved by preconditioned conjugate gradients, with the sum of q as a constraint.
+
+References
+----------
+Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), doi:10.1007/978-94-015-7889-9;
+Hintermüller, Ito and Kunisch 2002, SIAM J. Optim. 13, 865, doi:10.1137/S1052623401383558;
+Birgin, Martínez and Raydan 2000, SIAM J. Optim. 10, 1196, doi:10.1137/S1052623497330963
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.solvers.operator import Sums, norm
+from roughcontact.solvers.progress import Status
+
+Array = NDArray[np.float64]
+
+STICK = 1e-9
+"""Relative distance from its bound below which the traction of a pixel slips."""
+
+FORCE_TOLERANCE = 1e-10
+"""Largest force error of a converged solution, over the largest force."""
+
+# Projected-gradient steps at the start, and where a Newton step fails.
+_DESCENT = 10
+# Rounds of a solve, Newton steps of a round, and conjugate-gradient steps of each.
+_ROUNDS, _NEWTON, _INNER = 4, 30, 200
+# Residual of the linear problem of a step, over its first.
+_FORCING = 0.05
+
+
+class TangentialOperator(Protocol):
+    """A map of tractions, shape (2, n), to the tangential displacement of the same pixels."""
+
+    @property
+    def sums(self) -> Sums:
+        """Sums over all pixels of the map."""
+
+    @property
+    def self_displacement(self) -> float:
+        """Largest displacement of a pixel under unit traction on itself, K₀₀ [m/Pa]."""
+
+    def support(self, index: NDArray[np.int64]) -> Any:
+        """Prepare the pixels with these ascending flat indices for `gather`."""
+
+    def gather(self, support: Any, traction: Array) -> Array:
+        """Return the displacement of the loaded pixels themselves."""
+
+    def approximate_inverse(self) -> TangentialOperator:
+        """Return ``displacement / K₀₀ → traction``, about."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Bounds, and what drives the traction; fields have the shape (2, n), components (y, x)."""
+
+    index: NDArray[np.int64]  # Flat indices of the pixels, ascending
+    bound: Array  # Largest traction of each [Pa], positive, shape (n,)
+    offset: Array  # f [m]
+    total: Array | None = None  # Sum of the traction over the pixels [Pa], shape (2,)
+    shift: Array | None = None  # t [m], shape (2,), where the sum is not given
+    start: Array | None = None  # Traction to start from [Pa]
+    scale: float = 0.0  # Norm of an earlier traction that this one is compared with [Pa]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A traction with its certificate."""
+
+    traction: Array  # q [Pa], shape (2, n)
+    slip: Array  # s = t + f - K q [m], shape (2, n)
+    shift: Array  # t [m], shape (2,)
+    certificate: float  # ‖q - Π(q + s/K₀₀)‖ over the larger of ‖q‖ and the scale
+    force_error: float  # |Σq - total| over Σb; 0 where the shift is given
+    status: Status
+    steps: int  # Newton steps
+    applications: int  # Of the operator: two transforms forward and back each
+    inversions: int  # Of its approximate inverse: the same on a smaller grid
+
+
+def within(values: Array, bound: Array) -> Array:
+    """Return the nearest values in the discs, shape (2, n)."""
+    size = np.hypot(*values)
+    outside = size > bound
+    factor = np.ones_like(size)
+    factor[outside] = bound[outside] / size[outside]
+    result: Array = values * factor
+    return result
+
+
+def project(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
+    """Return the nearest values in the discs with a given sum, and the shift that makes them so.
+
+    The shift c of Π(v + c) is the minimum of a smooth convex function: damped Newton steps.
+    """
+    shift = np.zeros(2)
+    limit = sums.total(bound)
+    cap = 0.5 * (sums.largest(np.hypot(*values), floor=0.0) + sums.largest(bound, floor=0.0))
+    clipped, lack, dual, matrix = _dual(values, bound, total, shift, sums)
+    for _ in range(100):
+        if math.hypot(*lack) <= 1e-14 * limit:
+            break
+        matrix += 1e-12 * np.trace(matrix) * np.eye(2) + np.finfo(float).tiny * np.eye(2)
+        step = np.linalg.solve(matrix, lack)
+        step *= min(1.0, (cap + math.hypot(*shift)) / math.hypot(*step))
+        for _ in range(30):
+            tried = _dual(values, bound, total, shift + step, sums)
+            if tried[2] < dual or math.hypot(*tried[1]) < 0.5 * math.hypot(*lack):
+                break
+            step *= 0.5
+        else:
+            break
+        shift = shift + step
+        clipped, lack, dual, matrix = tried
+    return clipped, shift
+
+
+def _dual(
+    values: Array, bound: Array, total: Array, shift: Array, sums: Sums
+) -> tuple[Array, Array, float, Array]:
+    """Return Π(v + c), what its sum lacks, the dual function of c and its second derivative."""
+    moved = values + shift[:, None]
+    size = np.hypot(*moved)
+    outside = size > bound
+    ratio = np.ones_like(size)
+    ratio[outside] = bound[outside] / size[outside]
+    clipped = moved * ratio
+    y, x = np.divide(moved, size, out=np.zeros_like(moved), where=outside)
+    energy = np.where(outside, bound * (size - 0.5 * bound), 0.5 * size**2)
+    parts = sums.added(
+        np.array(
+            [
+                *clipped.sum(axis=1), energy.sum(),
+                (ratio * (1 - y * y)).sum(), -(ratio * y * x).sum(), (ratio * (1 - x * x)).sum(),
+            ]
+        )
+    )  # fmt: skip
+    matrix = np.array([[parts[3], parts[4]], [parts[4], parts[5]]])
+    return clipped, total - parts[:2], float(parts[2] - total @ shift), matrix
+
+
+def solve(operator: TangentialOperator, problem: Problem, tolerance: float = 1e-6) -> Solution:
+    """Return the traction under given bounds and a given sum or shift.
+
+    Parameters
+    ----------
+    operator : TangentialOperator
+        Traction to displacement.
+    problem : Problem
+        Bounds, offset, and the sum or the shift. A sum must be below that of the bounds.
+    tolerance : float
+        Certificate to reach.
+
+    Returns
+    -------
+    Solution
+        The traction, with a certificate that is computed from it alone.
+    """
+    return _Solver(operator, problem).solve(tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A traction, its displacement and the shift, in the units of the solver."""
+
+    traction: Array
+    displacement: Array
+    shift: Array
+
+
+class _Space:
+    """What the traction may do in a step: stick moves freely, slip along the rim of its disc."""
+
+    def __init__(self, target: Array, bound: Array) -> None:
+        size = np.hypot(*target)
+        self.slips = size > bound
+        self.normal = np.divide(target, size, out=np.zeros_like(target), where=self.slips)
+        self.stiffness = np.zeros_like(bound)
+        outside = size[self.slips] - bound[self.slips]
+        self.stiffness[self.slips] = outside / bound[self.slips]
+        self.weight = 1 / np.sqrt(1 + self.stiffness)
+
+    def along(self, values: Array) -> Array:
+        """Return the part of a field that lies in the space."""
+        across: Array = (values * self.normal).sum(axis=0)
+        result: Array = values - across * self.normal
+        return result
+
+
+class _Solver:
+    """The problem in units of its largest bound, K₀₀ = 1."""
+
+    def __init__(self, operator: TangentialOperator, problem: Problem) -> None:
+        self.operator, self.problem, self.sums = operator, problem, operator.sums
+        self.pressure = self.sums.largest(problem.bound)
+        self.length = self.pressure * operator.self_displacement
+        self.bound = problem.bound / self.pressure
+        self.offset = problem.offset / self.length
+        self.total = None if problem.total is None else problem.total / self.pressure
+        self.support = operator.support(problem.index)
+        self.inverse = operator.approximate_inverse()
+        self.inverse_support = self.inverse.support(problem.index)
+        self.applications = self.inversions = 0
+        self.points = self.sums.size(self.bound)
+
+    def displaced(self, traction: Array) -> Array:
+        """Return K q."""
+        self.applications += 1
+        return self.operator.gather(self.support, traction) / self.operator.self_displacement
+
+    def dot(self, first: Array, second: Array) -> float:
+        """Return the inner product of two fields."""
+        return self.sums.dot(first.ravel(), second.ravel())
+
+    def sum(self, values: Array) -> Array:
+        """Return the sums of both components."""
+        result: Array = self.sums.added(values.sum(axis=1))
+        return result
+
+    def slip(self, state: _State) -> Array:
+        """Return s = t + f - K q."""
+        result: Array = state.shift[:, None] + self.offset - state.displacement
+        return result
+
+    def projected(self, values: Array) -> tuple[Array, Array]:
+        """Return the nearest admissible traction, and the shift that makes it so."""
+        if self.total is None:
+            return within(values, self.bound), np.zeros(2)
+        return project(values, self.bound, self.total, self.sums)
+
+    def merit(self, state: _State) -> float:
+        """Return the residual of the conditions, with that of the force."""
+        change = state.traction - within(state.traction + self.slip(state), self.bound)
+        square = self.dot(change, change)
+        if self.total is not None:
+            lack = self.total - self.sum(state.traction)
+            square += float(lack @ lack) / self.points
+        return math.sqrt(square)
+
+    def solve(self, tolerance: float) -> Solution:
+        """Return the solution."""
+        state, newton = self.descended(self.start()), 0
+        for _ in range(_ROUNDS):
+            limit = tolerance * self.norm(state)
+            for _ in range(_NEWTON):
+                merit = self.merit(state)
+                if merit <= 0.5 * limit:
+                    break
+                tried = self.advanced(state, merit)
+                newton += 1
+                state = self.descended(state) if tried is None else tried
+            solution = self.judged(state, newton)
+            if solution.certificate <= tolerance and solution.force_error <= FORCE_TOLERANCE:
+                return replace(solution, status=Status.CONVERGED)
+            # The projection to the discs has moved it.
+            state = self.placed(solution.traction / self.pressure, state.shift)
+        return solution
+
+    def norm(self, state: _State) -> float:
+        """Return what a residual is compared with."""
+        return max(norm(state.traction.ravel(), self.sums), self.problem.scale / self.pressure)
+
+    def start(self) -> _State:
+        """Return where to start from."""
+        shift = np.zeros(2) if self.problem.shift is None else self.problem.shift / self.length
+        traction = np.zeros((2, self.bound.size))
+        if self.problem.start is not None:
+            traction = self.projected(self.problem.start / self.pressure)[0]
+        elif self.total is not None:
+            traction = self.total[:, None] / self.sums.total(self.bound) * self.bound
+        return self.placed(traction, shift)
+
+    def placed(self, traction: Array, shift: Array) -> _State:
+        """Return the state of a traction."""
+        return _State(traction, self.displaced(traction), shift)
+
+    def descended(self, state: _State) -> _State:
+        """Return the state after some projected-gradient steps of Barzilai and Borwein."""
+        length = 1.0
+        for _ in range(_DESCENT):
+            slip = self.slip(state)
+            traction, moved = self.projected(state.traction + length * slip)
+            following = self.placed(traction, state.shift + moved / length)
+            change = traction - state.traction
+            square = self.dot(change, change)
+            work = self.dot(change, following.displacement - state.displacement)
+            state = following
+            if not (square > 0 and work > 0):
+                break
+            length = square / work
+        return state
+
+    def advanced(self, state: _State, merit: float) -> _State | None:
+        """Return the state after a Newton step; None if none is better."""
+        target = state.traction + self.slip(state)
+        space = _Space(target, self.bound)
+        traction = np.where(space.slips, self.bound * space.normal, state.traction)
+        change = traction - state.traction
+        displacement = state.displacement + self.displaced(change)
+        lack = None if self.total is None else self.total - self.sum(traction)
+        driving = state.shift[:, None] + self.offset - displacement
+        step, moved, shift = self.linear(space, driving, lack)
+        change += step
+        displacement = displacement + moved - state.displacement
+        best = None
+        for part in (1.0, 0.5, 0.25):
+            tried = _State(
+                state.traction + part * change, state.displacement + part * displacement,
+                state.shift + part * shift,
+            )  # fmt: skip
+            value = self.merit(tried)
+            if value < 0.9 * merit:
+                return tried
+            if value < merit and best is None:
+                best = tried
+        return best
+
+    def linear(
+        self, space: _Space, driving: Array, lack: Array | None, forcing: float = _FORCING
+    ) -> tuple[Array, Array, Array]:
+        """Return z in the space with (K + Λ) z = driving + t, its displacement, and t.
+
+        Parameters
+        ----------
+        space : _Space
+            Where z lies, and Λ.
+        driving : ndarray, shape (2, n)
+            Slip to take away.
+        lack : ndarray, shape (2,), or None
+            Sum of z, with t as its multiplier; t is 0 without it.
+        forcing : float
+            Residual over the first.
+        """
+        step, moved = np.zeros_like(driving), np.zeros_like(driving)
+        residual = space.along(driving)
+        uniform, inverse, shift = None, np.zeros((2, 2)), np.zeros(2)
+        if lack is not None:
+            units = (np.broadcast_to(unit[:, None], driving.shape) for unit in np.eye(2))
+            uniform = [self.inverted(space, space.along(unit)) for unit in units]
+            inverse = np.linalg.pinv(np.array([self.sum(field) for field in uniform]), rcond=1e-9)
+            step = _combined(uniform, inverse @ lack)
+            moved = self.displaced(step)
+            residual = residual - space.along(moved) - space.stiffness * step
+        direction, last, first = np.zeros_like(driving), 0.0, 0.0
+        for count in range(_INNER):
+            gradient = self.inverted(space, residual)
+            if uniform is not None:
+                shift = -inverse @ self.sum(gradient)
+                gradient = gradient + _combined(uniform, shift)
+            square = self.dot(residual, gradient)
+            first = first or square
+            if square <= forcing**2 * first or square <= 0:
+                break
+            direction = gradient + (square / last * direction if count else 0.0)
+            last = square
+            displaced = self.displaced(direction)
+            image = space.along(displaced) + space.stiffness * direction
+            length = square / self.dot(direction, image)
+            step = step + length * direction
+            moved = moved + length * displaced
+            residual = residual - length * image
+        return step, moved, shift
+
+    def inverted(self, space: _Space, values: Array) -> Array:
+        """Return the approximate solution of (K + Λ) z = values in the space."""
+        self.inversions += 1
+        inner = self.inverse.gather(self.inverse_support, space.weight * values)
+        return space.along(space.weight * inner)
+
+    def judged(self, state: _State, steps: int) -> Solution:
+        """Return the nearest admissible traction with its certificate, computed from it alone."""
+        traction, _ = self.projected(state.traction)
+        final = self.placed(traction, state.shift)
+        slip = self.slip(final)
+        change = norm((traction - within(traction + slip, self.bound)).ravel(), self.sums)
+        force_error = 0.0
+        if self.total is not None:
+            force_error = math.hypot(*(self.total - self.sum(traction)))
+        size = self.norm(final)
+        return Solution(
+            traction=traction * self.pressure,
+            slip=slip * self.length,
+            shift=state.shift * self.length,
+            certificate=change / size if size else 0.0,
+            force_error=force_error / self.sums.total(self.bound),
+            status=Status.STALLED,
+            steps=steps,
+            applications=self.applications,
+            inversions=self.inversions,
+        )
+
+
+def _combined(fields: list[Array], factors: Array) -> Array:
+    """Return the sum of two fields with these factors."""
+    result: Array = factors[0] * fields[0] + factors[1] * fields[1]
+    return result
+
+
+def stiffness(
+    operator: TangentialOperator,
+    index: NDArray[np.int64],
+    direction: Array,
+    solution: tuple[Array, Array, Array] | None = None,
+) -> float:
+    """Return how fast the sum of the traction grows with the shift along a direction [Pa/m].
+
+    Parameters
+    ----------
+    operator : TangentialOperator
+        Traction to displacement.
+    index : ndarray of int, shape (n,)
+        Flat indices of the pixels in contact.
+    direction : ndarray, shape (2,)
+        Unit vector of the growing force.
+    solution : (traction, slip, bound), optional
+        A solved state; without it all of the contact sticks.
+    """
+    bound = np.ones(index.size)
+    traction = slip = np.zeros((2, index.size))
+    if solution is not None:
+        traction, slip, bound = solution
+    solver = _Solver(operator, Problem(index, bound, np.zeros((2, index.size))))
+    space = _Space((traction / solver.pressure + slip / solver.length), solver.bound * (1 - STICK))
+    _, _, shift = solver.linear(space, np.zeros_like(slip), direction, 1e-5)
+    rate = float(direction @ shift)
+    return 1 / (rate * operator.self_displacement) if rate > 0 else 0.0

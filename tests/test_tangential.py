@@ -1,0 +1,172 @@
+"""Tangential loading as it is asked for and shown: arguments, errors, files, command, report."""
+
+from __future__ import annotations
+
+import functools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import roughcontact as rc
+from roughcontact import netcdf
+from roughcontact.cli import app
+from roughcontact.joint.tangential import dundurs, joint_poisson, shear_strength
+
+STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+SOFT = rc.Material(young=3e9, poisson=0.4)
+
+
+@functools.cache
+def contact(counter: str = "steel", boundary: str = "free") -> rc.ContactResult:
+    heights, pixel = rc.reference_map(32)
+    other = {"steel": STEEL, "soft": SOFT, "rigid": rc.Material(np.inf, 0.0)}[counter]
+    return rc.solve(rc.Surface(heights, pixel), material=STEEL, counter_material=other, load=1.0,
+                    boundary=boundary, calibrated=False)  # fmt: skip
+
+
+@functools.cache
+def profile() -> rc.ContactResult:
+    x = np.arange(128) - 63.5
+    heights = 1e-7 * np.cos(x / 5) - (x * 1e-6) ** 2 / 2
+    return rc.solve(rc.Surface(heights[None], pixel=(1.0, 1e-6)), material=STEEL,
+                    counter_material=STEEL, load="20 N/mm", calibrated=False)  # fmt: skip
+
+
+def test_texts_quantities_and_numbers_are_one_force() -> None:
+    forces = ["0.05 N", 0.05, ["50 mN"], (0.05,), np.array([0.05])]
+    shifts = {rc.tangential(contact(), friction=0.15, force=f).last.shift for f in forces}
+    assert len(shifts) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "argument"),
+    [
+        ({"friction": 0.0, "force": 0.05}, "friction"),
+        ({"friction": 0.15}, "force"),
+        ({"friction": 0.15, "force": 0.05, "shift": 1e-8}, "force"),
+        ({"friction": 0.15, "force": float("nan")}, "force"),
+        ({"friction": 0.15, "force": "0.05 m"}, "force"),
+        ({"friction": 0.15, "stages": [(0.0, 0.05)]}, "stages"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(options: dict, argument: str) -> None:
+    with pytest.raises(rc.InputError) as refused:
+        rc.tangential(contact(), **options)
+    assert refused.value.argument == argument
+
+
+@pytest.mark.parametrize("force", [0.15, -0.15, 10.0])
+def test_a_force_that_friction_does_not_carry_slides(force: float) -> None:
+    with pytest.raises(rc.CapacityError, match="slides at 150 mN"):
+        rc.tangential(contact(), friction=0.15, force=force)
+
+
+def test_strip_and_tilt_are_refused() -> None:
+    with pytest.raises(rc.InputError) as refused:
+        rc.tangential(contact(boundary="periodic-x"), friction=0.15, force=0.05)
+    assert refused.value.argument == "boundary"
+    tilted = rc.solve(contact().surface, material=STEEL, load=1.0, moments=(0.0, 0.0),
+                      calibrated=False)  # fmt: skip
+    with pytest.raises(rc.InputError, match="without tilt"):
+        rc.tangential(tilted, friction=0.15, force=0.05)
+
+
+def test_a_profile_takes_line_loads_along_it() -> None:
+    result = rc.tangential(profile(), friction=0.15, force="1 N/mm")
+    assert result.last.force == pytest.approx(1000)
+    with pytest.raises(rc.InputError):
+        rc.tangential(profile(), friction=0.15, force="1 N")
+    with pytest.raises(rc.InputError):
+        rc.tangential(profile(), friction=0.15, force="1 N/mm", direction=90.0)
+    assert result.plot() is not None
+    assert "N/m" in result.to_pandas().attrs["units"]["force"]
+
+
+def test_constants_of_unlike_bodies() -> None:
+    like, unlike, rigid = (contact(name).pair for name in ("steel", "soft", "rigid"))
+    assert joint_poisson(like) == pytest.approx(0.3)
+    assert joint_poisson(rigid) == pytest.approx(0.3)
+    shear = 2.6 / 210e9, 2.8 / 3e9
+    assert joint_poisson(unlike) == pytest.approx((0.3 * shear[0] + 0.4 * shear[1]) / sum(shear))
+    assert dundurs(like) == 0
+    assert dundurs(rigid) == pytest.approx(0.4 / 1.4)
+    assert dundurs(unlike) == pytest.approx(
+        (0.4 * shear[0] - 0.2 * shear[1]) / (2 * (0.7 * shear[0] + 0.6 * shear[1]))
+    )
+    assert shear_strength(contact()) == pytest.approx(1e9 / np.sqrt(3))
+
+
+@pytest.mark.parametrize(("counter", "told"), [("steel", False), ("rigid", True)])
+def test_coupling_of_unlike_bodies_has_a_caution(counter: str, told: bool) -> None:
+    result = rc.tangential(contact(counter), friction=0.15, force=0.05)
+    kinds = {caution.kind for caution in result.cautions}
+    assert ("unlike-bodies" in kinds) is told
+    assert "junction-growth" in kinds
+
+
+def test_files_hold_the_maps_and_the_steps(tmp_path: Path) -> None:
+    result = rc.tangential(contact(), friction=0.15, force=[0.05, -0.05, 0.05])
+    result.save(tmp_path / "a.nc")
+    with xarray.open_dataset(tmp_path / "a.nc") as dataset:
+        for axis, field in zip("yx", result.traction, strict=True):
+            np.testing.assert_array_equal(dataset[f"traction_{axis}"], field)
+        assert dataset["stick"].values.sum() == result.stick.sum()
+        np.testing.assert_array_equal(dataset["step_force"], result.column("force"))
+        assert netcdf.mismatches(dataset, ["traction_x", "slip_y"]) == ()
+    result.save(tmp_path / "a.csv")
+    assert len((tmp_path / "a.csv").read_text().splitlines()) >= 4
+    result.save(tmp_path / "a.json")
+    numbers = json.loads((tmp_path / "a.json").read_text())
+    assert numbers["cycle_energy"] == pytest.approx(result.cycle_energy)
+    assert numbers["superposition"]["force"][-1] == pytest.approx(0.05)
+    with pytest.raises(rc.InputError):
+        result.save(tmp_path / "a.txt")
+
+
+def test_a_single_step_answers_first(tmp_path: Path) -> None:
+    result = rc.tangential(contact(), friction=0.15, force="50 mN")
+    line = repr(result).splitlines()[1].strip()
+    assert line.startswith("The joint shifts ")
+    assert "under 50 mN" in line
+    result.report(tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text()
+    assert "Ciavarella" in text
+    assert "data:image/png" in text
+    assert {"Mindlin1949", "Jaeger1998"} <= {work.key for work in result.references()}
+
+
+def test_the_command_writes_and_prints(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    heights, pixel = rc.reference_map(32)
+    rc.Surface(heights, pixel).save("map.nc")
+    words = ["tangential", "map.nc", "--load", "1 N", "--material", "42CrMo4",
+             "--counter-material", "42CrMo4", "--friction", "0.15"]  # fmt: skip
+    assert app.main([*words, "--force", "0.05 N", "--output", "a.nc", "--figure", "a.png",
+                     "--json"]) == 0  # fmt: skip
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["answer"].startswith("The joint shifts ")
+    assert 0 < numbers["stick_fraction"][0] < 1
+    assert Path("a.nc").exists()
+    assert Path("a.png").exists()
+    assert app.main([*words, "--shift", "5 nm"]) == 0
+    assert app.main([*words, "--force", "1 N"]) == 2
+    assert "slides" in capsys.readouterr().err
+    assert app.main([*words, "--force", "1 N", "--shift", "5 nm"]) == 2
+    assert app.main([*words[:-2], "--force", "1 N"]) == 2
+
+
+def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    heights, pixel = rc.reference_map(32)
+    rc.Surface(heights, pixel).save("map.nc")
+    Path("project.toml").write_text(
+        'write = ["nc"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
+        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\n',
+        encoding="utf-8",
+    )
+    assert app.main(["run", "project.toml"]) == 0
