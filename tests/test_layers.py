@@ -221,7 +221,7 @@ BANNED_NAMES = {
 # provenance are public.
 NOT_HELD = {
     "batch.jobs", "batch.plan", "batch.runner", "cli.app", "desk.analysis_jobs",
-    "desk.analysis_panel", "desk.comparison_panel", "desk.contact_view", "desk.controls",
+    "desk.analysis_panel", "desk.controls",
     "desk.download_panel", "desk.explore", "desk.inputs_panel", "desk.live_solver",
     "desk.load_panel", "desk.maps", "desk.page", "desk.projects", "desk.rasters", "desk.server",
     "desk.session", "desk.widgets", "desk.workers", "elastoplastic.archive", "plots.conductance",
@@ -229,7 +229,7 @@ NOT_HELD = {
     "report.contact_fields", "report.estimate", "report.fields", "report.generation",
     "report.leakage", "report.load_search", "report.phrases", "report.problem",
     "report.python_script", "request.comparison", "request.outcome", "request.request",
-    "request.resolution_study", "request.task", "solvers.progress", "studies.comparison",
+    "request.task", "solvers.progress", "studies.comparison",
     "surface.generation", "surface.nominal_bodies", "surface.provenance", "surface.surface",
 }  # fmt: skip
 

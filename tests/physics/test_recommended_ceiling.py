@@ -6,6 +6,7 @@ import math
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 import pytest
 
 import ceiling_rule
@@ -14,11 +15,14 @@ from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import CalibratedCeiling
+from roughcontact.request.contacts import calibrated_ceiling
+from roughcontact.studies import uncertainty
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.theory import indenters
 
 # Quick ones: half a dozen loads, a contact of six pixels in radius whose middle lies on none.
 POINTS, STEP = 26, 1.6
+METAL = rc.Conductor(resistivity=1e-7)
 
 
 def steel(poisson: float) -> rc.Material:
@@ -147,3 +151,32 @@ def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
         means = [indenters.mean_pressure(1.05**n, first) for n in range(150)]
         assert means == sorted(means)
         assert all(m <= 4 * 1.05**n / (3 * math.pi) + 1e-12 for n, m in enumerate(means))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("seed", "load"), [(1, 0.3), (3, 1.0)])
+def test_the_interval_of_a_joint_holds_what_the_volume_gives(seed: int, load: float) -> None:
+    n = 48
+    heights = rc.self_affine(
+        (n, n), (1e-4 / n,) * 2, rms_height=3e-7, rolloff_wavelength=5e-5,
+        cutoff_wavelength=1.2e-5, rng=np.random.default_rng(seed),
+    )  # fmt: skip
+    options: Any = {"material": steel(0.3), "load": load, "boundary": "periodic"}
+    rough = rc.Surface(heights, (1e-4 / n,) * 2)
+    given = rc.solve(rough, **options)
+    ceiling = calibrated_ceiling(given)
+    assert ceiling is not None
+    other = rc.solve(rough, **options, ceiling=ceiling)
+    volume = rc.solve_elastoplastic(rough, **options).solution
+    fluid = {"viscosity": 1e-3, "pressure_difference": 1e6}
+
+    def numbers(contact: rc.ContactResult) -> tuple[float, float]:
+        flow = rc.leakage([contact], **fluid).steps[-1]
+        length = rc.conductance([contact], METAL, METAL).steps[-1].length
+        return float(np.ravel(flow.permeability)[0]), length
+
+    area = other.contact_area / given.contact_area - 1
+    for value, changed, right in zip(*map(numbers, (given, other, volume)), strict=True):
+        interval = uncertainty.of_joint("", value, given, 0.0, (changed / value - 1, area))
+        assert interval.low < right < interval.high
+        assert abs(right / value - 1) > 0.02

@@ -72,14 +72,16 @@ class Found:
 
 def _run(request: Request, work: Work) -> Outcome:
     if work.known:
-        return Outcome(request, _together(request, [work.known[word] for word in apart(request)]))
+        return Outcome(
+            request, _together(request, [work.known[word] for word in part_names(request)])
+        )
     # All are read first: one that cannot be is told of before any is solved.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
     result = [_found(request, surface, work.look) for surface in maps]
     return Outcome(request, _together(request, result))
 
 
-def apart(request: Request) -> tuple[str, ...]:
+def part_names(request: Request) -> tuple[str, ...]:
     """Return a word for each map of a comparison, each of which can be pressed by itself."""
     return tuple(str(number) for number, _ in enumerate(_listed(request)))
 
@@ -267,5 +269,5 @@ roughcontact compare --group "ground=ground-?.x3p" \\
     last=_last,
     memory=_memory,
     maps=("files", "groups"),
-    pieces=Pieces(apart, found_of, file_of, (options.GROUP, PAIRED)),
+    pieces=Pieces(part_names, found_of, file_of, (options.GROUP, PAIRED)),
 )  # fmt: skip

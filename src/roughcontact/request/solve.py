@@ -203,7 +203,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
     from roughcontact.studies import resolution_study
 
     if work.known:
-        return resolution_study.together([work.known[word] for word in apart(request)])
+        return resolution_study.together([work.known[word] for word in part_names(request)])
     return resolution_study.resolution_study(
         work.maps[0],
         **solve_arguments.arguments(request, work.maps, *_STUDY_SOLVER),
@@ -212,7 +212,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
     )
 
 
-def apart(request: Request) -> tuple[str, ...]:
+def part_names(request: Request) -> tuple[str, ...]:
     """Return a word for each part of the study that can be solved by itself; none for no study."""
     from roughcontact.contact.result import CALIBRATED
 
@@ -295,5 +295,5 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
             fixed=((MODEL, VOLUME_MODEL),),
         ),
     ),
-    pieces=Pieces(apart, found_of),
+    pieces=Pieces(part_names, found_of),
 )  # fmt: skip
