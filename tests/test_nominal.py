@@ -146,7 +146,7 @@ def test_texts_that_are_none(text) -> None:
         nominal_bodies.parse(text, "--body")
     message = str(caught.value)
     assert message.startswith("--body must read like one of 'flat', 'sphere 10 mm', ")
-    assert message.endswith(f"got {text!r}")
+    assert message.endswith(f"got {' '.join(repr(text).split())}")
     assert "\n" not in message
 
 

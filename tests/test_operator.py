@@ -373,6 +373,17 @@ ALLOWED = {
         "chosen": "whether to copy, where the values are the same either way",
         "_deep_enough": "bins that `added` has summed over the processes",
     },
+    "partial_slip": {
+        **dict.fromkeys(
+            ("advanced", "descended", "judged", "linear", "merit", "solve"),
+            "methods that take the operator's sums, and two components",
+        ),
+        "_dual": "parts that `added` sums over the processes",
+        "sum": "parts that `added` sums over the processes",
+        "along": "the two components of each pixel",
+        "project": "two by two",
+        "stiffness": "two components",
+    },
     "problem": {
         "coarsened": "which of two ways that agree pixel by pixel",
         "prolonged": "places of this process's pixels",

@@ -16,7 +16,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
-from roughcontact.report import citations, inputs as surface_kind, kinds
+from roughcontact.report import citations, kinds, surface as surface_kind
 from roughcontact.result import Displayable, Result
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.studies.sampling_study import SamplingStudy

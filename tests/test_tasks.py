@@ -140,7 +140,7 @@ def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Pa
     project(house, 'load = "1 N"', "stretch = 3")
     help_of_all = python(house, "-c", ASKED)
     assert help_of_all.count("--stretch FACTOR") == 12
-    assert help_of_all.count("Factor of the heights.") == 11
+    assert help_of_all.count("Factor of the heights.") == 12
     pytest.importorskip("panel", reason="needs roughcontact[desk]")
     assert "Stretched by" in python(house, "-c", ON_PAGE)
 

@@ -35,6 +35,10 @@ FEW = {
         ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
     ),
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
+    "joint.tangential": {"_take": "two components"},
+    "solvers.partial_slip": dict.fromkeys(
+        ("_dual", "linear", "merit", "project", "stiffness"), "two components"
+    ),
     "solvers.rigid_tilt": {
         "rigid_tilt": "the few points on which rigid bodies rest",
         "excess": "two components",

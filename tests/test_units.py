@@ -107,7 +107,7 @@ def test_parse_allows_any_sign_when_asked() -> None:
     [
         (3e9, "Pa", 4, "3 GPa"),
         (2.31e-7, "m", 4, "231 nm"),
-        (-1.5e-6, "m", 4, "−1.5 µm"),
+        (-1.5e-6, "m", 4, "-1.5 µm"),
         (0.0, "N", 4, "0 N"),
         (-0.0, "N", 4, "0 N"),
         (math.nan, "Pa", 4, "nan Pa"),

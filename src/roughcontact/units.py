@@ -177,16 +177,25 @@ def _prefixed(value: float, unit: str, digits: int = 4) -> str:
     prefix = 3 * ((rounded.adjusted() + (power == 2)) // (3 * power))
     if first is None or prefix not in _PREFIXES:
         return f"{value:.{digits}g} {unit}".rstrip()
-    scaled = format(rounded.scaleb(-prefix * power), "f")
-    return f"{grouped(scaled)} {_PREFIXES[prefix]}{unit}"
+    scaled = _decimals(format(rounded.scaleb(-prefix * power), "f"))
+    return f"{scaled} {_PREFIXES[prefix]}{unit}"
 
 
-def grouped(number: str) -> str:
-    """Return decimals without trailing zeros, with commas from 10,000 on and a minus sign."""
+def _decimals(number: str) -> str:
+    """Return decimals without trailing zeros."""
+    return number.rstrip("0").rstrip(".") if "." in number else number
+
+
+def grouped(text: str) -> str:
+    """Return a number, with or without a unit, with commas from 10,000 on and a minus sign.
+
+    For display alone: a comma is not read back.
+    """
+    number, space, unit = text.partition(" ")
     whole, point, rest = number.partition(".")
-    if len(whole.lstrip("-")) > _UNGROUPED:
+    if whole.lstrip("-").isdigit() and len(whole.lstrip("-")) > _UNGROUPED:
         whole = f"{int(whole):,}"
-    return f"{whole}{point}{rest}".rstrip("0" * bool(point)).rstrip(".").replace("-", "−")
+    return f"{whole}{point}{rest}".replace("-", "−") + space + unit
 
 
 def lengths(values: Sequence[float], between: str = " × ") -> str:
@@ -214,7 +223,7 @@ def plain(value: float, digits: int = 4) -> str:
         return f"{abs(value):g}" if value == 0 else f"{value:g}"
     if 0 < value < 1e-6:
         return "< 0.000001"
-    return grouped(format(Decimal(f"{value:.{digits - 1}e}"), "f"))
+    return grouped(_decimals(format(Decimal(f"{value:.{digits - 1}e}"), "f")))
 
 
 def changed_by(change: float) -> str:

@@ -116,7 +116,7 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) 
     for name, box in seat.joint._boxes.items():
         box.value = name == "Conductance"
     seat.start()
-    assert "which PEEK lacks" in seat.said
+    assert "PEEK has none" in seat.said
     for box in seat.joint._boxes.values():
         box.value = False
     seat.start()

@@ -532,7 +532,7 @@ def test_programs_are_not_told_the_token(desk: Desk) -> None:
 
 
 def test_others_are_let_in_only_if_they_are_named() -> None:
-    with pytest.raises(InputError, match="lets other machines in") as caught:
+    with pytest.raises(InputError, match="admits other machines") as caught:
         Settings(address="0.0.0.0")
     assert caught.value.argument == "address"
     assert not Settings().is_open

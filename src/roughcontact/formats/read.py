@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roughcontact.contact import archive as contact_archive
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
 from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
 from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
@@ -249,6 +248,7 @@ def read_result(
     -----
     Every file is compared with its checksums.
     """
+    from roughcontact.contact import archive as contact_archive
     from roughcontact.elastoplastic import archive, rolling
 
     dataset = contact_archive.opened(path)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +14,7 @@ from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, input_error
-from roughcontact.halfspace.fft import default_workers
+from roughcontact.halfspace.fft import Workspace
 from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
@@ -380,10 +379,13 @@ def leakage(
 def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tuple[Flow, ...]]:
     gap = flow_gap(result)
     periodic_axes = result.boundary.periodic_axes
-    with ThreadPoolExecutor(default_workers()) as threads:
-        flows = tuple(
-            threads.map(lambda axis: flow(gap, result.pair.pixel, axis, periodic_axes), axes)
-        )
+    found: dict[int, Flow] = {}
+
+    def solve(axis: int) -> None:
+        found[axis] = flow(gap, result.pair.pixel, axis, periodic_axes)
+
+    Workspace().each(solve, axes)
+    flows = tuple(found[axis] for axis in axes)
     tensor = np.full((2, 2), math.nan)
     places: list[Constriction | None] = [None, None]
     for answer in flows:

@@ -206,6 +206,11 @@ def to_dataset(result: Tangential) -> xarray.Dataset:
     return dataset
 
 
+def _norm(field: Array) -> float:
+    # Not by BLAS, whose bits depend on its threads.
+    return math.sqrt(float(np.square(field).sum()))
+
+
 # --- Elastic constants of both bodies together ---
 
 
@@ -429,7 +434,7 @@ class _Path:
                 total=goal,
                 shift=None if shift is None else shift * self.along,
                 start=earlier if self.steps else None,
-                scale=float(np.linalg.norm(earlier)),
+                scale=_norm(earlier),
             ),
             self.tolerance,
         )  # fmt: skip
@@ -581,7 +586,7 @@ def _superposed(path: _Path, contact: ContactResult, force: float) -> Superposit
     if len(path.steps) == 1:
         sign = math.copysign(1.0, path.steps[0].force)
         apart = path.traction - sign * path.along[:, None] * traction.ravel()
-        difference = float(np.linalg.norm(apart) / np.linalg.norm(path.traction))
+        difference = _norm(apart) / _norm(path.traction)
     return Superposition(tuple(forces), tuple(shifts), tuple(sticks), tuple(energies), difference)
 
 

@@ -149,7 +149,7 @@ def written(value: Any, unit: str, digits: int = 4) -> str:
         return f"{value:.2f} s"
     if unit == "1":
         return grouped(str(value)) if isinstance(value, int) else f"{value:.{digits}g}"
-    return engineering(value, unit, digits)
+    return grouped(engineering(value, unit, digits))
 
 
 def tiny(value: float) -> str:

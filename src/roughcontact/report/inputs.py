@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from roughcontact.errors import InputError, Sentence, message_parts
-from roughcontact.formats import export
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
-from roughcontact.plots import maps, profiles, sections
 from roughcontact.report import phrases
 from roughcontact.report.fields import (
     ABSENT,
@@ -25,7 +23,6 @@ from roughcontact.report.fields import (
     within,
     written,
 )
-from roughcontact.report.kind import Kind
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, lengths, percent, plain
@@ -356,15 +353,3 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
     if unit == "ml/m²":
         return f"{plain(1e6 * value)} ml/m²"
     return engineering(value, unit)
-
-
-# --- A map or a profile, as a session shows it ---
-
-
-KIND = Kind(
-    Surface, SURFACE, brief=False, plots=(maps.surface, sections.bearing_curve),
-    save=export.save_surface,
-)  # fmt: skip
-PROFILE_KIND = replace(
-    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(profiles.heights,)
-)

@@ -21,7 +21,6 @@ from roughcontact.report import (
     elastoplastic,
     estimate,
     figures,
-    inputs,
     interface_law,
     leakage,
     load_curve,
@@ -32,6 +31,7 @@ from roughcontact.report import (
     python_script,
     rolling,
     subsurface_stress,
+    surface,
     tangential,
     uncertainty,
 )
@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 
 
 KINDS = (
-    inputs.PROFILE_KIND,
-    inputs.KIND,
+    surface.PROFILE_KIND,
+    surface.KIND,
     contact.PROFILE_KIND,
     contact.SHARED_KIND,
     contact.KIND,

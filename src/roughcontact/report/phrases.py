@@ -16,7 +16,6 @@ from roughcontact import units
 from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.result import ContactResult, Regime
-from roughcontact.elastoplastic.result import ElastoplasticResult, PlasticRegime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.progress import Progress, Step
@@ -26,6 +25,7 @@ from roughcontact.units import changed_by, engineering, percent
 if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
+    from roughcontact.elastoplastic.result import ElastoplasticResult
     from roughcontact.studies.load_history import LoadHistory
 
 
@@ -399,6 +399,8 @@ def _other(result: ContactResult) -> str:
 
 def volume_regime(result: ElastoplasticResult) -> str:
     """Return the regime of a result of the volume model as a sentence with its numbers."""
+    from roughcontact.elastoplastic.result import PlasticRegime
+
     if result.regime is PlasticRegime.ELASTIC:
         share = percent(min(1 + result.yield_excess, 1.0))
         return (

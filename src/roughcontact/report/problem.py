@@ -10,7 +10,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.material.material import Material
 from roughcontact.report.fields import tiny
 from roughcontact.report.phrases import is_rigid
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering, grouped, percent
 
 DIGITS = 3
 """Significant digits of what is said first."""
@@ -24,7 +24,7 @@ def share(value: float) -> str:
 
 def size(value: float, unit: str) -> str:
     """Return a quantity as what is said first has it."""
-    return engineering(value, unit, DIGITS)
+    return grouped(engineering(value, unit, DIGITS))
 
 
 def between(low: float, high: float, form: Any) -> str:

@@ -29,7 +29,7 @@ from roughcontact.report.fields import (
 from roughcontact.report.figures import FRONT, Illustration, Illustrations
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
-from roughcontact.units import engineering, percent
+from roughcontact.units import changed_by, engineering, percent
 
 
 def _finite(value: float) -> float | None:
@@ -137,7 +137,7 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
-            f"Superposition: shift {problem.size(curve.shift[-1], 'm')} ({100 * change:+.1f} %), "
+            f"Superposition: shift {problem.size(curve.shift[-1], 'm')} ({changed_by(change)}), "
             f"stick {problem.share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)

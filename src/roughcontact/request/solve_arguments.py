@@ -10,7 +10,6 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options
 from roughcontact.request.option import Option
 from roughcontact.request.request import Request
-from roughcontact.surface.grid import CORRELATED, PREPARED, require_memory
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import GivenLoad
@@ -59,12 +58,10 @@ def pressed(
 # --- The memory that a request needs, asked for before its maps are made ---
 
 
-# Maps that a report needs beside those of the bodies: pressure, gap, and what the roughness takes.
-_REPORTED = 2 + CORRELATED
-
-
 def require_prepared(request: Request, shape: tuple[int, int]) -> None:
     """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
+    from roughcontact.surface.grid import PREPARED, require_memory
+
     grid = cropped(request, shape)
     require_memory(grid, PREPARED, "preparing a map")
     # Where heights or sides decide it, the grid is known once the map is there.
@@ -80,7 +77,10 @@ def require(request: Request, shape: tuple[int, int]) -> None:
     else:
         request.task.memory(request, shape)
     if request.get(options.REPORT) is not None:
-        require_memory(shape, _bodies(request) + _REPORTED, "the report on a map")
+        from roughcontact.surface.grid import CORRELATED, require_memory
+
+        # Beside the bodies: pressure, gap, and what the roughness takes.
+        require_memory(shape, _bodies(request) + 2 + CORRELATED, "the report on a map")
 
 
 def require_contact(request: Request, shape: tuple[int, int], held: int = 0) -> None:
