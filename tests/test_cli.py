@@ -1308,7 +1308,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
     assert "What does a load history up to 500 mN leave on rough.npy?" in page
     # The map under the largest load, and the heights when it is gone, each named so.
     assert "Contact under 500 mN, the largest load" in page
-    assert "Map of the contact pressure, largest 3 GPa." in page
+    assert "Contact pressure under 500 mN, maximum 3 GPa" in page
     assert "Heights of the body after the path, without load." in page
     # What the third step adds is rounding.
     table = re.search(r"newly indented.*?</table>", page, re.DOTALL)

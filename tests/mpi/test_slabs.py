@@ -157,7 +157,7 @@ def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = command(2, *shlex.split(words.replace("\\\n", " ")), "--verbose")
     assert run.returncode == 0, run.stderr
-    assert "ranks" in run.stdout
+    assert "Parallel run" in run.stdout
     first = rc.read_result("contact.nc", verify=True)
     assert Path("contact.html").exists()
     Path("script.py").write_text(script)

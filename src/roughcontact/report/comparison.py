@@ -610,8 +610,8 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
     if isinstance(result, SamplingStudy):
         return ()
     count = len(result.names)
-    mark = f"* significant ({LEVEL}, Holm-corrected); " if len(result.groups) > 1 else ""
-    return (f"{mark}±: half of the {LEVEL} interval; {count} quantities: --verbose",)
+    mark = f"* significant ({LEVEL}, Holm); " if len(result.groups) > 1 else ""
+    return (f"{mark}±: half the interval; {count} quantities: --verbose",)
 
 
 KIND = Kind(
