@@ -95,7 +95,7 @@ compression = rolled.passes[-1].in_plane_stress
 
 # %%
 # The ceiling model, with three times the yield strength, 5.1 GPa, indents the surface wherever the
-# pressure would be higher. `rc.history` follows the same positions.
+# pressure would be higher. ``rc.history`` follows the same positions.
 
 stages = [Stage(load, shift=(0.0, LENGTH * step / STEPS)) for step in range(STEPS)]
 capped, surface = [], ground

@@ -1,4 +1,4 @@
-"""What functions return: the classes of results, for type hints and `isinstance`."""
+"""What functions return: the classes of results, for type hints and ``isinstance``."""
 
 from roughcontact.contact.subsurface_stress import StressResult as StressResult
 from roughcontact.elastoplastic.ceiling_comparison import ModelComparison as ModelComparison

@@ -303,7 +303,7 @@ def tangential(
     -----
     Quasi-static, elastic half-spaces, small slip. The pressure is not altered by the traction
     (Goodman 1962), which is exact where Dundurs' β is 0. In each step the slip
-    Δs = Δδ - K Δq vanishes where |q| < μ p, and is along q elsewhere; q has both components.
+    Δs = Δδ - K Δq vanishes where ``|q|`` < μ p, and is along q elsewhere; q has both components.
     Where the load grows, pixels that come into contact slip only from then on: their slip in a
     step is less by (Δδ/Δω) g, g their gap before it.
 

@@ -111,7 +111,7 @@ def blank(width: float, height: float) -> Figure:
 def panels(
     width: float, height: float, rows: int = 1, columns: int = 1, **more: Any
 ) -> tuple[Figure, Any]:
-    """Return a figure of a size [inch], and its axes as `Figure.subplots` gives them."""
+    """Return a figure of a size [inch], and its axes as ``Figure.subplots`` gives them."""
     figure = blank(width, height)
     return figure, figure.subplots(rows, columns, **more)
 
