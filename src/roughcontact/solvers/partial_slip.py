@@ -1,8 +1,8 @@
 """Tangential traction under Coulomb's friction: a convex problem with one disc per pixel.
 
-Minimize ½⟨q, K q⟩ - ⟨t + f, q⟩ over ``|q|`` ≤ b, where the rigid shift t is given, or the multiplier
-of a given sum of q. The slip is s = t + f - K q: zero where ``|q|`` < b, along q
-where ``|q|`` = b.
+Minimize ½⟨q, K q⟩ - ⟨t + f, q⟩ over ``|q|`` ≤ b, where the rigid shift t is given, or the
+multiplier of a given sum of q. The slip is s = t + f - K q: zero where ``|q|`` < b, along q where
+``|q|`` = b.
 
 A few projected-gradient steps find stick and slip roughly. Semi-smooth Newton steps finish: pixels
 that slip go to the rim of their disc and move along it, all others move freely. The linear problem
