@@ -315,7 +315,7 @@ def _display(specified: Given) -> Display:
 
 
 def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
-    """Carry out a task, and show what it gave."""
+    """Carry out a task and show its result."""
     from roughcontact import ranks
     from roughcontact.request.request import Request
 
@@ -331,7 +331,7 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
 
 
 def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
-    """Carry out a request in this process or on ranks, of which the first shows what it gave."""
+    """Carry out a request, in this process or on all ranks; the first rank shows the result."""
     from roughcontact.report import phrases
     from roughcontact.request.run import run
 

@@ -29,7 +29,7 @@ CALIBRATED = "calibrated"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
 
 TOLD_CHANGE = 0.02
-"""Relative change of areas or gap from which the calibrated ceiling is told beside another."""
+"""Relative change of areas or gap from which results show the calibrated ceiling, too."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Calibrated:
 
     @property
     def differs(self) -> bool:
-        """Whether it differs by so much that it is told."""
+        """Whether results show it, since it differs enough."""
         return self.change > TOLD_CHANGE
 
     def summary(self) -> dict[str, Any]:

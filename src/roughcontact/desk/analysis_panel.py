@@ -292,7 +292,7 @@ _NAMES = ("this state", "pinned state")
 
 
 class Compare(View):
-    """What is pinned, what differs, and both contacts beside each other."""
+    """The pinned contact, the differences, and both contacts side by side."""
 
     def __init__(
         self,

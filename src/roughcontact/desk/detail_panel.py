@@ -525,7 +525,7 @@ def _units(result: ContactResult, answer: Listed) -> dict[str, tuple[float, str]
     }
 
 
-# What one sees of a contact beside its maps, and of its surface: drawn where it is looked at.
+# Detail panels of a contact and its surface, drawn when they are opened.
 
 
 _SECTION, _SPOTS, _PRESSURES = range(3)

@@ -359,11 +359,11 @@ def page(visit: Visit) -> Any:
     return Page(visit).root
 
 
-# --- What one sees of a contact: its maps, what stands beside them, the part of them to keep ---
+# --- Views of a contact: maps, detail panels, and the part to save ---
 
 
 class ContactView:
-    """Maps and what stands beside them, made when there is something to show."""
+    """Maps and detail panels, made when there is a contact to show."""
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ class TangentialConvolution(Convolution):
     ----------
     spectra : ndarray, shape (3, my//2 + 1, mx//2 + 1)
         Transforms of K_yy, K_xx, which are even, and of K_xy, which is odd in x and in y.
-    shape, padded, workspace, precision, softness
+    shape, padded, **options
         As for `Convolution`.
     """
 
@@ -35,14 +35,10 @@ class TangentialConvolution(Convolution):
         spectra: NDArray[Any],
         shape: tuple[int, int],
         padded: tuple[int, int],
-        *,
-        workspace: Workspace,
-        precision: str = "double",
-        softness: float = 1.0,
+        **options: Any,
     ) -> None:
-        options: dict[str, Any] = {"workspace": workspace, "precision": precision}
-        super().__init__(spectra[0], shape, padded, softness=softness, **options)
-        other = Convolution(spectra[1], shape, padded, softness=softness, **options)
+        super().__init__(spectra[0], shape, padded, **options)
+        other = Convolution(spectra[1], shape, padded, **options)
         self.spectra: NDArray[Any] = spectra.astype(self.real, copy=False)
         self.self_displacement = max(self.self_displacement, other.self_displacement)
 

@@ -43,7 +43,7 @@ STUDY_COLUMNS: Columns = (
 """Of the solves of a `ResolutionStudy`."""
 
 
-# Its papers are those of the contact that it is told with.
+# Its papers are those of the contact in the same report.
 KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)
 
 
