@@ -72,10 +72,6 @@ def _run(request: Request, work: Work) -> Outcome:
     return Outcome(request, result, result.solution)
 
 
-def _memory(request: Request, shape: tuple[int, int]) -> None:
-    solve_arguments.require_contact(request, shape, _HELD)
-
-
 TASK = Task(
     "tangential",
     """Compute stick, slip and shift under a tangential force.
@@ -102,7 +98,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
         Rule(ONE_OF, FORCE, SHIFT, text="0.05 N"),
     ),
     last=last_contact,
-    memory=_memory,
+    held=_HELD,
     questions=(
         Question(
             "Tangential loading",
