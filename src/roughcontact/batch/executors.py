@@ -7,6 +7,7 @@ this one, however it ends.
 
 from __future__ import annotations
 
+import gc
 import logging
 import math
 import os
@@ -87,6 +88,9 @@ def connected(scheduler: str | None, workers: int) -> Iterator[Engine]:
         stack.enter_context(dask.config.set({_LARGE: "1GiB"}))
         own = None if scheduler else stack.enter_context(_started(workers, security))
         address = own.scheduler_address if own is not None else scheduler
+        # A client that could not connect waits, when it is collected, for a lock that the start of
+        # another one holds.
+        gc.collect()
         try:
             client = stack.enter_context(Client(address, timeout=_PATIENCE, security=security))
         except (OSError, ValueError, TypeError, ImportError) as error:

@@ -25,7 +25,7 @@ from roughcontact.report.fields import (
 )
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, lengths, percent, plain
+from roughcontact.units import engineering, grouped, lengths, percent, plain
 
 if TYPE_CHECKING:
     from roughcontact.contact.share import Share
@@ -38,7 +38,8 @@ def _pair(values: Sequence[float]) -> str:
 def _range(surface: Surface) -> str:
     low, high = (float(end(surface.heights)) for end in (np.nanmin, np.nanmax))
     return (
-        f"{engineering(low, 'm')} to {engineering(high, 'm')}, range {engineering(high - low, 'm')}"
+        f"{grouped(engineering(low, 'm'))} to {engineering(high, 'm')}, "
+        f"range {engineering(high - low, 'm')}"
     )
 
 
@@ -193,11 +194,15 @@ _DIRECTED, _ISOTROPIC, _SKEWED, _PEAKED = 0.3, 0.5, 0.5, 1.0
 
 def _character(values: Mapping[str, float]) -> str:
     """Return how the heights of a map are distributed, and along what."""
-    texture = "Directional" if values["Str"] < _DIRECTED else "Isotropic"
-    if math.isnan(values["Str"]) or _DIRECTED <= values["Str"] < _ISOTROPIC:
-        texture = "Weakly directional"
     gaussian = abs(values["Ssk"]) < _SKEWED and abs(values["Sku"] - 3) < _PEAKED
-    return f"{texture}, {'Gaussian' if gaussian else 'not Gaussian'}"
+    heights = "Gaussian" if gaussian else "not Gaussian"
+    # Str of a lay that leaves the map is not determined, but bounded.
+    known = not math.isnan(values["Str"])
+    if (values["Str"] if known else values["Str_max"]) < _DIRECTED:
+        return f"Directional, {heights}"
+    if not known:
+        return capital(heights)
+    return f"{'Weakly directional' if values['Str'] < _ISOTROPIC else 'Isotropic'}, {heights}"
 
 
 def headline(result: Measured, name: str) -> Headline:
