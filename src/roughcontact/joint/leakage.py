@@ -204,14 +204,11 @@ class Leakage(Result):
         contact : ContactResult
             The same bodies under the largest load and the calibrated ceiling.
         """
-        (step, _), fine = _step(contact, self.axes), self.steps[-1]
-        changes = tuple(
-            changed(step.permeability[axis][axis], fine.permeability[axis][axis])
-            for axis in range(len(AXES))
-        )
-        area = changed(step.contact_area, fine.contact_area)
+        step, _ = _step(contact, self.axes)
+        area = changed(step.contact_area, self.steps[-1].contact_area)
         assert isinstance(contact.ceiling, float)
-        return replace(self, calibrated=CalibratedChange(contact.ceiling, area, changes))
+        change = CalibratedChange(contact.ceiling, area, self._changes(step))
+        return replace(self, calibrated=change)
 
     def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
         """Return the same with what changes on a coarser grid.
@@ -222,15 +219,15 @@ class Leakage(Result):
             The same bodies under the largest load on a grid of larger pixels.
         """
         step, _ = _step(coarser, self.axes)
-        fine = self.steps[-1]
-        changes = [math.nan, math.nan]
-        for axis in self.axes:
-            old, new = (item.permeability[axis][axis] for item in (fine, step))
-            if old > 0:
-                changes[axis] = new / old - 1
-        change = Change(max(coarser.pair.pixel), (changes[0], changes[1]))
+        change = Change(max(coarser.pair.pixel), self._changes(step))
         change_of = grid(change.permeability)
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
+
+    def _changes(self, step: LeakageStep) -> tuple[float, float]:
+        """Return how the permeabilities along y and x change from the largest load to a step."""
+        pairs = zip(step.permeability, self.steps[-1].permeability, strict=True)
+        along_y, along_x = (changed(new[axis], old[axis]) for axis, (new, old) in enumerate(pairs))
+        return along_y, along_x
 
     def column(self, name: str) -> Array:
         """Return one number of all steps, shape (n,); see `LeakageStep`."""
