@@ -37,10 +37,8 @@ def _pair(values: Sequence[float]) -> str:
 
 def _range(surface: Surface) -> str:
     low, high = (float(end(surface.heights)) for end in (np.nanmin, np.nanmax))
-    return (
-        f"{grouped(engineering(low, 'm'))} to {engineering(high, 'm')}, "
-        f"range {engineering(high - low, 'm')}"
-    )
+    first, last, depth = (grouped(engineering(value, "m")) for value in (low, high, high - low))
+    return f"{first} to {last}, range {depth}"
 
 
 def _missing(surface: Share) -> str:
