@@ -126,7 +126,9 @@ def spelled(text: str, command: Command = solve.TASK) -> str:
 
 
 def complain(sentence: str) -> None:
-    """Print one sentence on standard error."""
+    """Print one sentence on standard error, after what standard output holds."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        sys.stdout.flush()
     try:
         print(f"roughcontact: {one_line(sentence)}", file=sys.stderr, flush=True)
     except (OSError, ValueError):
