@@ -334,12 +334,14 @@ def test_what_has_no_law_gets_its_sentence() -> None:
 
 
 def command(folder: Path, *more: str) -> list[str]:
+    defaults = {"--from": "30 MPa", "--to": "600 MPa", "--boundary": "periodic"}
     for number, surface in enumerate(MAPS):
         np.save(folder / f"map{number}.npy", surface.heights * 1e6)
     return [
         "law", *(str(folder / f"map{number}.npy") for number in range(2)), "--unit", "um",
-        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--from", "30 MPa", "--to", "600 MPa",
-        "--steps", "2", "--material", "42CrMo4", "--boundary", "periodic", *more,
+        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--steps", "2", "--material", "42CrMo4",
+        *(word for name, value in defaults.items() if name not in more for word in (name, value)),
+        *more,
     ]  # fmt: skip
 
 
@@ -416,3 +418,21 @@ def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[
     project.write_text(re.sub(r"files = .*\n", "", text), encoding="utf-8")
     assert app.main(["run", str(project)]) == app.BAD_INPUT
     assert 'task = "law" needs a file, or files, a list' in capsys.readouterr().err
+
+
+def test_the_variants_tell_what_closing_and_stiffness_change() -> None:
+    contact = CONTACTS[0][-1]
+    stiffer, last = contact.stiffness() / 1e-8, LAW.maps[0].loading[-1]
+    same = LAW.with_coarser_grid(contact)
+    assert same.coarser is not None
+    assert same.coarser.closing == pytest.approx(0, abs=1e-9)
+    assert stiffer / last.stiffness == pytest.approx(1 + same.coarser.stiffness)
+    lower = rc.solve(MAPS[0], load=contact.load, boundary="periodic", material=SOFT, ceiling=2e9)
+    changed = LAW.with_calibrated_ceiling(lower).calibrated
+    assert changed is not None
+    closing = LAW.maps[0].loading[0].separation - last.separation
+    shift = float(contact.gap.mean() - lower.gap.mean())
+    assert shift > 0
+    assert changed.numbers[0] == pytest.approx(shift / closing)
+    assert changed.numbers[1] == pytest.approx(lower.stiffness() / contact.stiffness() - 1)
+    assert changed.contact_area == pytest.approx(lower.contact_area / contact.contact_area - 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -25,7 +25,9 @@ from roughcontact.joint import law_curve
 from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
+    CalibratedChange,
     Window,
+    changed,
     require_alike,
     require_one_model,
     same_heights,
@@ -136,6 +138,15 @@ class LawStep:
 
 
 @dataclass(frozen=True)
+class LawChange:
+    """How a law under the largest load changes from one grid to a coarser one."""
+
+    pixel: float  # Larger edge of its pixels [m]
+    closing: float  # Relative change of what the faces approach from the smallest load on
+    stiffness: float  # Relative change
+
+
+@dataclass(frozen=True)
 class LawTable:
     """A branch as rows for other programs, straight lines between which are right to an error."""
 
@@ -175,6 +186,11 @@ class InterfaceLaw(Result):
         What both bodies conduct, for decks that hold a conductance.
     thermal_film : float
         Thermal resistance of a film on the contact times its area [m² K/W].
+    coarser : LawChange or None
+        How the first map changes on a coarser grid, where that is known; see `with_coarser_grid`.
+    calibrated : CalibratedChange or None
+        How its closing and its stiffness change under the calibrated ceiling, where that is known;
+        see `with_calibrated_ceiling`.
     """
 
     maps: tuple[MapLaw, ...]
@@ -185,6 +201,49 @@ class InterfaceLaw(Result):
     parts: InterfaceLaw | None = None
     bodies: tuple[Conductor, Conductor] | None = None
     thermal_film: float = 0.0
+    coarser: LawChange | None = None
+    calibrated: CalibratedChange | None = None
+
+    def with_coarser_grid(self, contact: ContactResult) -> InterfaceLaw:
+        """Return the same with what changes on a coarser grid.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The first map under its largest load on a grid of larger pixels.
+        """
+        return replace(self, coarser=LawChange(max(contact.pair.pixel), *self._changes(contact)))
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> InterfaceLaw:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The first map under its largest load and the calibrated ceiling.
+        """
+        assert isinstance(contact.ceiling, float)
+        area = changed(contact.contact_area, self.largest.contact_area)
+        return replace(
+            self, calibrated=CalibratedChange(contact.ceiling, area, self._changes(contact))
+        )
+
+    def _changes(self, contact: ContactResult) -> tuple[float, float]:
+        """Return the relative changes of closing and stiffness of the first map."""
+        law = self.maps[0]
+        window, last = law.window, law.loading[-1]
+        if window is not None:
+            factors = [round(new / old) for new, old in
+                       zip(contact.pair.pixel, law.pair.pixel, strict=True)]  # fmt: skip
+            rows, columns = (slice(-(-part.start // factor), part.stop // factor)
+                             for part, factor in zip(window, factors, strict=True))  # fmt: skip
+            window = rows, columns
+        point = _point(contact, window, 0.0)
+        closing = law.loading[0].separation - last.separation
+        return (
+            (last.separation - point.separation) / closing,
+            changed(point.stiffness, last.stiffness),
+        )
 
     @property
     def contact_modulus(self) -> float:

@@ -68,9 +68,9 @@ def conductance(found: Conductance) -> Figure:
             if not np.isnan(values).all():
                 line = marker if load.size > 1 else "o"
                 axes.plot(load * factor, values, line, color=colour, label=label)
-                axes.set_yscale("log")
+                style.log_scale(axes, "y")
         _band(axes, load * factor, found.resistance(kind, "correlation_length"))
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:
             style.plain_legend(axes)

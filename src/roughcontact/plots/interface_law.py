@@ -41,7 +41,7 @@ def interface_law(law: InterfaceLaw) -> Figure:
     _draw_gap(grid[1, 1], law)
     factor, unit = _pressure(law)
     for axes in (grid[0, 1], grid[1, 0], grid[1, 1]):
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.name_axes(axes, f"nominal pressure [{unit}]")
         axes.set_xlim(*(law.pressures()[[0, -1]] * factor * np.array([0.9, 1.1])))
     for axes in grid.ravel():
@@ -81,7 +81,7 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
             axes.axhspan(
                 first * factor, last * factor, color=style.NEUTRAL, alpha=0.12, linewidth=0
             )
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(
         axes,
         f"separation of the mean planes [{length}]",
@@ -137,7 +137,7 @@ def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
             axes, law, UNLOADING, "contact_fraction", 100, color=style.ELASTIC, marker="o",
             label="contact, unloading",
         )  # fmt: skip
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
 
@@ -161,7 +161,7 @@ def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
     if np.isfinite(law.persson_length):
         line = law.pressures() / law.persson_length * scale
         axes.plot(law.pressures() * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(axes, y=f"stiffness per area [{unit}]", title="Stiffness")
 
 

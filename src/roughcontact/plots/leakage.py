@@ -77,10 +77,10 @@ def flow_factors(found: Leakage) -> Figure:
         (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
-            axes.set_yscale("log")
+            style.log_scale(axes, "y")
         style.plain_axes(axes, x, y, title)
         style.plain_legend(axes)
-    right.set_xscale("log")
+    style.log_scale(right, "x")
     return figure
 
 

@@ -291,8 +291,6 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
     if places:
         lines.append(narrowest)
-    if result.coarser is not None:
-        lines.append(f"Grid of twice the pixel: {_coarser(result).partition(': ')[2]}")
     flowing = [axis for axis in result.axes if _flows(result, axis)]
     lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip

@@ -78,6 +78,7 @@ def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Inte
 _SHORT = {
     Cause.RIM: "spot perimeter", Cause.GRID: "pixel", Cause.EDGE: "map edge",
     Cause.WAVES: "shorter waves", Cause.YIELDING: "ceiling",
+    Cause.MAPS: "maps",
 }  # fmt: skip
 
 

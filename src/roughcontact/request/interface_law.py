@@ -42,7 +42,7 @@ def _run(request: Request, work: Work) -> Outcome:
     contacts = Contacts(request, work, work.maps[:first], work.maps[first:])
     contacts.require_map(OF)
     maps = list(contacts.each())
-    result = _law_of(request, maps)
+    result = maps[0].with_variants(_law_of(request, maps))
     if request[QUARTERS]:
         level = request[options.LEVEL]
         parts = [item.of(part) for item in maps for part in partition(item.maps[0], 2, level)]
