@@ -436,3 +436,41 @@ def test_the_variants_tell_what_closing_and_stiffness_change() -> None:
     assert changed.numbers[0] == pytest.approx(shift / closing)
     assert changed.numbers[1] == pytest.approx(lower.stiffness() / contact.stiffness() - 1)
     assert changed.contact_area == pytest.approx(lower.contact_area / contact.contact_area - 1)
+
+
+def test_the_tangential_stiffness_is_that_of_all_that_sticks() -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.2)
+    assert found.friction is not None
+    last = found.steps[-1]
+    shear = {
+        axis: rc.tangential(CONTACTS[0][-1], friction=0.2, force="1 mN", direction=angle)
+        for axis, angle in (("y", 90.0), ("x", 0.0))
+    }
+    for ratio, axis in zip(found.friction.ratios, "yx", strict=True):
+        exact = shear[axis].stiffness_per_area / last.unloading_stiffness
+        assert ratio == pytest.approx(exact, rel=1e-4)
+    # Mindlin's ratio of a circle; a few spots on a small map are off by some percent.
+    assert found.friction.ratio == pytest.approx(2 * (1 - 0.3) / (2 - 0.3), rel=0.03)
+    assert found.elastic_slip()[-1] == pytest.approx(
+        0.2 * last.pressure / last.tangential_stiffness
+    )
+    assert found.friction.shear_strength == pytest.approx(1e9 / math.sqrt(3))
+
+
+def test_the_decks_hold_friction_and_elastic_slip(tmp_path: Path) -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.2)
+    for suffix in (".inp", ".ccx"):
+        found.save(tmp_path / f"law{suffix}")
+    first, second = ((tmp_path / f"law{suffix}").read_text() for suffix in (".inp", ".ccx"))
+    slip, limit, friction = re.findall(
+        r"\*FRICTION, ELASTIC SLIP=(\S+), TAUMAX=(\S+)\n(\S+)\n", first
+    )[0]
+    assert float(slip) == pytest.approx(found.elastic_slip()[-1] * 1e3)
+    assert float(limit) == pytest.approx(1e3 / math.sqrt(3))
+    friction_too, slope = re.findall(r"\*FRICTION\n(\S+), (\S+)\n", second)[0]
+    assert float(friction) == float(friction_too) == 0.2
+    last = found.steps[-1]
+    # The same stiffness at the largest pressure.
+    assert float(slope) == pytest.approx(0.2 * last.pressure * 1e-6 / float(slip))
+    with pytest.raises(rc.InputError, match="friction"):
+        rc.interface_law(CONTACTS[0], friction=-1.0)

@@ -21,7 +21,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.joint import law_curve
+from roughcontact.joint import law_curve, tangential
 from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
@@ -135,6 +135,21 @@ class LawStep:
     persson_separation: float  # [m]
     resolved: bool  # Whether the maps resolve the law under this pressure
     thermal_conductance: float  # Of the contact per area [W/(m² K)]
+    tangential_stiffness: float  # dτ/dδ of a joint that sticks, mean over x and y [Pa/m]
+
+
+@dataclass(frozen=True)
+class Friction:
+    """How a joint resists a tangential force."""
+
+    coefficient: float  # μ
+    ratios: tuple[float, float]
+    shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite where no strength is known
+
+    @property
+    def ratio(self) -> float:
+        """Mean of `ratios`, which are tangential over unloading stiffness along y and along x."""
+        return sum(self.ratios) / 2
 
 
 @dataclass(frozen=True)
@@ -186,6 +201,8 @@ class InterfaceLaw(Result):
         What both bodies conduct, for decks that hold a conductance.
     thermal_film : float
         Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : Friction or None
+        How it resists a tangential force, where a coefficient of friction was given.
     coarser : LawChange or None
         How the first map changes on a coarser grid, where that is known; see `with_coarser_grid`.
     calibrated : CalibratedChange or None
@@ -201,6 +218,7 @@ class InterfaceLaw(Result):
     parts: InterfaceLaw | None = None
     bodies: tuple[Conductor, Conductor] | None = None
     thermal_film: float = 0.0
+    friction: Friction | None = None
     coarser: LawChange | None = None
     calibrated: CalibratedChange | None = None
 
@@ -317,7 +335,11 @@ class InterfaceLaw(Result):
                 persson_separation=float(theory[number]),
                 resolved=resolved.low <= pressure <= resolved.high,
                 thermal_conductance=float(conductance[number]),
-            )
+                tangential_stiffness=(
+                    math.nan if self.friction is None
+                    else self.friction.ratio * point["unloading_stiffness"].value
+                ),
+            )  # fmt: skip
 
     def curve(self, branch: str = LOADING) -> Curve:
         """Return the mean of the maps as a curve; see `Curve`."""
@@ -413,6 +435,15 @@ class InterfaceLaw(Result):
             mean: Array = np.mean(1 / (constriction + film), axis=0)
         return mean
 
+    def elastic_slip(self, branch: str = LOADING) -> Array:
+        """Return μ p̄/k_t at `pressures` [m], shape (n,): shift at which a joint would slide.
+
+        Its stiffness stays until then; k_t is about proportional to p̄, so this is about constant.
+        """
+        steps = self.of_branch(branch)
+        friction = math.nan if self.friction is None else self.friction.coefficient
+        return np.array([friction * step.pressure / step.tangential_stiffness for step in steps])
+
     def _conductance_between(self, branch: str, log: Array) -> Array:
         """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
         own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
@@ -484,6 +515,7 @@ def interface_law(
     body: Conductor | str | None = None,
     counter_body: Conductor | str | None = None,
     thermal_film: Quantity = 0.0,
+    friction: float | None = None,
 ) -> InterfaceLaw:
     """Return the law of a nominally flat joint: pressure, contact and stiffness over separation.
 
@@ -501,6 +533,8 @@ def interface_law(
         conductance over pressure.
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : float, optional
+        Coefficient μ of Coulomb's law, for the tangential stiffness and the elastic slip.
 
     Returns
     -------
@@ -523,6 +557,9 @@ def interface_law(
     compression. At *first touch*, under no load, ū is the height of the highest summit above the
     mean plane. *Overclosure*, as finite-element programs have it, is -ū: zero where the mean planes
     meet, negative before.
+
+    The tangential stiffness is the unloading stiffness, that of all of the contact, times the ratio
+    of the two of the first map under its largest load, where all of it sticks.
 
     On first loading the stiffness is that of the elastic contact alone, saturated points going on
     to flow; in unloading, and loading again up to the largest load, all of the contact resists.
@@ -567,7 +604,14 @@ def interface_law(
         messages=_judged(collected),
         bodies=bodies,
         thermal_film=float(film),
+        friction=None if friction is None else _friction(collected[0].largest, friction),
     )
+
+
+def _friction(result: ContactResult, coefficient: float) -> Friction:
+    tangential.require_friction(coefficient)
+    ratios = tangential.stick_ratios(result)
+    return Friction(float(coefficient), ratios, tangential.shear_strength(result))
 
 
 @dataclass(eq=False)

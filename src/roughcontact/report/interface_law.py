@@ -96,6 +96,11 @@ LAW: Table = (
         "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
     ),
     Quantity("tables", of=_tables),
+    Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
+    Quantity(
+        "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
+        when=lambda law: law.friction is not None,
+    ),
     Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
     Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
     Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
@@ -155,6 +160,10 @@ LAW_COLUMNS: Columns = (
     Column(
         "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
         when=lambda law: law.bodies is not None,
+    ),
+    Column(
+        "tangential_stiffness", "tangential", unit="Pa/m", form=_per_length, brief=False,
+        when=lambda law: law.friction is not None,
     ),
     Column("separation_deviation", unit="m"),
     Column("contact_deviation"),
@@ -272,7 +281,8 @@ def _numbers(law: InterfaceLaw) -> CellTable:
     """Return separation, contact and stiffness at some pressures while loading."""
     steps = law.of_branch(law.branches[0])
     several, flows = _several(law), _flows(law)
-    heads = ["pressure", "separation", *(["±"] * several), "contact", "stiffness"]
+    heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
+    heads.append("stiffness")
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
@@ -292,8 +302,16 @@ def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     error = max(law.curve(branch).error for branch in law.branches)
     if not math.isnan(error):
         lines[-1] += f"; interpolation error {100 * error:.2g} %"
-    if _several(law):
-        lines.append(f"±: half of the {100 * LEVEL:.0f} % interval of the mean over the maps")
+    if law.friction is not None:
+        last = law.of_branch(law.branches[0])[-1]
+        each = [
+            f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
+            for axis, ratio in zip("yx", law.friction.ratios, strict=True)
+        ]
+        lines.append(
+            f"Tangential at {problem.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {problem.size(float(law.elastic_slip()[-1]), 'm')}"
+        )
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(

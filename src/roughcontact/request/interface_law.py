@@ -82,6 +82,7 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
         body=body if both else None,
         counter_body=counter_body if both else None,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        friction=request[joints.FRICTION],
     )
 
 
@@ -113,11 +114,13 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output law.inp
 """,
     (
-        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
+        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
+        *options.OUTPUT,
     ),
     (
-        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.MISSING,
+        *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
+        options.MISSING,
         QUARTERS, OUTPUT, options.REPORT,
     ),
     run=_run,
