@@ -44,7 +44,7 @@ session = Session(Path("page.toml"), lambda what: None)
 card = Preparation(session, lambda: None).root[-1]
 card.collapsed = False
 session.give("stretch", "3")
-assert session.state.given["stretch"] == "3"
+assert session.state.specified["stretch"] == "3"
 session.close()
 print([widget.label for control in card.objects for widget in control if hasattr(widget, "label")])
 """

@@ -272,7 +272,7 @@ def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     (report,), tasks, _ = run(path)
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
-    names = [one["name"] for group in report.told["groups"] for one in group["maps"]]
+    names = [one["name"] for group in report.summary["groups"] for one in group["maps"]]
     assert names == ["r0.npy", "r1.npy", "s0.npy", "s1.npy"]
 
 

@@ -47,7 +47,7 @@ class FileTransfer:
 
     mark: Path  # A file in the folder of the results: who sees it writes there
     sums: Mapping[Path, str]  # Checksum of each file that is read, by path
-    kept: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
+    checkpoints: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
     content: Mapping[Path, bytes] = field(default_factory=dict)
 
 
@@ -77,7 +77,7 @@ class Answer:
     reports: Mapping[int, Report] = field(default_factory=dict)  # By number
     lacking: tuple[Path, ...] = ()  # Files that the worker does not see
     content: Mapping[Path, bytes] = field(default_factory=dict)
-    found: Any = None  # What was found of a piece, if that did not fail
+    result: Any = None  # What was found of a piece, if that did not fail
 
 
 def run_task(task: Task) -> Answer:
@@ -119,7 +119,7 @@ def _answered(task: Task) -> Answer:
                 reports[part.number] = _failed(part, _starved(error))
             except OSError as error:
                 reports[part.number] = _failed(part, f"{type(error).__name__}: {error}")
-    return Answer(reports, found=result)
+    return Answer(reports, result=result)
 
 
 def _starved(error: MemoryError) -> str:
@@ -186,7 +186,7 @@ def _away(task: Task, journey: FileTransfer) -> Answer:
     """Do all parts of a contact, each file by its path where it is seen, else by its content."""
     seen = journey.mark.exists()
     needed = [path for path, wanted in journey.sums.items() if not _is_seen(path, wanted)]
-    needed += [] if seen else journey.kept
+    needed += [] if seen else journey.checkpoints
     lacking = tuple(path for path in needed if path not in journey.content)
     if lacking:
         return Answer(lacking=lacking)

@@ -93,7 +93,8 @@ def check_pressures(request: Request) -> None:
     if first is not None and last is not None and not 0 < first < last:
         raise InputError(
             "must be positive and below ", ArgumentRef("to"),
-            f", got {request.given[FROM.name]!r} and {request.given[TO.name]!r}", argument="from",
+            f", got {request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
+            argument="from",
         )  # fmt: skip
 
 

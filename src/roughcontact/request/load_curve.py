@@ -80,7 +80,7 @@ def _check(request: Request) -> None:
         raise InputError(
             ArgumentRef("from"), " and ", ArgumentRef("to"),
             " must both be loads of one form or both approaches, got "
-            f"{request.given[FROM.name]!r} and {request.given[TO.name]!r}",
+            f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
         )  # fmt: skip
     _steps(request)
 
@@ -92,7 +92,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 
 
 def _last(outcome: Outcome) -> dict[str, Any]:
-    curve = outcome.found
+    curve = outcome.result
     step, area = curve.steps[-1], curve.nominal_area
     return {
         "load": step.load,

@@ -71,7 +71,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 
 
 def _residual(outcome: Outcome, path: Path) -> None:
-    outcome.found.residual.save(path)
+    outcome.result.residual.save(path)
 
 
 TASK = Task(

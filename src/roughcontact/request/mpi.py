@@ -29,7 +29,7 @@ def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
         if not is_volume:
             return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
         # The fields by all, pictures and report by the first, which has the maps whole.
-        fields = [(path, outcome.found.save) for path in request.outputs]
+        fields = [(path, outcome.result.save) for path in request.outputs]
 
         def drawn() -> list[Path]:
             tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)

@@ -28,7 +28,7 @@ class Request(Reading):
 
     task: Task  # What is asked of the maps
     file: Path | None  # The measured map
-    given: Given  # The options that were given, as text, to repeat the run
+    specified: Given  # The options that were given, as text, to repeat the run
     values: Mapping[str, Any]  # Their values
     files: tuple[Path, ...] = ()  # Maps to compare that belong to no group
     names: Mapping[str, str] = field(default_factory=dict)
@@ -80,7 +80,7 @@ class Request(Reading):
         """The command that repeats the run."""
         files = [*([] if self.file is None else [self.file]), *self.files]
         words = ["roughcontact", self.task.name, *map(str, files)]
-        for name, value in self.given.items():
+        for name, value in self.specified.items():
             for text in value if isinstance(value, list) else [value]:
                 words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
         return shlex.join(self.names.get(word, word) for word in words)
@@ -215,13 +215,15 @@ class Request(Reading):
             raise
 
 
-def _hardened(material: Material, given: float | None, requested: parsing.Hardening) -> Material:
-    """Return a material that hardens; ``given`` is the yield strength that was asked for."""
+def _hardened(
+    material: Material, yield_strength: float | None, requested: parsing.Hardening
+) -> Material:
+    """Return a material that hardens; ``yield_strength`` is as specified."""
     from roughcontact.material import hardening
 
     law: hardening.Isotropic
     if requested.law == "swift":
-        law = _swift(given, requested.constants)
+        law = _swift(yield_strength, requested.constants)
     elif material.yield_strength is None:
         name = requested.law or "kinematic"
         raise InputError(
@@ -240,16 +242,16 @@ def _hardened(material: Material, given: float | None, requested: parsing.Harden
     return replace(material, yield_strength=None, hardening=with_back)
 
 
-def _swift(given: float | None, constants: tuple[float, ...]) -> hardening.Swift:
-    """Return Swift's law; ``given`` is the yield strength that was asked for."""
+def _swift(yield_strength: float | None, constants: tuple[float, ...]) -> hardening.Swift:
+    """Return Swift's law; ``yield_strength`` is as specified."""
     from roughcontact.material.hardening import Swift
 
     try:
         swift = Swift(*constants)
     except InputError as error:
         raise about("hardening", error) from None
-    if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
-        first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
+    if yield_strength is not None and not math.isclose(yield_strength, swift.initial, rel_tol=1e-3):
+        first, other = (units.engineering(value, "Pa") for value in (swift.initial, yield_strength))
         raise InputError(
             f"starts at a yield strength of {first}, but ", ArgumentRef("yield_strength"),
             f" is {other}; leave ", ArgumentRef("yield_strength"), " out", argument="hardening",

@@ -162,7 +162,7 @@ def _check(request: Request) -> None:
     request.require_yield(ArgumentRef("task", request.task.name))
     if not 0 <= request[FRICTION] < math.inf:
         raise InputError(
-            f"must not be negative, got {request.given[FRICTION.name]!r}", argument="friction"
+            f"must not be negative, got {request.specified[FRICTION.name]!r}", argument="friction"
         )
     if request[FOLDER] is None and _leaves_series(request):
         raise InputError("is needed for .pvd, which holds its steps", argument="folder")
@@ -171,7 +171,7 @@ def _check(request: Request) -> None:
 def _movie(outcome: Outcome, path: Path) -> None:
     from roughcontact.plots import rolling
 
-    rolling.save(outcome.found, outcome.extras["frames"], path)
+    rolling.save(outcome.result, outcome.extras["frames"], path)
 
 
 def _figures(_: Request) -> tuple[str, ...]:

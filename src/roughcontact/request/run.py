@@ -86,7 +86,7 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
     """Yield the files that were asked for, with what writes them."""
     from roughcontact.report import kinds
 
-    request, result = outcome.request, outcome.found
+    request, result = outcome.request, outcome.result
     for path in request.outputs:
         yield path, result.save
     for option, save in request.task.writes:
@@ -94,7 +94,7 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        write = partial(kinds.report, edition=edition_of(request), **outcome.beside)
+        write = partial(kinds.report, edition=edition_of(request), **outcome.extra_results)
         yield report, partial(write, result)
     requested = list(request.figures())
     drawings = kinds.drawings(result) if requested else {}

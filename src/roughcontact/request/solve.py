@@ -171,11 +171,11 @@ def record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
     from roughcontact.studies import uncertainty
 
-    record = tables.record(outcome.found)
+    record = tables.record(outcome.result)
     study = outcome.extras.get(STUDY.name)
     if study is not None:
         record["study"] = study.summary()
-    if outcome.contact is not None and outcome.found is outcome.contact:
+    if outcome.contact is not None and outcome.result is outcome.contact:
         result = uncertainty.uncertainty_intervals(outcome.contact, study)
         record["intervals"] = {interval.name: interval.summary() for interval in result}
     return record

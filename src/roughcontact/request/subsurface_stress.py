@@ -82,9 +82,9 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 def _record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
 
-    if outcome.found is outcome.contact:
+    if outcome.result is outcome.contact:
         return solve.record(outcome)
-    record = {**tables.record(outcome.found.solution), "stress": outcome.found.summary()}
+    record = {**tables.record(outcome.result.solution), "stress": outcome.result.summary()}
     if "first_yield" in outcome.extras:
         record["first_yield"] = outcome.extras["first_yield"].summary()
     return record

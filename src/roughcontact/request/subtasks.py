@@ -37,7 +37,7 @@ def with_relocated_files(request: Request, read: Move, written: Move) -> Request
         return known(str(move(Path(text))), text)
 
     specified: dict[str, str | bool | list[str]] = {}
-    for name, value in request.given.items():
+    for name, value in request.specified.items():
         if isinstance(value, bool) or not request.task.by_name[name].is_place:
             specified[name] = value
         elif isinstance(value, str):
@@ -76,7 +76,7 @@ def depends_on(request: Request, word: str) -> tuple[str, frozenset[str]]:
     if pieces.file_of is None:
         return word, frozenset(written)
     file = pieces.file_of(request, word)
-    reference = {option.name for option in pieces.beside}
+    reference = {option.name for option in pieces.shared_options}
     return "" if file is None else file.name, frozenset(written | reference)
 
 
