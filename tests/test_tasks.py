@@ -70,7 +70,7 @@ KIND = Kind(
 """
 TASK = """
 from roughcontact.request import options, parsing
-from roughcontact.request.option import Option, Panel
+from roughcontact.request.options import Option, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.task import Question, Task
 

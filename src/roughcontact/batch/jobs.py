@@ -22,10 +22,9 @@ from roughcontact.errors import (
     render_message,
 )
 from roughcontact.halfspace import fft
-from roughcontact.request import outputs, run as running, subtasks
+from roughcontact.request import outputs, run as running
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outcome import Outcome
-from roughcontact.request.subtasks import with_relocated_files
 
 MOST = 2**28
 """Bytes that travel with a contact at most, each way, where workers do not see its files."""
@@ -66,7 +65,7 @@ class Task:
     def inputs(self) -> list[Path]:
         """The files that it reads."""
         if self.piece or self.known:
-            return [*subtasks.inputs(self.parts[0].entry.request, self.piece)]
+            return [*self.parts[0].entry.request.subtask_inputs(self.piece)]
         return [path for part in self.parts for path in part.entry.request.inputs]
 
 
@@ -109,7 +108,7 @@ def _answered(task: Task) -> Answer:
         for part in task.parts:
             try:
                 if task.piece:
-                    result = subtasks.found_of(part.entry.request, task.piece, _nothing, _nothing)
+                    result = part.entry.request.solve_subtask(task.piece, _nothing, _nothing)
                 else:
                     seen = task.journey is None or task.journey.mark.exists()
                     reports[part.number] = _done(part, carry_out, task.known, renew=seen)
@@ -249,7 +248,7 @@ def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Par
         return place
 
     entry = part.entry
-    request = with_relocated_files(entry.request, lambda path: lie.get(path, path), written)
+    request = entry.request.with_relocated_files(lambda path: lie.get(path, path), written)
     return replace(part, entry=replace(entry, request=request, summary=written(entry.summary)))
 
 

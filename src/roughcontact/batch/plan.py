@@ -19,7 +19,7 @@ from roughcontact import checksums, files
 from roughcontact._version import __version__
 from roughcontact.errors import ArgumentRef
 from roughcontact.files import to_json
-from roughcontact.request import comparison, subtasks
+from roughcontact.request import comparison
 from roughcontact.request.options import GROUP
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command
@@ -109,7 +109,7 @@ def digest_of(
 ) -> str:
     """Return a word for all that a contact depends on: options and content of files."""
     request = entry.request
-    of, others = subtasks.depends_on(request, piece) if piece else ("", frozenset())
+    of, others = request.depends_on(piece) if piece else ("", frozenset())
     # Groups by what they are called, and their files by what they hold.
     specified = {
         name: _placeless(value) if request.task.by_name[name].is_place else value
@@ -119,7 +119,7 @@ def digest_of(
     sizes = map(len, comparison.groups(request).values())
     groups = [list(group) for group in zip(comparison.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
-    inputs = subtasks.inputs(request, piece) if piece else request.inputs
+    inputs = request.subtask_inputs(piece) if piece else request.inputs
     return checksums.of_words(
         {
             "version": __version__,

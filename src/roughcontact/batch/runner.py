@@ -19,10 +19,8 @@ from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_proces
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import subtasks
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.subtasks import with_relocated_files
 from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
@@ -251,7 +249,7 @@ class _Run:
         parts = tuple(
             replace(part, entry=replace(
                 part.entry, summary=_resolved(part.entry.summary),
-                request=with_relocated_files(part.entry.request, _resolved, _resolved),
+                request=part.entry.request.with_relocated_files(_resolved, _resolved),
             ))
             for part in task.parts
         )  # fmt: skip
@@ -403,7 +401,7 @@ def _contacts(entries: list[Entry]) -> list[Contact]:
 
 def _subtask_ids(contact: Contact) -> tuple[str, ...]:
     """Return the pieces of a contact; none of one of which several things are asked."""
-    return subtasks.subtask_ids(contact[0][1].request) if len(contact) == 1 else ()
+    return contact[0][1].request.subtask_ids() if len(contact) == 1 else ()
 
 
 # Reasons that are named one by one.

@@ -31,8 +31,7 @@ from roughcontact.errors import (
 from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
 from roughcontact.request import generation as making, options, tasks
-from roughcontact.request.option import Option
-from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
+from roughcontact.request.options import JSON, QUIET, READING, VERBOSE, Option
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, Task, Values
 from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY

@@ -18,7 +18,7 @@ from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, r
 from roughcontact.report import chapters, contact, kinds, phrases
 from roughcontact.report.fields import TRUST
 from roughcontact.request import parsing
-from roughcontact.request.option import Option
+from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command, Task

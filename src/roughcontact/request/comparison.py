@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import (
+from roughcontact.request import options, parsing
+from roughcontact.request.options import (
     EXCLUDES,
     NEEDED,
     PICTURES,
@@ -159,7 +159,7 @@ def _load_case(request: Request) -> MapLoadCase:
 
 
 def _problem(request: Request) -> dict[str, Any]:
-    arguments = solve_arguments.arguments(request, (), *_SOLVER)
+    arguments = request.arguments((), *_SOLVER)
     del arguments["counter_surface"]
     return arguments
 
@@ -232,7 +232,7 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_curve import HELD
 
-    solve_arguments.require_contact(request, shape, HELD)
+    request.require_contact(shape, HELD)
 
 
 def _last(_: Outcome) -> dict[str, Any]:

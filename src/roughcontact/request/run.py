@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import contacts, outputs, solve_arguments
+from roughcontact.request import contacts, outputs
 from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
 from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
@@ -56,7 +56,7 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
         def read(request: Request, say: Say) -> Sequence[Surface]:
             words = prepared_by(request)
             if words in known:
-                solve_arguments.require(request, known[words][0].shape)
+                request.require_memory(known[words][0].shape)
             else:
                 known[words] = prepared(request, say)
             return known[words]

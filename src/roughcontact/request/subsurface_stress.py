@@ -9,8 +9,8 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, parsing, solve, solve_arguments
-from roughcontact.request.option import Option, Panel, file, flag
+from roughcontact.request import options, parsing, solve
+from roughcontact.request.options import Option, Panel, file, flag
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -74,7 +74,7 @@ def _naming_body() -> Iterator[None]:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact.subsurface_stress import require_memory
 
-    solve_arguments.require_contact(request, shape)
+    request.require_contact(shape)
     boundary = Boundary(request[options.BOUNDARY])
     require_memory(shape, boundary=boundary, friction=request[FRICTION])
 

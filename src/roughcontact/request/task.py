@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from roughcontact.errors import ArgumentRef
-from roughcontact.request.option import Option, Rule
+from roughcontact.request.options import Option, Rule
 
 T = TypeVar("T")
 
