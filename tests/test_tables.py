@@ -93,7 +93,7 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     """Return what console and report tell of a kind of result, and what JSON keeps."""
     result = request.getfixturevalue(kind)
     asked: Any = SimpleNamespace(task=solve.TASK)
-    outcome: Any = SimpleNamespace(found=result, request=asked, written=(), beside={})
+    outcome: Any = SimpleNamespace(result=result, request=asked, written=(), extra_results={})
     console.show(outcome, Display.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
     kept = json.loads(json.dumps(result.summary(), default=str))

@@ -34,12 +34,12 @@ def _band(axes: Axes, load: Array, correlated: Array) -> None:
         axes.fill_between(load[known], low, high, color=style.NEUTRAL, alpha=0.2, lw=0, label=label)
 
 
-def conductance(found: Conductance) -> Figure:
+def conductance(result: Conductance) -> Figure:
     """Draw the resistances of a contact over the load.
 
     Parameters
     ----------
-    found : Conductance
+    result : Conductance
         The resistances.
 
     Returns
@@ -54,22 +54,22 @@ def conductance(found: Conductance) -> Figure:
         for title, unit, kind in (
             ("Electrical resistance", "Ω", "electrical"), ("Thermal resistance", "K/W", "thermal")
         )
-        if not np.isnan(found.resistance(kind)).all()
+        if not np.isnan(result.resistance(kind)).all()
     ]  # fmt: skip
     figure = style.blank(5.6 * len(kinds), 4.6)
-    load = found.column("load")
+    load = result.column("load")
     factor, load_unit = style.prefixed(float(load.max()), "N")
     for axes, (title, unit, kind) in zip(
         figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True
     ):
         for name, marker, colour, label in _LINES:
-            values = found.resistance(kind, name)
+            values = result.resistance(kind, name)
             values[~(np.isfinite(values) & (values > 0))] = np.nan
             if not np.isnan(values).all():
                 line = marker if load.size > 1 else "o"
                 axes.plot(load * factor, values, line, color=colour, label=label)
                 style.log_scale(axes, "y")
-        _band(axes, load * factor, found.resistance(kind, "correlation_length"))
+        _band(axes, load * factor, result.resistance(kind, "correlation_length"))
         style.log_scale(axes, "x")
         style.plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:

@@ -19,12 +19,12 @@ _DECADES = 4
 # Of the flow density, from the largest down: less is no part of what leaks.
 
 
-def leak(found: Leakage) -> Figure:
+def leak(result: Leakage) -> Figure:
     """Draw the gap under the largest load, and where the fluid flows through it.
 
     Parameters
     ----------
-    found : Leakage
+    result : Leakage
         What leaks.
 
     Returns
@@ -35,22 +35,22 @@ def leak(found: Leakage) -> Figure:
         the narrowest place of the widest way. A cell of several points shows the largest of its
         flow densities.
     """
-    flows = [flow for flow in found.flows if flow.percolates]
-    aspect = style.shown_aspect(found.largest.pair.size)
+    flows = [flow for flow in result.flows if flow.percolates]
+    aspect = style.shown_aspect(result.largest.pair.size)
     figure = style.blank(4.9 * (1 + len(flows)), 1.0 + 3.6 * aspect)
     first, *others = figure.subplots(1, 1 + len(flows), squeeze=False)[0]
-    _draw_gap(first, found, bool(flows))
+    _draw_gap(first, result, bool(flows))
     for axes, flow in zip(others, flows, strict=True):
-        _draw_flow(axes, found, flow)
+        _draw_flow(axes, result, flow)
     return figure
 
 
-def flow_factors(found: Leakage) -> Figure:
+def flow_factors(result: Leakage) -> Figure:
     """Draw the flow factors over the mean gap, and the narrowest place over the load.
 
     Parameters
     ----------
-    found : Leakage
+    result : Leakage
         What leaks.
 
     Returns
@@ -60,17 +60,17 @@ def flow_factors(found: Leakage) -> Figure:
         gap.
     """
     figure, (left, right) = style.panels(11.2, 4.6, 1, 2)
-    load = found.column("load")
-    mean = found.column("mean_gap")
+    load = result.column("load")
+    mean = result.column("mean_gap")
     load_factor, load_unit = style.prefixed(float(load.max()), "N")
     factor, unit = style.prefixed(float(mean.max()), "m")
     right.plot(load * load_factor, mean * factor, "k:", label="mean gap")
-    for axis in found.axes:
+    for axis in result.axes:
         line, colour = ("o-", "s--")[axis], style.SERIES[axis]
         label = f"along {'yx'[axis]}"
-        left.plot(found.gap_ratio, _positive(found.flow_factor(axis)), line, color=colour,
+        left.plot(result.gap_ratio, _positive(result.flow_factor(axis)), line, color=colour,
                   label=label)  # fmt: skip
-        narrow = _positive(found.critical_gap(axis)) * factor
+        narrow = _positive(result.critical_gap(axis)) * factor
         right.plot(load * load_factor, narrow, line, color=colour, label=f"narrowest, {label}")
     for axes, x, y, title in (
         (left, "mean gap over roughness ū/σ", "flow factor φ", "Pressure-flow factors"),

@@ -23,13 +23,13 @@ from roughcontact.units import changed_by, engineering, percent, plain
 
 
 def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
-    def told(result: joint.Conductance) -> dict[str, Any]:
+    def facts(result: joint.Conductance) -> dict[str, Any]:
         body = result.bodies[number]
         return {
             "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
         }  # fmt: skip
 
-    return told
+    return facts
 
 
 def _words(body: Conductor) -> str:
@@ -63,7 +63,7 @@ def _filled(result: joint.Conductance) -> bool:
 def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
     """Return h with the gap filled under the smallest and the largest load, and what it adds."""
 
-    def told(result: joint.Conductance) -> str:
+    def text(result: joint.Conductance) -> str:
         whole = result.filled_conductance(filling)
         with np.errstate(divide="ignore"):
             added = result.column(f"{filling}_gap") / result.thermal_conductance
@@ -72,7 +72,7 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
             for end in sorted({0, len(result.steps) - 1})
         )
 
-    return told
+    return text
 
 
 def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
@@ -246,7 +246,7 @@ _ASSUMPTIONS = (
 # --- What is said first ---
 
 
-def _told(result: joint.Conductance, index: int) -> list[str]:
+def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     """Return conductance and resistance under one of the loads."""
     texts = []
     if _thermal(result):
@@ -272,11 +272,11 @@ def _interval(result: joint.Conductance) -> Interval:
 
 
 def _answer(result: joint.Conductance) -> str:
-    texts, interval = _told(result, -1), _interval(result)
+    texts, interval = _joint_texts(result, -1), _interval(result)
     if uncertainty.has_ends(interval):
         shown = [
             [text.partition(" = ")[2].removesuffix(" (thermal)")
-             for text in _told(result.with_length(length), -1)]
+             for text in _joint_texts(result.with_length(length), -1)]
             for length in (interval.low, interval.high)
         ]  # fmt: skip
         # A resistance is larger with the smaller length.
@@ -296,7 +296,10 @@ def _numbers(result: joint.Conductance) -> CellTable:
         (
             problem.size(load / result.nominal_area, "Pa"),
             contact,
-            *(text.partition(" = ")[2].removesuffix(" (thermal)") for text in _told(result, index)),
+            *(
+                text.partition(" = ")[2].removesuffix(" (thermal)")
+                for text in _joint_texts(result, index)
+            ),
         )
         for index, (load, contact) in enumerate(
             zip(result.column("load"), contact_fields.shares("contact_area")(result), strict=True)

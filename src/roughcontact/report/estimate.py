@@ -96,7 +96,7 @@ ESTIMATE: Table = (
 """Of an `Estimate`."""
 
 
-def _told(result: ContactResult) -> bool:
+def _has_estimate(result: ContactResult) -> bool:
     return result.estimate is not None
 
 
@@ -125,12 +125,12 @@ BESIDE: Table = (
         "estimated_contact", "real contact by formula",
         meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
         of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
-        when=_told, stored=False, brief=False,
+        when=_has_estimate, stored=False, brief=False,
     ),
     Quantity(
         "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
         of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
-        when=_told, stored=False, brief=False,
+        when=_has_estimate, stored=False, brief=False,
     ),
 )  # fmt: skip
 """Of a `ContactResult` that is nominally flat, beside what was solved."""

@@ -57,7 +57,7 @@ def _coarser(result: Leakage) -> str:
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
-    def told(result: Leakage) -> dict[str, float] | None:
+    def constriction(result: Leakage) -> dict[str, float] | None:
         place = result.steps[-1].constriction[axis]
         if place is None:
             return None
@@ -67,7 +67,7 @@ def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
         )
         return {"gap": place.gap, "y": y, "x": x}
 
-    return told
+    return constriction
 
 
 def _place(axis: int) -> Callable[[Leakage], str]:
@@ -81,7 +81,7 @@ def _place(axis: int) -> Callable[[Leakage], str]:
     return shown
 
 
-def _asked(axis: int) -> Callable[[Leakage], bool]:
+def _has_axis(axis: int) -> Callable[[Leakage], bool]:
     return lambda result: axis in result.axes
 
 
@@ -96,7 +96,7 @@ def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], 
 
 def _along(axis: int) -> Columns:
     """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
-    name, requested = AXES[axis], _asked(axis)
+    name, requested = AXES[axis], _has_axis(axis)
     return (
         Column(
             f"permeability_{name}", f"k along {name}", unit="m³", when=requested,
@@ -138,7 +138,7 @@ _TABLE: Table = (
     *(
         Quantity(
             f"narrowest_{name}", f"narrowest place along {name}", of=_narrowest(axis),
-            text=_place(axis), when=_asked(axis),
+            text=_place(axis), when=_has_axis(axis),
         )
         for axis, name in enumerate(AXES)
     ),

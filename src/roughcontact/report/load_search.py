@@ -41,16 +41,16 @@ def _unit(quantity: str) -> str:
     return "m" if quantity in (search.APPROACH, search.GAP) else "1"
 
 
-def _told(quantity: str, value: float) -> str:
+def _value_text(quantity: str, value: float) -> str:
     if quantity in search.COUNTED:
         return percent(value)
     return f"{value:.7g}" if quantity == search.YIELD else engineering(value, "m", 7)
 
 
-def _asked(loads: search.LoadSearch) -> list[str]:
+def _targets(loads: search.LoadSearch) -> list[str]:
     return [
         _NAMES[item.quantity]
-        + ("" if item.quantity == search.YIELD else f" {_told(item.quantity, item.target)}")
+        + ("" if item.quantity == search.YIELD else f" {_value_text(item.quantity, item.target)}")
         for item in loads.answers
     ]
 
@@ -117,7 +117,7 @@ FOUND: Table = (
 FOUND_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.quantity)),
     Column("unit", of=_each(lambda item: _unit(item.quantity))),
-    Column("wanted", "wanted", of=_asked, stored=False),
+    Column("wanted", "wanted", of=_targets, stored=False),
     Column("target", of=_each(lambda item: item.target)),
     Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
     Column("bracket", "bracket", of=_bracket, stored=False),
@@ -125,7 +125,7 @@ FOUND_COLUMNS: Columns = (
     Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
     Column(
         "value", "there", of=_each(lambda item: item.value),
-        shown=_each(lambda item: _told(item.quantity, item.value)),
+        shown=_each(lambda item: _value_text(item.quantity, item.value)),
     ),
     Column("certificate", of=_each(lambda item: item.certificate), form=tiny, brief=False),
 )  # fmt: skip
@@ -182,14 +182,14 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
             ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
             lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
             break
-    most = max(item.certificate for item in loads.answers)
-    return (*lines, problem.worst(most, loads.largest.tolerance, loads.solves))
+    certificate = max(item.certificate for item in loads.answers)
+    return (*lines, problem.worst(certificate, loads.largest.tolerance, loads.solves))
 
 
 def question(loads: search.LoadSearch) -> str:
     """Return the question that a load search answers."""
     name = phrases.source(loads.largest.share.provenance)
-    return f"Which load gives {' and '.join(_asked(loads))} of {name}?"
+    return f"Which load gives {' and '.join(_targets(loads))} of {name}?"
 
 
 def _method(_: search.LoadSearch) -> list[Block]:

@@ -57,23 +57,27 @@ class Forecast:
     """How long parts that are alike will take, from those that are done."""
 
     def __init__(self) -> None:
-        self._first = self._at = self._count = 0
+        self._first = self._number = self._count = 0
         self._start = self._begun = 0.0
 
-    def __call__(self, at: Progress) -> str:
+    def __call__(self, progress: Progress) -> str:
         """Return the time that is left as text; called with every `Progress`."""
-        return time_remaining_text(self.seconds(at))
+        return time_remaining_text(self.seconds(progress))
 
-    def seconds(self, at: Progress) -> float:
+    def seconds(self, progress: Progress) -> float:
         """Return the time that is left [s], 0 where nothing is known; called as the other."""
         now = time.monotonic()
-        if at.kept or at.count != self._count or at.number < self._at:
+        if progress.kept or progress.count != self._count or progress.number < self._number:
             # What was kept tells no time.
-            self._first, self._count, self._start = at.number + at.kept, at.count, now
-            self._at, self._begun = self._first, now
-        elif at.number > self._at:
-            self._at, self._begun = at.number, now
-        done, to_do = self._at - self._first, self._count - self._at + 1
+            self._first, self._count, self._start = (
+                progress.number + progress.kept,
+                progress.count,
+                now,
+            )
+            self._number, self._begun = self._first, now
+        elif progress.number > self._number:
+            self._number, self._begun = progress.number, now
+        done, to_do = self._number - self._first, self._count - self._number + 1
         return (self._begun - self._start) / done * to_do if done else 0.0
 
 

@@ -77,10 +77,10 @@ def load(contact: ContactResult) -> str:
     specified = contact.specified_load
     # Of a body that is unloaded it is the largest load.
     largest = contact.load if specified is None else specified.force
-    return given(specified, largest, contact.pair.load_unit)
+    return load_text(specified, largest, contact.pair.load_unit)
 
 
-def given(specified: GivenLoad | None, load: float, unit: str) -> str:
+def load_text(specified: GivenLoad | None, load: float, unit: str) -> str:
     """Return a load in its own form, with the force."""
     total = force(load, unit)
     match None if specified is None else specified.form:

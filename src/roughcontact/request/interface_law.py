@@ -11,7 +11,7 @@ from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import Contacts
-from roughcontact.request.option import PICTURES, Panel, file, files, flag
+from roughcontact.request.options import PICTURES, Panel, file, files, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
