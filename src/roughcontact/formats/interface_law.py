@@ -67,7 +67,7 @@ def abaqus(law: InterfaceLaw) -> str:
                 "The elastic slip is that of the largest pressure."
             ),
             f"*FRICTION, ELASTIC SLIP={slip:.9e}{limit}",
-            f"{law.friction.coefficient!r}",
+            f"{law.friction.sliding:.9g}",
         ]
 
     return _deck(law, text, lambda table: table.overclosure, rows, friction)
@@ -101,7 +101,7 @@ def calculix(law: InterfaceLaw) -> str:
             *(f"** {slope:.9e}, {step.pressure * _PRESSURE:.9e}"
               for slope, step in zip(slopes, steps, strict=True)),
             "*FRICTION",
-            f"{law.friction.coefficient!r}, {slopes[-1]:.9e}",
+            f"{law.friction.sliding:.9g}, {slopes[-1]:.9e}",
         ]  # fmt: skip
 
     return _deck(law, text, lambda table: table.separation[0] - table.separation, rows, friction)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact import statistics
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, of_several, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, of_several, ordered
 from roughcontact.contact import spots
 from roughcontact.contact.nominal_hertz import shape_of
 from roughcontact.contact.pair import Pair
@@ -145,11 +145,22 @@ class Friction:
     coefficient: float  # μ
     ratios: tuple[float, float]
     shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite where no strength is known
+    sliding: float  # Shear stress over pressure at which the joint slides; less than μ by yield
 
     @property
     def ratio(self) -> float:
         """Mean of `ratios`, which are tangential over unloading stiffness along y and along x."""
         return sum(self.ratios) / 2
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Shear stress of a joint over its tangential shift, under the largest pressure."""
+
+    shift: Array  # δ [m], (n,), ascending from 0 to where the joint slides
+    shear_stress: Array  # τ [Pa], (n,), from 0 to μ p̄
+    stiffness: Array  # dτ/dδ [Pa/m], (n,), 0 at the end
+    iwan_density: Array  # -d²τ/dδ² between two points [Pa/m²], (n - 1,)
 
 
 @dataclass(frozen=True)
@@ -441,8 +452,33 @@ class InterfaceLaw(Result):
         Its stiffness stays until then; k_t is about proportional to p̄, so this is about constant.
         """
         steps = self.of_branch(branch)
-        friction = math.nan if self.friction is None else self.friction.coefficient
+        friction = math.nan if self.friction is None else self.friction.sliding
         return np.array([friction * step.pressure / step.tangential_stiffness for step in steps])
+
+    def backbone(self, axis: int = 1) -> Backbone:
+        """Return shear stress over shift along y (0) or x (1) under the largest pressure.
+
+        Superposition: τ = μ (p̄ - p*), δ = μ c (ū(p*) - ū(p̄)), the separation that of the unloading
+        branch, c over the normal that of the tangential compliance (Ciavarella 1998, Jäger 1998).
+        The Iwan density is how much of the joint begins to slip at each shift (Iwan 1966).
+        """
+        if self.friction is None:
+            raise InputError("is needed for a backbone, such as 0.15", argument="friction")
+        friction, ratio = self.friction.sliding, self.friction.ratios[axis]
+        steps = self.of_branch(self.branches[-1])[::-1]
+        pressure, separation, normal = (
+            np.array([getattr(step, name) for step in steps])
+            for name in ("pressure", "separation", "unloading_stiffness")
+        )
+        touch = self.curve(self.branches[-1]).first_touch
+        shift = friction / ratio * (np.append(separation, touch) - separation[0])
+        stiffness = np.append(ratio * normal, 0.0)
+        return Backbone(
+            shift,
+            friction * (pressure[0] - np.append(pressure, 0.0)),
+            stiffness,
+            -np.diff(stiffness) / np.diff(shift),
+        )
 
     def _conductance_between(self, branch: str, log: Array) -> Array:
         """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
@@ -465,6 +501,12 @@ class InterfaceLaw(Result):
         own = [*law_curve.cautions(len(self.maps), self.resolved, self.rim)]
         if self.part_size is not None and self.part_size.caution is not None:
             own.append(self.part_size.caution)
+        if self.friction is not None and self.friction.sliding < 0.99 * self.friction.coefficient:
+            text = (
+                f"Shear yields before friction {self.friction.coefficient:g} is reached: the joint "
+                f"slides at {self.friction.sliding:.2g} of the pressure."
+            )
+            own.append(as_caution(Kind.SHEAR_YIELD, text, sliding=self.friction.sliding))
         return ordered([*self.messages, *own, *self.extra_cautions])
 
     @property
@@ -611,7 +653,9 @@ def interface_law(
 def _friction(result: ContactResult, coefficient: float) -> Friction:
     tangential.require_friction(coefficient)
     ratios = tangential.stick_ratios(result)
-    return Friction(float(coefficient), ratios, tangential.shear_strength(result))
+    pressure, strength = result.pressure, tangential.shear_strength(result)
+    bound = np.minimum(coefficient * pressure, strength)
+    return Friction(float(coefficient), ratios, strength, float(bound.sum() / pressure.sum()))
 
 
 @dataclass(eq=False)

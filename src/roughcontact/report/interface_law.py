@@ -60,6 +60,13 @@ def _tables(law: InterfaceLaw) -> dict[str, Any]:
     }
 
 
+def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
+    return {
+        name: {key: values.tolist() for key, values in vars(law.backbone(axis)).items()}
+        for axis, name in enumerate("yx")
+    }
+
+
 LAW: Table = (
     *PAIR,
     Quantity(
@@ -101,6 +108,7 @@ LAW: Table = (
         "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
         when=lambda law: law.friction is not None,
     ),
+    Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
     Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
     Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
     Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
