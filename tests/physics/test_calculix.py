@@ -87,7 +87,7 @@ def law() -> rc.results.InterfaceLaw:
         )
         for p in pressures
     ]  # fmt: skip
-    return rc.interface_law(contacts, again, body=COPPER, counter_body=COPPER)
+    return rc.interface_law(contacts, again, conductor=COPPER, counter_conductor=COPPER)
 
 
 def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
