@@ -186,7 +186,7 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
         return None
     return as_caution(
         Kind.RESIDUAL_YIELD,
-        "Bodies would yield again on unloading. End the load path at zero (--unload).",
+        f"Bodies would yield again on unloading. End the load path at zero ({ArgumentRef('unload')}).",
     )
 
 
