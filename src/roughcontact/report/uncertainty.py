@@ -45,7 +45,9 @@ STUDY_COLUMNS: Columns = (
 
 
 # Its papers are those of the contact in the same report.
-KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)
+KIND = Kind(
+    ResolutionStudy, STUDY, STUDY_COLUMNS, answer=lambda study: "".join(study.sentences[:1])
+)
 
 
 # --- How sure the headline numbers are, in rows ---
