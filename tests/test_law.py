@@ -39,8 +39,8 @@ AGAIN = [solved(rc.indented_surface(contacts[-1]), ceiling=None) for contacts in
 LAW = rc.interface_law(
     (one for contacts in CONTACTS for one in reversed(contacts)),
     (one for contacts in AGAIN for one in contacts),
-    body="42CrMo4",
-    counter_body=rc.Conductor(conductivity=400),
+    conductor="42CrMo4",
+    counter_conductor=rc.Conductor(conductivity=400),
 )
 
 
@@ -182,7 +182,9 @@ def test_parts_tell_whether_a_map_is_large_enough() -> None:
 
 def test_conductance_is_that_of_the_contacts() -> None:
     found = rc.conductance(CONTACTS[0], "42CrMo4", rc.Conductor(conductivity=400))
-    own = rc.interface_law(CONTACTS[0], body="42CrMo4", counter_body=rc.Conductor(conductivity=400))
+    own = rc.interface_law(
+        CONTACTS[0], conductor="42CrMo4", counter_conductor=rc.Conductor(conductivity=400)
+    )
     assert own.conductance == pytest.approx(found.thermal_conductance, rel=1e-6)
     assert np.isnan(rc.interface_law(CONTACTS[0]).conductance).all()
 
@@ -210,7 +212,7 @@ def test_a_closed_joint_resists_no_more() -> None:
         rc.solve(MAPS[0], load=rc.NominalPressure(x), material=SOFT, ceiling=None,
                  boundary="periodic") for x in p
     ]  # fmt: skip
-    law = rc.interface_law(contacts, body="42CrMo4", counter_body="42CrMo4")
+    law = rc.interface_law(contacts, conductor="42CrMo4", counter_conductor="42CrMo4")
     assert contacts[-1].contact_fraction == 1
     assert law.conductance[-1] == math.inf
     between = law.table().thermal_conductance

@@ -100,7 +100,9 @@ def law(friction: float | None = None) -> rc.results.InterfaceLaw:
         )
         for p in pressures
     ]  # fmt: skip
-    return rc.interface_law(contacts, again, body=COPPER, counter_body=COPPER, friction=friction)
+    return rc.interface_law(
+        contacts, again, conductor=COPPER, counter_conductor=COPPER, friction=friction
+    )
 
 
 def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:

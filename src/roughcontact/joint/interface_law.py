@@ -554,8 +554,8 @@ def interface_law(
     contacts: Iterable[ContactResult],
     unloading: Iterable[ContactResult] = (),
     *,
-    body: Conductor | str | None = None,
-    counter_body: Conductor | str | None = None,
+    conductor: Conductor | str | None = None,
+    counter_conductor: Conductor | str | None = None,
     thermal_film: Quantity = 0.0,
     friction: float | None = None,
 ) -> InterfaceLaw:
@@ -570,7 +570,7 @@ def interface_law(
         Solutions under loads up to the largest of the maps as that left them
         (`roughcontact.indented_surface`), the maps in the same order. Without them, the law has no
         second branch; where nothing was saturated it needs none.
-    body, counter_body : Conductor or str, optional
+    conductor, counter_conductor : Conductor or str, optional
         Conductors of the bodies, or their names in the catalog of materials, for the thermal
         conductance over pressure.
     thermal_film : float, str or quantity of pint
@@ -636,8 +636,8 @@ def interface_law(
         samples.unloading = after
     film = quantity(thermal_film, "thermal film", "thermal_film")
     bodies = None
-    if body is not None and counter_body is not None:
-        bodies = (conductor_of(body), conductor_of(counter_body))
+    if conductor is not None and counter_conductor is not None:
+        bodies = (conductor_of(conductor), conductor_of(counter_conductor))
     rims = [samples.rim for samples in collected]
     return InterfaceLaw(
         maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),

@@ -117,7 +117,7 @@ class Plots:
 
     def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
         if not figures:
-            raise AttributeError(f"a {type(shown).__name__} has no figures")
+            raise AttributeError(f"{type(shown).__name__} has no figures")
         self._shown = shown
         self._figures = {figure.__name__: figure for figure in figures}
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
 from roughcontact.plots.leakage import flow_factors, leak
 from roughcontact.references import cited
@@ -284,7 +285,8 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return what scales the rate, the narrowest place, and how exactly it is solved."""
     lines = []
     if result.seal is not None and None in (result.seal.width, result.seal.length):
-        lines.append("Rate scales with width/length of the land: --seal-width, --seal-length")
+        edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
+        lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     places = [f"{problem.size(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
               if place is not None and axis in result.axes]  # fmt: skip

@@ -79,8 +79,8 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
     return interface_law(
         loading(),
         unloading(),
-        body=body if both else None,
-        counter_body=counter_body if both else None,
+        conductor=body if both else None,
+        counter_conductor=counter_body if both else None,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
         friction=request[joints.FRICTION],
     )
