@@ -11,7 +11,7 @@ from typing import Any
 from roughcontact.formats import export
 from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
-from roughcontact.plots.interface_law import interface_law
+from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
 from roughcontact.report import chapters, figures, phrases, problem
 from roughcontact.report.contact_fields import PAIR

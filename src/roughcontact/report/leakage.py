@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
-from roughcontact.plots.leakage import flow_factors, leak
+from roughcontact.plots.joint import flow_factors, leak
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, problem, uncertainty
 from roughcontact.report.assumptions import Assumption

@@ -11,7 +11,7 @@ from pathlib import Path
 from roughcontact import netcdf
 from roughcontact.files import require_suffix
 from roughcontact.joint.tangential import Tangential, tangential_compliance, to_dataset
-from roughcontact.plots.tangential import tangential
+from roughcontact.plots.joint import tangential
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, problem
 from roughcontact.report.assumptions import Assumption
