@@ -13,7 +13,7 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
-from roughcontact.report import chapters, figures, phrases, problem
+from roughcontact.report import chapters, figures, phrases
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -219,15 +219,15 @@ _MOST = 5
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
     name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
-    return f"{problem.bodies(contact, name)}{problem.boundary(contact)}"
+    return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
 
 
 def _answer(law: InterfaceLaw) -> str:
     """Return how far the faces approach over the pressures, and how stiff the joint is."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0], steps[-1]
-    ends = problem.between(first.pressure, last.pressure, lambda value: problem.size(value, "Pa"))
-    by = problem.size(first.separation - last.separation, "m")
+    ends = phrases.between(first.pressure, last.pressure, lambda value: phrases.size(value, "Pa"))
+    by = phrases.size(first.separation - last.separation, "m")
     stiffness = f"{_per_length(first.stiffness)} to {_per_length(last.stiffness)} GPa/µm"
     return f"From {ends} the faces approach by {by}; stiffness {stiffness}."
 
@@ -240,7 +240,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
-        row = [problem.size(step.pressure, "Pa"), problem.size(step.separation, "m")]
+        row = [phrases.size(step.pressure, "Pa"), phrases.size(step.separation, "m")]
         row += [engineering(step.separation_half, "m", 2)] * several
         row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
@@ -259,7 +259,7 @@ def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(
-            f"Unloaded to {problem.size(last.pressure, 'Pa')}: {problem.size(last.separation, 'm')}"
+            f"Unloaded to {phrases.size(last.pressure, 'Pa')}: {phrases.size(last.separation, 'm')}"
             f", contact {percent(last.contact_fraction)}"
         )
     return tuple(lines)

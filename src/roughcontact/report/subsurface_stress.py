@@ -14,7 +14,6 @@ from roughcontact.report import (
     contact_fields,
     figures,
     phrases,
-    problem,
 )
 from roughcontact.report.fields import Row, rows_of
 from roughcontact.report.kind import CellTable, Kind
@@ -54,12 +53,12 @@ def _method(_: StressResult) -> list[Block]:
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     """Return whether the material yields, and where the stress is largest."""
     depth = stress.max_von_mises_at[0]
-    reached = problem.size(stress.max_von_mises, "Pa")
-    where = f"{problem.size(depth, 'm')} deep" if depth else "at the surface"
+    reached = phrases.size(stress.max_von_mises, "Pa")
+    where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
-    known = f"(σ_Y = {problem.size(strength, 'Pa')})"
+    known = f"(σ_Y = {phrases.size(strength, 'Pa')})"
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
     return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
@@ -74,9 +73,9 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
         ("At", kind.row(stress, "max_von_mises_place").text),
     ]
     if onset is not None:
-        force = problem.size(onset.solution.load, unit)
+        force = phrases.size(onset.solution.load, unit)
         pressure = onset.solution.load / solution.nominal_area
-        rows.append(("Yields from", f"{force} ({problem.size(pressure, 'Pa')} nominal)"))
+        rows.append(("Yields from", f"{force} ({phrases.size(pressure, 'Pa')} nominal)"))
     if not solution.pair.is_profile:
         shear = (
             f"±{kind.row(stress, f'max_orthogonal_shear_along_{axis}').text} along {axis}"
@@ -89,7 +88,7 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
 def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[str, ...]:
     """Return how exactly the contact is solved, and the command for what yields."""
     strength = stress.material.yield_strength
-    lines = [problem.status(stress.solution)]
+    lines = [phrases.status(stress.solution)]
     if strength is not None and stress.max_von_mises > strength:
         lines.append("Plastic depth: solve … --model elastoplastic")
     return tuple(lines)
@@ -100,7 +99,7 @@ KIND = Kind(
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
     contact=attrgetter("solution"), works=citations.of_stress,
     dataset=to_dataset,
-    problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
+    problem=lambda stress: phrases.problem(stress.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, details=_details, method=_method,
 )  # fmt: skip
 PROFILE_KIND = replace(
