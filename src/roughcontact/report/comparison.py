@@ -25,7 +25,6 @@ from roughcontact.report import (
     contact_fields,
     inputs,
     phrases,
-    problem,
 )
 from roughcontact.report.fields import (
     ABSENT,
@@ -547,7 +546,7 @@ def _works(study: SamplingStudy) -> Iterator[Use]:
 
 
 def _first_problem(result: Comparison | SamplingStudy) -> str:
-    pressure = f"{problem.size(result.pressure, 'Pa')} nominal"
+    pressure = f"{phrases.size(result.pressure, 'Pa')} nominal"
     if isinstance(result, SamplingStudy):
         return f"{result.name}, {pressure}"
     groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]

@@ -13,7 +13,7 @@ import numpy as np
 from roughcontact.joint import conductance as joint
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, phrases, problem, uncertainty
+from roughcontact.report import contact_fields, figures, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import CAUTIONS, Column, Columns, Quantity, Table
@@ -233,7 +233,7 @@ def question(result: joint.Conductance) -> str:
     """Return the question that a conductance answers."""
     names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
     verb = "does" if len(names) == 1 else "do"
-    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.loads(result)}?"
+    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.load_range(result)}?"
 
 
 _ASSUMPTIONS = (
@@ -252,16 +252,16 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     if _thermal(result):
         if _by_area(result):
             h = result.thermal_conductance[index]
-            texts.append(f"h = {problem.size(h, 'W/(m² K)')}")
+            texts.append(f"h = {phrases.size(h, 'W/(m² K)')}")
         else:
-            texts.append(f"R = {problem.size(result.thermal_resistance[index], 'K/W')} (thermal)")
+            texts.append(f"R = {phrases.size(result.thermal_resistance[index], 'K/W')} (thermal)")
     if _electrical(result):
         resistance = result.electrical_resistance[index]
         if _by_area(result):
             area = resistance * result.nominal_area
             texts.append(f"R·A = {plain(area * 1e12, 3)} Ω µm²")
         else:
-            texts.append(f"R = {problem.size(resistance, 'Ω')}")
+            texts.append(f"R = {phrases.size(resistance, 'Ω')}")
     return texts
 
 
@@ -282,9 +282,9 @@ def _answer(result: joint.Conductance) -> str:
         # A resistance is larger with the smaller length.
         pairs = [ends if text[0] == "h" else ends[::-1]
                  for text, *ends in zip(texts, *shown, strict=True)]  # fmt: skip
-        texts = [f"{text} ({problem.between(low, high, str)})"
+        texts = [f"{text} ({phrases.between(low, high, str)})"
                  for text, (low, high) in zip(texts, pairs, strict=True)]  # fmt: skip
-    return f"At {problem.load(result.largest)}: {', '.join(texts)}."
+    return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
 
 
 def _numbers(result: joint.Conductance) -> CellTable:
@@ -294,7 +294,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
     heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
     rows = [
         (
-            problem.size(load / result.nominal_area, "Pa"),
+            phrases.size(load / result.nominal_area, "Pa"),
             contact,
             *(
                 text.partition(" = ")[2].removesuffix(" (thermal)")
@@ -321,13 +321,13 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
         others.append(uncertainty.under_calibrated(result, 0))
     if others:
         lines.append(f"Constriction length: {', '.join(others)}")
-    return (*lines, problem.status(result.largest))
+    return (*lines, phrases.status(result.largest))
 
 
 KIND = Kind(
     joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
     answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
+    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     assumptions=_ASSUMPTIONS, sentences=sentences, figures=figures.CONDUCTANCE,
     contact=attrgetter("largest"),
     works=lambda _: (

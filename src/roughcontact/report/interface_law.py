@@ -11,9 +11,9 @@ from typing import Any
 from roughcontact.formats import export
 from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
-from roughcontact.plots.interface_law import interface_law
+from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
-from roughcontact.report import chapters, figures, phrases, problem, uncertainty
+from roughcontact.report import chapters, figures, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -240,7 +240,7 @@ _MOST = 5
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
     name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
-    return f"{problem.bodies(contact, name)}{problem.boundary(contact)}"
+    return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
 
 
 def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
@@ -271,16 +271,16 @@ def _with_ends(interval: Interval, form: Callable[[float], str]) -> str:
     text = form(interval.value)
     if not uncertainty.has_ends(interval):
         return text
-    return f"{text} ({problem.between(interval.low, interval.high, form)})"
+    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
 
 
 def _answer(law: InterfaceLaw) -> str:
     """Return how far the faces approach over the pressures, and how stiff the joint is then."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
-    ends = problem.between(first, last, lambda value: problem.size(value, "Pa"))
+    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
     closing, stiffness = _intervals(law)
-    by = _with_ends(closing, lambda value: problem.size(value, "m"))
+    by = _with_ends(closing, lambda value: phrases.size(value, "m"))
     stiff = _with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
     return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
@@ -294,7 +294,7 @@ def _numbers(law: InterfaceLaw) -> CellTable:
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
-        row = [problem.size(step.pressure, "Pa"), problem.size(step.separation, "m")]
+        row = [phrases.size(step.pressure, "Pa"), phrases.size(step.separation, "m")]
         row += [engineering(step.separation_half, "m", 2)] * several
         row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
@@ -305,7 +305,9 @@ def _numbers(law: InterfaceLaw) -> CellTable:
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     """Return where the maps resolve the law, and how well it is known between the pressures."""
     _, stiffness = _intervals(law)
-    lines = [uncertainty.sources(stiffness, hint=False)] if uncertainty.has_ends(stiffness) else []
+    lines: list[str] = []
+    if uncertainty.has_ends(stiffness):
+        lines.append(uncertainty.sources(stiffness, hint=False))
     lines.append(f"Resolved: {_range(law)}")
     error = max(law.curve(branch).error for branch in law.branches)
     if not math.isnan(error):
@@ -317,13 +319,13 @@ def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
             for axis, ratio in zip("yx", law.friction.ratios, strict=True)
         ]
         lines.append(
-            f"Tangential at {problem.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
-            f"elastic slip {problem.size(float(law.elastic_slip()[-1]), 'm')}"
+            f"Tangential at {phrases.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {phrases.size(float(law.elastic_slip()[-1]), 'm')}"
         )
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(
-            f"Unloaded to {problem.size(last.pressure, 'Pa')}: {problem.size(last.separation, 'm')}"
+            f"Unloaded to {phrases.size(last.pressure, 'Pa')}: {phrases.size(last.separation, 'm')}"
             f", contact {percent(last.contact_fraction)}"
         )
     return tuple(lines)

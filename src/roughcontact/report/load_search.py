@@ -8,7 +8,7 @@ from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.report import citations, contact_fields, phrases, problem, uncertainty
+from roughcontact.report import citations, contact_fields, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -141,19 +141,19 @@ def _wanted(item: Any) -> str:
     value = item.target
     if item.quantity in search.COUNTED:
         state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
-        return f"{problem.share(value)} {state}"
-    return f"{_NAMES[item.quantity]} {problem.size(value, 'm')}"
+        return f"{phrases.share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {phrases.size(value, 'm')}"
 
 
 def _pressure(loads: search.LoadSearch, force: float) -> str:
     contact = loads.largest
-    return problem.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
+    return phrases.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
 
 
 def _answer(loads: search.LoadSearch) -> str:
     """Return the load of the first value that was wanted."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
-    force = problem.size(first.load, unit)
+    force = phrases.size(first.load, unit)
     wanted = _wanted(first)
     subject = wanted[:1].upper() + wanted[1:]
     if loads.largest.pair.is_profile:
@@ -168,7 +168,7 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
     for item in loads.answers:
         low, high = item.bracket
         half = (high - low) / 2 / item.load if item.load else 0.0
-        row = (_wanted(item), _pressure(loads, item.load), problem.size(item.load, unit))
+        row = (_wanted(item), _pressure(loads, item.load), phrases.size(item.load, unit))
         rows.append((*row, f"± {100 * half:.1g} %"))
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
@@ -183,7 +183,7 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
             lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
             break
     certificate = max(item.certificate for item in loads.answers)
-    return (*lines, problem.worst(certificate, loads.largest.tolerance, loads.solves))
+    return (*lines, phrases.worst(certificate, loads.largest.tolerance, loads.solves))
 
 
 def question(loads: search.LoadSearch) -> str:
@@ -210,5 +210,5 @@ def _works(loads: search.LoadSearch) -> Iterator[Use]:
 KIND = Kind(
     search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
     question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda loads: problem.bodies(loads.largest) + problem.boundary(loads.largest),
+    problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),
 )  # fmt: skip
