@@ -114,8 +114,6 @@ def tell_more(monkeypatch: pytest.MonkeyPatch, module: Any, **more: Any) -> None
     old = module.KIND
     new = replace(old, **{name: (*getattr(old, name), one) for name, one in more.items()})
     monkeypatch.setattr(module, "KIND", new)
-    told = tuple(new if kind is old else kind for kind in kinds.KINDS)
-    monkeypatch.setattr(kinds, "KINDS", told)
 
 
 @pytest.mark.parametrize("kind", TABLES)

@@ -1,8 +1,9 @@
-"""All kinds of results: one row each."""
+"""All kinds of results: one place each."""
 
 from __future__ import annotations
 
 import os
+import pkgutil
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -15,25 +16,11 @@ from roughcontact.report import (
     assumptions,
     chapters,
     citations,
-    comparison,
-    conductance,
     contact,
-    elastoplastic,
-    estimate,
     figures,
-    interface_law,
-    leakage,
-    load_curve,
-    load_history,
-    load_search,
     page,
     phrases,
     python_script,
-    rolling,
-    subsurface_stress,
-    surface,
-    tangential,
-    uncertainty,
 )
 from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
 from roughcontact.report.kind import Kind
@@ -44,38 +31,44 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-KINDS = (
-    surface.PROFILE_KIND,
-    surface.KIND,
-    contact.PROFILE_KIND,
-    contact.SHARED_KIND,
-    contact.KIND,
-    elastoplastic.KIND,
-    rolling.KIND,
-    subsurface_stress.PROFILE_KIND,
-    subsurface_stress.KIND,
-    load_curve.PROFILE_KIND,
-    load_curve.KIND,
-    load_history.KIND,
-    load_search.KIND,
-    conductance.KIND,
-    interface_law.KIND,
-    leakage.KIND,
-    tangential.PROFILE_KIND,
-    tangential.KIND,
-    comparison.KIND,
-    comparison.SAMPLING_KIND,
-    uncertainty.KIND,
-    estimate.KIND,
-)
+# Where the kinds of a class of results are, the narrower first: loaded when there is such a result.
+KINDS = {
+    "Surface": ("surface:PROFILE_KIND", "surface:KIND"),
+    "ContactResult": ("contact:PROFILE_KIND", "contact:SHARED_KIND", "contact:KIND"),
+    "ElastoplasticResult": ("elastoplastic:KIND",),
+    "RollingResult": ("rolling:KIND",),
+    "StressResult": ("subsurface_stress:PROFILE_KIND", "subsurface_stress:KIND"),
+    "LoadCurve": ("load_curve:PROFILE_KIND", "load_curve:KIND"),
+    "LoadHistory": ("load_history:KIND",),
+    "LoadSearch": ("load_search:KIND",),
+    "Conductance": ("conductance:KIND",),
+    "InterfaceLaw": ("interface_law:KIND",),
+    "Leakage": ("leakage:KIND",),
+    "Tangential": ("tangential:PROFILE_KIND", "tangential:KIND"),
+    "Comparison": ("comparison:KIND",),
+    "SamplingStudy": ("comparison:SAMPLING_KIND",),
+    "ResolutionStudy": ("uncertainty:KIND",),
+    "Estimate": ("estimate:KIND",),
+}
 
 
 def of(result: Any) -> Kind:
     """Return the kind of a result; `TypeError` for what is none."""
-    for kind in KINDS:
-        if isinstance(result, kind.result) and kind.when(result):
-            return kind
+    for name in (base.__name__ for base in type(result).__mro__):
+        for kind in map(_loaded, KINDS.get(name, ())):
+            if isinstance(result, kind.result) and kind.when(result):
+                return kind
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")
+
+
+def every() -> list[Kind]:
+    """Return all kinds."""
+    return [_loaded(place) for places in KINDS.values() for place in places]
+
+
+def _loaded(place: str) -> Kind:
+    kind: Kind = pkgutil.resolve_name(f"{__package__}.{place}")
+    return kind
 
 
 # --- What is told of any result, by its kind ---
