@@ -80,9 +80,9 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         arguments = deprecated.current_command_line(
             arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
         )
-        status = _commands()(
-            arguments or ["--help"], prog_name="roughcontact", standalone_mode=False
-        )
+        arguments = arguments or ["--help"]
+        commands = _commands(arguments[0] if arguments[0] in _ACTS else None)
+        status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
     except SystemExit as stop:
         # Typer and Rich end the program where a pipe is closed, as one that has failed.
@@ -124,21 +124,29 @@ def _told(written: Sequence[Path]) -> str:
     return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
-_app = typer.Typer(
-    name="roughcontact",
-    cls=help_format.Commands,
-    pretty_exceptions_enable=False,
-    # Plain text: what draws boxes takes longer to import than all of the help.
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
-)
+# What carries out a command, with the argument that it takes, by its name.
+_ACTS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
 
 
 @functools.cache
-def _commands() -> Callable[..., Any]:
-    """Return the commands; Typer builds them anew at each call, which takes a tenth of a second."""
-    return typer.main.get_command(_app)
+def _commands(name: str | None = None) -> Callable[..., Any]:
+    """Return the program with one of its commands, or with all, which takes a tenth of a second."""
+    app = typer.Typer(
+        name="roughcontact",
+        cls=help_format.Commands,
+        pretty_exceptions_enable=False,
+        # Plain text: what draws boxes takes longer to import than all of the help.
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
+    )
+    app.callback()(_root)
+    for command, argument, work in _ACTS.values() if name is None else (_ACTS[name],):
+        epilog = f"Example:\n\n{command.example}" if command.example else None
+        app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
+            _called(command, argument, work)
+        )
+    return typer.main.get_command(app)
 
 
 def _version(wanted: bool) -> None:
@@ -158,7 +166,6 @@ def _explain(tag: str | None) -> None:
         raise typer.Exit(SOLVED)
 
 
-@_app.callback()
 def _root(
     version: Annotated[
         bool,
@@ -216,29 +223,32 @@ def _unwritten(error: OSError) -> int:
 
 
 def _command(command: Command, argument: inspect.Parameter | None = None) -> Callable[[Act], Act]:
-    """Give a function the options of a command, and make it that command."""
+    """Make a function what carries out a command."""
 
     def registered(work: Act) -> Act:
-        def called(subject: Subject = None, **words: Any) -> None:
-            specified = {option.name: words[_identifier(option.name)] for option in command.options}
-            specified = {option: value for option, value in specified.items() if value}
-            _reported(command, work, subject, specified)
-
-        parameters = [
-            *([] if argument is None else [argument]),
-            *map(_parameter, command.options),
-            *([_ALL] if command.first else []),
-        ]
-        # Typer reads what a command takes from here.
-        called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        epilog = f"Example:\n\n{command.example}" if command.example else None
-        _app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
-            called
-        )
+        _ACTS[command.name] = command, argument, work
         return work
 
     return registered
+
+
+def _called(command: Command, argument: inspect.Parameter | None, work: Act) -> Callable[..., None]:
+    """Return a function that takes the options of a command and carries it out."""
+
+    def called(subject: Subject = None, **words: Any) -> None:
+        specified = {option.name: words[_identifier(option.name)] for option in command.options}
+        specified = {option: value for option, value in specified.items() if value}
+        _reported(command, work, subject, specified)
+
+    parameters = [
+        *([] if argument is None else [argument]),
+        *map(_parameter, command.options),
+        *([_ALL] if command.first else []),
+    ]
+    # Typer reads what a command takes from here.
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return called
 
 
 def _identifier(option: str) -> str:
