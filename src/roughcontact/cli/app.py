@@ -563,9 +563,12 @@ def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.report.fields import stored
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
-    surface, channels = read.read_with_channels(str(file), **reading)
-    measured = inputs.measured(surface)
     display = _display(specified)
+    if display in (Display.JSON, Display.VERBOSE):
+        surface, channels = read.read_with_channels(str(file), **reading)
+    else:
+        surface, channels = read.read_surface(str(file), **reading), ()
+    measured = inputs.measured(surface)
     if display is Display.JSON:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}
