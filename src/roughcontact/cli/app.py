@@ -9,9 +9,8 @@ import inspect
 import logging
 import sys
 import textwrap
-import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,12 +38,11 @@ from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TA
 
 if TYPE_CHECKING:
     from roughcontact.batch.plan import Report
+    from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
     from roughcontact.ranks import Ranks
     from roughcontact.request.outcome import Outcome
-    from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
-    from roughcontact.solvers.progress import Progress
 
 
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -75,7 +73,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _status(arguments: list[str], stopped: list[int]) -> int:
     """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
-    written: Sequence[Path] = ()
+    unfinished = UnfinishedError(())
     try:
         arguments = deprecated.current_command_line(
             arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
@@ -91,7 +89,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     except OSError as error:
         status = _unwritten(error)
     except UnfinishedError as stop:
-        status, written = INTERRUPTED, stop.written
+        status, unfinished = INTERRUPTED, stop
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
     except Exception as error:
@@ -106,7 +104,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         terminal.complain(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
-        terminal.complain(f"interrupted; {_told(written)}")
+        terminal.complain(f"interrupted; {_told(unfinished)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
 
@@ -115,8 +113,12 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
 _NAMED = 8
 
 
-def _told(written: Sequence[Path]) -> str:
-    """Return what to say of the files that were complete when the work was interrupted."""
+def _told(unfinished: UnfinishedError) -> str:
+    """Return what to say of what was complete when the work was interrupted."""
+    written, saved = unfinished.written, unfinished.saved
+    if saved is not None and saved.number:
+        parts = units.counted(saved.count, saved.part)
+        return f"{saved.number} of {parts} saved in {saved.folder}; the same command resumes"
     if not written:
         return "nothing was written"
     names = ", ".join(str(path) for path in written[:_NAMED])
@@ -342,22 +344,16 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
 
 def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
     """Carry out a request, in this process or on all ranks; the first rank shows the result."""
-    from roughcontact.report import phrases
     from roughcontact.request.run import run
 
     first = world is None or world.first
-    time_left = phrases.Forecast()
-    with terminal.progress(display is Display.QUIET or not first) as say:
-
-        def look(state: Progress) -> None:
-            say(phrases.described(state) + time_left(state))
-
+    with terminal.progress(display is Display.QUIET or not first) as line:
         if world is None:
-            outcome = run(request, say, look)
+            outcome = run(request, line.say, line.look)
         else:
             from roughcontact.request import mpi
 
-            outcome = mpi.run(request, world, say, look)
+            outcome = mpi.run(request, world, line.say, line.look)
     if first:
         _show_outcome(outcome, display)
     elif outcome.failure is not None:
@@ -431,8 +427,8 @@ def _generate(_: Subject, specified: Given) -> None:
     from roughcontact.report.generation import record
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
-        surface, written = making.run_generate(specified, say)
+    with terminal.progress(display is Display.QUIET) as line:
+        surface, written = making.run_generate(specified, line.say)
     if display is Display.JSON:
         print(to_json(record(surface)))
     elif display is not Display.QUIET:
@@ -445,9 +441,9 @@ def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
+    with terminal.progress(display is Display.QUIET) as line:
         reports, folder = _worked_through(
-            str(file), tasks.RUN.read(specified), say, display is Display.QUIET
+            str(file), tasks.RUN.read(specified), line, display is Display.QUIET
         )
     if display is Display.JSON:
         print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
@@ -465,11 +461,11 @@ def _run(file: Path | str | None, specified: Given) -> None:
 
 
 def _worked_through(
-    file: str, requested: Values, say: Say, quiet: bool
+    file: str, requested: Values, line: ProgressLine, quiet: bool
 ) -> tuple[list[Report], Path]:
     """Work through a project; return how its contacts ended, and the folder of what they left."""
     from roughcontact.batch import plan, project, runner
-    from roughcontact.report import phrases
+    from roughcontact.solvers.progress import Forecast, Progress
 
     load = functools.partial(project.load, file)
     scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
@@ -480,22 +476,22 @@ def _worked_through(
         entries,
     ):
         states: list[str] = []
-        start = time.monotonic()
+        forecast = Forecast()
+        forecast(Progress(1, len(entries), None))
         dashboard = f"; {engine.dashboard}" if engine.dashboard else ""
 
         def told(report: plan.Report) -> None:
             states.append(report.state)
-            fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
-            seconds = (time.monotonic() - start) / fresh * to_do if fresh else 0.0
-            remaining = phrases.time_remaining_text(seconds)
+            number, kept = len(states), report.state == plan.KEPT
+            seconds = forecast(Progress(number + (not kept), len(entries), None, kept=kept))
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
-            of = f"{len(states)} of {len(entries)} done{failed}"
-            say(f"{of}, {report.name} {report.state}{remaining}{dashboard}")
+            of = f"{number} of {len(entries)} done{failed}"
+            line.say(f"{of}, {report.name} {report.state}{dashboard}", seconds)
 
-        say(f"working through {len(entries)} contacts{dashboard}")
+        line.say(f"working through {len(entries)} contacts{dashboard}")
         warn = (lambda text: None) if quiet else terminal.complain
         reports = runner.run(
-            entries, told, engine, say=lambda text: say(f"{text}{dashboard}"), warn=warn
+            entries, told, engine, say=lambda text: line.say(f"{text}{dashboard}"), warn=warn
         )
         return reports, entries[0].summary.parent
 
@@ -540,10 +536,10 @@ def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.elastoplastic import archive
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
+    with terminal.progress(display is Display.QUIET) as line:
         checked = []
         for path in files:
-            say(f"verifying {path}")
+            line.say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
     if display is Display.JSON:
         print(to_json({"files": [dataclasses.asdict(item) for item in checked]}))

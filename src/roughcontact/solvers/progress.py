@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-import math
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -43,6 +43,8 @@ class Step:
         ε of the pressure at hand.
     tolerance : float
         ε at which this level ends.
+    done : float
+        Share of the work of the solve that is done.
     """
 
     shape: tuple[int, int]
@@ -50,6 +52,7 @@ class Step:
     convolutions: int
     certificate: float
     tolerance: float
+    done: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,68 @@ class Progress:
     step: Any
     label: str = ""
     kept: bool = False
+
+    @property
+    def done(self) -> float:
+        """The share of this part that is done; 0 where that is not known."""
+        if self.kept:
+            return 1.0
+        if isinstance(self.step, Step):
+            return self.step.done
+        # The only part of a path that steps towards its load.
+        known = self.count == 1 and self.step is not None and self.step.target
+        return min(self.step.load / self.step.target, 1.0) if known else 0.0
+
+
+class Forecast:
+    """How long a calculation will still take; called with every `Progress`.
+
+    Parts are taken to be alike. The share of a part that is done tells its time before it ends;
+    every grid has its own pace.
+    """
+
+    def __init__(self) -> None:
+        self._at = Progress(0, 0, None)
+        # The first part that was not kept; when it began, and when the present one did.
+        self._first, self._start, self._begun = 1, 0.0, 0.0
+        # Since when there is one grid, the share then, and when the part ends by the pace on it.
+        self._since, self._share, self._end = 0.0, 0.0, 0.0
+
+    def __call__(self, at: Progress) -> float:
+        """Return the time that is left [s], 0 where nothing is known."""
+        now, before = time.monotonic(), self._at
+        other_grid = _grid(at) != _grid(before)
+        again = other_grid and at.number == before.number and at.done < before.done
+        series = at.kept or at.count != before.count or at.number < before.number or again
+        part = series or at.number > before.number
+        self._at = at
+        if series:
+            # What was kept tells no time.
+            self._first, self._start = at.number + at.kept, now
+        if part:
+            self._begun, self._end = now, 0.0
+        if part or other_grid:
+            self._since, self._share = now, at.done
+        elif at.done > max(self._share, _TELLING) and at.step.iteration > 1:
+            pace = (now - self._since) / (at.done - self._share)
+            self._end = now + pace * (1.0 - at.done)
+        parts = at.number - self._first
+        if parts > 0:
+            each = (self._begun - self._start) / parts
+            end = self._end or self._begun + each
+        elif self._end:
+            each, end = self._end - self._begun, self._end
+        else:
+            return 0.0
+        return max(end - now, 0.0) + each * (at.count - at.number)
+
+
+# Share of a solve from which its pace is known: small grids tell nothing, nor does a first step.
+_TELLING = 0.02
+
+
+def _grid(at: Progress) -> tuple[int, int] | None:
+    return at.step.shape if isinstance(at.step, Step) else None
 
 
 Tell = Callable[[Progress], None] | bool | None
@@ -124,13 +189,10 @@ class Bar:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream, self._length = stream, 0
-        # Certificate or residual at the beginning of each part, from which it falls.
-        self._first: dict[int, float] = {}
 
     def __call__(self, state: Progress) -> None:
         """Draw the line anew."""
-        part = 1.0 if state.kept else self._part(state)
-        done = (state.number - 1 + part) / max(state.count, 1)
+        done = (state.number - 1 + state.done) / max(state.count, 1)
         parts = [state.label] if state.label else []
         if state.count > 1:
             parts.append(f"{state.number} of {state.count}")
@@ -146,16 +208,6 @@ class Bar:
         if self._length:
             self._write("\n")
         self._length = 0
-
-    def _part(self, state: Progress) -> float:
-        """Return how much of a part is done: errors fall by about as much each time."""
-        if state.step is None:
-            return 0.0
-        error, tolerance = _error(state), state.step.tolerance
-        first = self._first.setdefault(state.number, max(error, 2 * tolerance))
-        if not (0 < error < math.inf and first < math.inf):
-            return 0.0
-        return min(max(math.log(first / error) / math.log(first / tolerance), 0.0), 1.0)
 
     def _draw(self, line: str) -> None:
         self._write("\r" + line.ljust(self._length))
