@@ -7,8 +7,10 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cautions import Kind
+from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
 from roughcontact.solvers import progress
-from roughcontact.solvers.progress import Bar, Forecast, Progress, Step
+from roughcontact.solvers.progress import Bar, Forecast, Progress, Step, one_of_several
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 
@@ -170,3 +172,25 @@ def test_the_parts_of_a_calculation_are_as_long_as_the_first_seems_to_be(clock):
     assert left(100, 0, 0.0) == 0
     assert left(101, 1, 0.1) == 0
     assert left(102, 2, 0.25) == pytest.approx(6 + 4 * 8)
+
+
+def test_the_parts_of_several_calculations_are_counted_together():
+    told = []
+    look = one_of_several(told.append, 2, 3)
+    look(Progress(1, 4, None, "honed", kept=True))
+    assert told == [Progress(5, 12, None, "honed", kept=True)]
+
+
+def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
+    heights, pixel = rc.reference_map(32, 3)
+    names = [str(tmp_path / f"{number}.npz") for number in range(3)]
+    for name in names:
+        rc.Surface(heights, pixel).save(name)
+    given = {"group": [f"a={names[0]}", f"b={names[1]}", f"c={names[2]}"], "load": "20 MPa",
+             "material": "100Cr6", "steps": "2"}  # fmt: skip
+    told = []
+    run(from_text("compare", None, given), lambda text: None, told.append)
+    numbers = [state.number for state in told]
+    assert {state.count for state in told} == {6}
+    assert sorted(numbers) == numbers
+    assert set(numbers) == {1, 2, 3, 4, 5, 6}

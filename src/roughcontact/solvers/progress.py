@@ -6,7 +6,7 @@ import functools
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, ParamSpec, TextIO, TypeVar
 
@@ -161,6 +161,26 @@ def numbered(
     if not callable(progress):
         return None
     return lambda step: progress(Progress(number, count, step, label))
+
+
+def one_of_several(
+    progress: Callable[[Progress], None], number: int, count: int
+) -> Callable[[Progress], None]:
+    """Return what one of several calculations, of as many parts each, calls with its `Progress`.
+
+    Parameters
+    ----------
+    progress : callable
+        Called with the `Progress` of all of them.
+    number, count : int
+        Which of them it is, from 1 on, and how many there are.
+    """
+
+    def tell(state: Progress) -> None:
+        before = (number - 1) * state.count
+        progress(replace(state, number=before + state.number, count=count * state.count))
+
+    return tell
 
 
 # --- A line that tells how far a calculation is, in terminals and notebooks alike ---
