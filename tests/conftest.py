@@ -4,6 +4,10 @@ import os
 import signal
 import sys
 
+# Read when NumPy is loaded. As many tests run as there are cores, and threads of each that wait
+# for the others' take as long again.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import hypothesis
 import numpy as np
 import pytest
