@@ -415,7 +415,9 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 @pytest.mark.parametrize(
     ("command", "length"),
-    [*((command, 200) for command in WRITERS if command != "run"), ("solve", 0), ("solve", 60),
+    [*((command, 200) for command in WRITERS if command not in ("demo", "run")),
+     ("solve", 0), ("solve", 60),
+     pytest.param("demo", 200, marks=pytest.mark.long),
      pytest.param("run", 200, marks=pytest.mark.process)],
 )  # fmt: skip
 def test_paths_stand_whole_on_lines_of_their_own(

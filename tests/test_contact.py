@@ -506,9 +506,7 @@ def test_single_spike(independent, boundary):
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
-@pytest.mark.parametrize(
-    "shape", [(2, 2), (2, 3), (32, 300), (4, 512), (2, 300), (61, 97), (256, 5)]
-)
+@pytest.mark.parametrize("shape", [(2, 2), (2, 3), (32, 300), (256, 5)])
 @pytest.mark.parametrize("kind", ["noise", "checkerboard", "steps", "spikes"])
 def test_awkward_shapes(independent, kind, shape, boundary):
     rng = np.random.default_rng(5)

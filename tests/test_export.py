@@ -61,7 +61,7 @@ def surfaces(draw: st.DrawFn) -> rc.Surface:
 
 @pytest.mark.parametrize("suffix", EXACT)
 @given(surface=surfaces())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_every_height_keeps_its_bits(suffix: str, folder: Path, surface: rc.Surface) -> None:
     again = saved_and_read(surface, folder / f"map{suffix}")
     assert_same_bits(again.heights, surface.heights)

@@ -251,8 +251,7 @@ def rough(shape: tuple[int, int], missing: NDArray[np.bool_] | None = None) -> C
                      missing=missing)  # fmt: skip
 
 
-@pytest.mark.parametrize("shape", [(1300, 1300), (700, 1900)])
-@pytest.mark.parametrize("holes", [False, True])
+@pytest.mark.parametrize(("shape", "holes"), [((1300, 1300), False), ((700, 1900), True)])
 def test_area_in_the_picture_is_area(shape: tuple[int, int], holes: bool) -> None:
     # Larger than what is drawn, and with cells at the far edges that reach beyond the map.
     missing = np.zeros(shape, bool)

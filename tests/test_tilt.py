@@ -189,7 +189,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
 # --- the contact -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("load", [1e-7, 1e-4, 0.05, 2.0, 15.0])
+@pytest.mark.parametrize("load", [1e-7, 0.05, 15.0])
 @pytest.mark.parametrize("point", [(0.0, 0.0), (0.11, -0.17)])
 @pytest.mark.parametrize("ceiling", [None, "auto"])
 def test_a_rough_map_balances_its_moments(

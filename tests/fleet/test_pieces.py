@@ -250,7 +250,6 @@ def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
     ("old", "new", "again"),
     [
         ("20 MPa", "30 MPa", True),
-        ("steps = 2", "steps = 3", True),
         ('write = ["csv"]', 'write = ["csv", "svg"]', False),
         ("groups = {", "paired = true\ngroups = {", False),
     ],

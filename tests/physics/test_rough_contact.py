@@ -17,7 +17,7 @@ MODULUS = 210e9 / 0.91
 @pytest.fixture(scope="module")
 def curve() -> rc.results.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
-    loads = load_curve.spaced(0.03, 30, 13)
+    loads = load_curve.spaced(0.03, 30, 7)
     return rc.sweep(surface, material=STEEL, loads=loads, ceiling=None)
 
 
@@ -122,7 +122,7 @@ def test_elastic_contact_against_persson():
     assert ratios[-1] == pytest.approx(1, abs=0.005)
 
 
-@pytest.mark.parametrize("hardness", [0.05, 0.2, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize("hardness", [0.05, 0.5, 2.0])
 def test_contact_under_a_ceiling_against_persson(independent, hardness):
     # Ceiling in units of the spread of the pressure in full contact, E* h'/2.
     surface = reference(256, 1)
