@@ -125,7 +125,7 @@ def rendered(figure: Figure) -> NDArray[np.float64]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("shape", "holes"), [((4, 90), True), ((90, 4), True), ((2, 2), False)])
+@pytest.mark.parametrize(("shape", "holes"), [((4, 90), True), ((2, 2), False)])
 def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes: bool) -> None:
     pressure = np.zeros(shape)
     pressure[0, 0], pressure[1, 1] = 3 * GIGA, GIGA
@@ -140,9 +140,9 @@ def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes
 @pytest.mark.parametrize(
     ("pressure", "ceiling"),
     [
-        pytest.param(np.zeros((8, 8)), 3 * GIGA, marks=pytest.mark.long),
+        (np.zeros((8, 8)), 3 * GIGA),
         (np.full((8, 8), 3 * GIGA), 3 * GIGA),
-        pytest.param(np.full((8, 8), 1e3), None, marks=pytest.mark.long),
+        (np.full((8, 8), 1e3), None),
         (np.eye(8) * GIGA, np.where(np.arange(64).reshape(8, 8) % 2, GIGA, np.inf)),
     ],
     ids=["nothing touches", "all saturated", "full elastic contact", "ceiling by point"],
@@ -311,13 +311,7 @@ def test_pressures_say_how_much_of_the_picture_they_mark() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "aspect",
-    [
-        1.0,
-        *(pytest.param(aspect, marks=pytest.mark.long) for aspect in (0.05, 0.3, 0.76, 1.5, 4.0)),
-    ],
-)
+@pytest.mark.parametrize("aspect", [0.05, 1.0, 4.0])
 def test_maps_have_more_dots_than_cells(aspect: float) -> None:
     shape = (round(60 * aspect), 60)
     result = result_of(spotted((60, 60))[: shape[0]] if aspect <= 1 else np.eye(*shape) * GIGA)

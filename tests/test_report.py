@@ -541,9 +541,16 @@ def test_a_report_of_any_kind_leads_with_its_question(name: str) -> None:
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
+# Of a map, of a profile, and the longest.
+PRINTED = ("solve", "profile", "sweep")
+
+
 @pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to print")
-@pytest.mark.parametrize("name", MAKE)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in PRINTED else [pytest.mark.slow]) for name in MAKE],
+)
 def test_a_report_prints_to_few_pages(name: str, tmp_path: Path) -> None:
     make, _, most = MAKE[name]
     result, source, target = make(), tmp_path / "out.html", tmp_path / "out.pdf"
