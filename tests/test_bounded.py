@@ -105,6 +105,7 @@ def test_every_shape_elastic_and_with_ceilings(independent, boundary, kind, shap
         assert solution.convolutions <= 150
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

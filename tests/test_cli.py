@@ -345,6 +345,7 @@ def test_progress_is_told_on_a_terminal_only(
 # What is written
 
 
+@pytest.mark.long
 def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     before = files(tmp_path)
     output = tmp_path / "out.nc"
@@ -361,6 +362,7 @@ def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Cap
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None:
     folder = tmp_path / "pictures"
     folder.mkdir()
@@ -720,6 +722,7 @@ def test_an_interrupted_solve_writes_nothing(
     assert not folder.exists()
 
 
+@pytest.mark.long
 def test_an_interrupted_write_names_what_is_complete(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -765,6 +768,7 @@ def test_too_little_memory_is_one_sentence(
     refused(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
 
 
+@pytest.mark.long
 def test_a_closed_pipe_is_quiet(rough: Path) -> None:
     # The reader is gone before the first line comes.
     reading, writing = os.pipe()
@@ -844,6 +848,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
         assert words in out
 
 
+@pytest.mark.long
 @needs_reader
 @pytest.mark.parametrize("ceiling", ["auto", "none"])
 @pytest.mark.parametrize(
@@ -943,6 +948,7 @@ def test_bad_preparation_is_one_sentence(
     refused(capsys, solve(rough, *STEEL, *options), *words)
 
 
+@pytest.mark.long
 def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
     path = tmp_path / "rough.npy"
@@ -988,6 +994,7 @@ def test_sweep_writes_what_the_library_returns(
     assert told["contact_area"] == table["contact_area_[m²]"].tolist()
 
 
+@pytest.mark.long
 def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     figure = tmp_path / "curve.svg"
     options = ["--from", "50 nm", "--to", "300 nm", "--steps", "3", "--spacing", "linear"]
@@ -1115,6 +1122,7 @@ def test_bad_bodies_end_in_one_sentence(
 # Load histories
 
 
+@pytest.mark.long
 def test_history_writes_steps_and_the_indented_surface(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -1453,6 +1461,7 @@ def test_a_volume_run_is_kept_and_goes_on(
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

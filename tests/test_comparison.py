@@ -155,6 +155,7 @@ def test_bad_input_is_refused_before_anything_runs(change: dict, message: str) -
         rc.compare_models(ball()[0], **{"material": STEEL, "loads": [1.0], **change})
 
 
+@pytest.mark.long
 def test_progress_numbers_the_loads() -> None:
     surface, first = ball(16)
     told: list[rc.Progress] = []

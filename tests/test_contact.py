@@ -68,6 +68,7 @@ def test_reference_problem(independent, n, ceiling, boundary):
     assert result.convolutions <= 60
 
 
+@pytest.mark.long
 def test_reference_problem_at_512(independent):
     result = rc.solve(reference(512), material=YIELDING, load=LOAD)
     assert result.ceiling == 3e9
@@ -118,6 +119,7 @@ def test_loads_over_twelve_decades(independent, load, ceiling, boundary):
         assert result.contact_fraction == 1
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     young=st.floats(3, 13).map(lambda x: 10**x),
@@ -548,6 +550,7 @@ def test_a_start_from_a_higher_load_keeps_what_is_saturated() -> None:
         assert warm.approach == pytest.approx(cold.approach, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_start_from_a_neighbouring_load(independent, ceiling):
     surface = rough((90, 140))

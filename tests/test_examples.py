@@ -73,6 +73,7 @@ MARKS = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=[MARKS[name]] if name in MARKS else []) for name in NUMBERS],

@@ -147,6 +147,7 @@ def test_arguments_are_spelled_at_each_edge() -> None:
     assert COMMANDS["history"].named("load") is None
 
 
+@pytest.mark.long
 def test_pictures_are_those_that_can_be_saved(tmp_path: Path) -> None:
     from matplotlib.figure import Figure
 

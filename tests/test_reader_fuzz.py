@@ -147,6 +147,7 @@ def test_hdf5_does_not_stand_still(
     assert "the free space of a heap" in outcome.words
 
 
+@pytest.mark.long
 def test_seeds_name_files(known: dict[str, targets.Target], tmp_path: Path) -> None:
     def drawn(seed: int) -> Damaged | str:
         return damaged_files.draw(Order(seed), known, tmp_path, tmp_path / "outside.bin")
@@ -204,6 +205,7 @@ def hostile(
         worker.close()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("content", "words"),
     [

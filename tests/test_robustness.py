@@ -35,6 +35,7 @@ FOUND = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "largest"), [case for cases in FOUND.values() for case in cases])
 def test_problems_that_once_failed(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))

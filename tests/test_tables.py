@@ -118,6 +118,7 @@ def tell_more(monkeypatch: pytest.MonkeyPatch, module: Any, **more: Any) -> None
     monkeypatch.setattr(kinds, "KINDS", told)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", TABLES)
 def test_a_quantity_that_is_added_is_told_by_all(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch

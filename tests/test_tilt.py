@@ -432,6 +432,7 @@ def test_a_tripod_far_steeper_than_its_displacement() -> None:
     assert np.count_nonzero(result.contact) == 3
 
 
+@pytest.mark.long
 def test_a_tilt_too_steep_for_its_digits_is_said() -> None:
     heights = np.zeros((12, 16))
     heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3

@@ -105,6 +105,7 @@ def test_low_load_slope_of_rough_maps():
 # together, which costs a third of the area at low load.
 
 
+@pytest.mark.long
 def test_elastic_contact_against_persson():
     surface = reference(256, 1)
     deviation = MODULUS * surface.Sdq / 2
@@ -122,6 +123,7 @@ def test_elastic_contact_against_persson():
     assert ratios[-1] == pytest.approx(1, abs=0.005)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hardness", [0.05, 0.5, 2.0])
 def test_contact_under_a_ceiling_against_persson(independent, hardness):
     # Ceiling in units of the spread of the pressure in full contact, E* h'/2.
