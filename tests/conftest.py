@@ -24,9 +24,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # Who may take long, and the seconds of all cores after which any other test fails: several times
-# the one that the mark `long` stands for, since machines differ and are busy.
+# the half that the mark `long` stands for, since machines differ, and to read all sources takes two.
 LONG = ("long", "process", "slow", "gpu", "mpi")
-MOST = 6.0
+MOST = 3.0
 
 # Scripts for other environments.
 collect_ignore_glob = ["data/*"]
