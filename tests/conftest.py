@@ -24,7 +24,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # Who may take long, and the seconds of all cores after which any other test fails: several times
-# the half that the mark `long` stands for, since machines differ, and to read all sources takes two.
+# the half that the mark `long` stands for, since machines differ; reading all sources takes two.
 LONG = ("long", "process", "slow", "gpu", "mpi")
 MOST = 3.0
 

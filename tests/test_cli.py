@@ -1329,7 +1329,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
 # Plasticity of the volume
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"

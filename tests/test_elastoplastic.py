@@ -329,7 +329,7 @@ def test_contact_at_the_edge_is_reported() -> None:
     assert result.converged
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.

@@ -18,6 +18,8 @@ from damaged_files import REFUSED, SAME, STATED, WRONG, Damaged, Order, Worker
 from plain import Plain
 from targets import Reading
 
+pytestmark = pytest.mark.process
+
 pytest.importorskip("resource", reason="limits of memory are POSIX")
 
 
@@ -147,7 +149,6 @@ def test_hdf5_does_not_stand_still(
     assert "the free space of a heap" in outcome.words
 
 
-@pytest.mark.long
 def test_seeds_name_files(known: dict[str, targets.Target], tmp_path: Path) -> None:
     def drawn(seed: int) -> Damaged | str:
         return damaged_files.draw(Order(seed), known, tmp_path, tmp_path / "outside.bin")
@@ -205,7 +206,6 @@ def hostile(
         worker.close()
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("content", "words"),
     [

@@ -17,6 +17,8 @@ from roughcontact.batch import jobs, plan, project, runner
 from roughcontact.batch.executors import Engine
 from roughcontact.request import outputs, subtasks
 
+pytestmark = pytest.mark.process
+
 HEAD = """\
 folder = "results"
 write = ["csv"]
@@ -176,7 +178,6 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
     assert found == bits(path.parent)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_pieces_that_were_found_are_not_done_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
