@@ -73,10 +73,16 @@ def tree(room: str) -> ast.Module:
 
 
 @cache
+def all_nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
+    """Return the nodes of a module, walked once for all rules."""
+    return tuple(ast.walk(tree))
+
+
+@cache
 def imports(path: Path) -> tuple[str, ...]:
     """Return the rooms that a module imports, deferred and type-only imports too."""
     known, found = rooms(), []
-    for node in ast.walk(parsed(path)):
+    for node in all_nodes(parsed(path)):
         names: list[str] = []
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "roughcontact":
             base = (node.module or "").removeprefix("roughcontact").strip(".")

@@ -192,6 +192,7 @@ def test_a_loaded_result_is_a_start(tmp_path: Path) -> None:
     np.testing.assert_allclose(resolved.pressure, masked.pressure, rtol=0, atol=1e-5 * 3e9)
 
 
+@pytest.mark.long
 def test_the_map_of_a_result_is_a_surface_file(tmp_path: Path) -> None:
     for case in ("scalar ceiling", "masked holes"):
         result = solved(case)
@@ -548,6 +549,7 @@ def test_attributes_that_were_changed_are_told(
     refused(path, "written: attributes do not match the checksum")
 
 
+@pytest.mark.long
 def test_a_checksum_that_is_gone_is_missed(tmp_path: Path, result: rc.ContactResult) -> None:
     path = tmp_path / "out.nc"
     for where, words in (("/", "attributes do"), ("gap", "gap and attributes do")):
@@ -557,6 +559,7 @@ def test_a_checksum_that_is_gone_is_missed(tmp_path: Path, result: rc.ContactRes
         refused(path, f"written: {words} not match the checksum")
 
 
+@pytest.mark.long
 def test_a_map_that_was_changed_is_not_read(tmp_path: Path, result: rc.ContactResult) -> None:
     path = tmp_path / "out.nc"
     for save in (result.save, result.surface.save):
@@ -573,6 +576,7 @@ def test_a_map_that_was_changed_is_not_read(tmp_path: Path, result: rc.ContactRe
             assert_same_bits(rc.read_surface(path).heights, result.surface.heights)
 
 
+@pytest.mark.long
 def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     result = solved("two soft bodies")
     archive.to_dataset(result).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")

@@ -188,6 +188,7 @@ def test_iron_is_not_isotropic() -> None:
     assert "iron: {:.0f} GPa and {:.0f} GPa".format(*along) in TEXT
 
 
+@pytest.mark.long
 def test_friction_brings_first_yield_to_the_surface() -> None:
     from roughcontact.contact.subsurface_stress import subsurface_stress
 

@@ -98,14 +98,14 @@ def test_every_shape_elastic_and_with_ceilings(independent, boundary, kind, shap
     h0 = gaps(shape, kind, rng)
     mean = 0.02 * MODULUS
     total = mean * h0.size
-    fillings = (0.5, 0.9, 0.99, 0.999) if min(shape) > 4 else (0.9, 0.999)
-    for limit in (math.inf, 20 * mean, *(mean / filling for filling in fillings)):
+    for limit in (math.inf, 20 * mean, mean / 0.9, mean / 0.999):
         solution = press(h0, limit=limit, total=total, boundary=boundary)
         assert_solved(independent, solution, h0, limit, boundary, total)
         # Robust also means that nothing crawls; the worst, white noise on 4 × 512, took 115.
         assert solution.convolutions <= 150
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

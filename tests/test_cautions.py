@@ -179,6 +179,7 @@ def test_a_strength_that_is_reached_counts_beside_a_hardness() -> None:
     assert weak.regime is Regime.UNKNOWN
 
 
+@pytest.mark.long
 def test_every_face_tells_the_same_cautions(tmp_path: Path) -> None:
     heights = np.array(ball(32).heights)
     heights[10:20, 3:12] = np.nan

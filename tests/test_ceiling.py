@@ -129,6 +129,7 @@ def test_hardening_raises_the_ceiling(law: Linear | Swift, ratio: float, true: f
     assert advice.factor == pytest.approx(true, rel=0.055)
 
 
+@pytest.mark.long
 def test_the_rule_holds_on_a_rough_map() -> None:
     # Perfectly plastic, E* h'/σ_Y = 12: with three yield strengths the area is a sixth too small.
     heights, pixel = rc.reference_map(32)

@@ -137,6 +137,7 @@ def test_a_study_holds_what_hertz_has(load):
         assert set(causes(told)) <= {Cause.GRID, Cause.WAVES, Cause.TOLERANCE}
 
 
+@pytest.mark.long
 def test_the_pressure_at_an_edge_has_no_limit():
     # A ball that the edge of the map cuts: the peak in the middle hides that of the edge.
     pixel = 2e-6
@@ -211,6 +212,7 @@ def test_what_does_not_fall_has_no_limit():
     assert limits([1.0, 1.4, 1.3]) == pytest.approx((0.92, 1.68))
 
 
+@pytest.mark.long
 def test_intervals_hold_what_finer_grids_give():
     held = []
     for number in range(4):

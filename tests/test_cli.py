@@ -345,6 +345,7 @@ def test_progress_is_told_on_a_terminal_only(
 # What is written
 
 
+@pytest.mark.long
 def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     before = files(tmp_path)
     output = tmp_path / "out.nc"
@@ -361,6 +362,7 @@ def test_output_and_figures_are_written(rough: Path, tmp_path: Path, capsys: Cap
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_figures_go_into_an_existing_folder(rough: Path, tmp_path: Path) -> None:
     folder = tmp_path / "pictures"
     folder.mkdir()
@@ -415,7 +417,9 @@ WRITERS: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 @pytest.mark.parametrize(
     ("command", "length"),
-    [*((command, 200) for command in WRITERS if command != "run"), ("solve", 0), ("solve", 60),
+    [*((command, 200) for command in WRITERS if command not in ("demo", "run")),
+     ("solve", 0), ("solve", 60),
+     pytest.param("demo", 200, marks=pytest.mark.long),
      pytest.param("run", 200, marks=pytest.mark.process)],
 )  # fmt: skip
 def test_paths_stand_whole_on_lines_of_their_own(
@@ -718,6 +722,7 @@ def test_an_interrupted_solve_writes_nothing(
     assert not folder.exists()
 
 
+@pytest.mark.long
 def test_an_interrupted_write_names_what_is_complete(
     rough: Path, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -763,6 +768,7 @@ def test_too_little_memory_is_one_sentence(
     refused(capsys, solve(rough, *STEEL), "memory", "--crop", "--precision single")
 
 
+@pytest.mark.long
 def test_a_closed_pipe_is_quiet(rough: Path) -> None:
     # The reader is gone before the first line comes.
     reading, writing = os.pipe()
@@ -842,6 +848,7 @@ def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
         assert words in out
 
 
+@pytest.mark.long
 @needs_reader
 @pytest.mark.parametrize("ceiling", ["auto", "none"])
 @pytest.mark.parametrize(
@@ -941,6 +948,7 @@ def test_bad_preparation_is_one_sentence(
     refused(capsys, solve(rough, *STEEL, *options), *words)
 
 
+@pytest.mark.long
 def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
     heights = np.kron(bumps(), np.ones((2, 2)))
     path = tmp_path / "rough.npy"
@@ -986,6 +994,7 @@ def test_sweep_writes_what_the_library_returns(
     assert told["contact_area"] == table["contact_area_[m²]"].tolist()
 
 
+@pytest.mark.long
 def test_sweep_over_approaches_draws(rough: Path, tmp_path: Path, capsys: Capture) -> None:
     figure = tmp_path / "curve.svg"
     options = ["--from", "50 nm", "--to", "300 nm", "--steps", "3", "--spacing", "linear"]
@@ -1117,6 +1126,7 @@ def test_bad_bodies_end_in_one_sentence(
 # Load histories
 
 
+@pytest.mark.long
 def test_history_writes_steps_and_the_indented_surface(
     rough: Path, tmp_path: Path, capsys: Capture
 ) -> None:
@@ -1323,7 +1333,7 @@ def test_reports_of_sweep_and_history(rough: Path, tmp_path: Path) -> None:
 # Plasticity of the volume
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_volume_model_of_a_ball(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "32", "--size", "0.4 mm", "--load", "100 N")
     output = tmp_path / "v.nc"
@@ -1455,6 +1465,7 @@ def test_a_volume_run_is_kept_and_goes_on(
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_a_volume_run_that_fails_says_what_is_kept(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

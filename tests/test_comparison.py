@@ -10,6 +10,8 @@ from roughcontact.elastoplastic import ceiling_comparison
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 
+pytestmark = pytest.mark.long
+
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
 RADIUS = 0.01
@@ -79,7 +81,6 @@ def test_the_best_factor_is_where_the_error_changes_sign(
     assert compared.factors[int(error.argmin())] in (1.8, 2.0, 2.4)
 
 
-@pytest.mark.long
 def test_outside_of_the_factors_the_nearest_is_best() -> None:
     surface, first = ball(16)
     both = rc.compare_models(

@@ -68,6 +68,7 @@ def test_reference_problem(independent, n, ceiling, boundary):
     assert result.convolutions <= 60
 
 
+@pytest.mark.long
 def test_reference_problem_at_512(independent):
     result = rc.solve(reference(512), material=YIELDING, load=LOAD)
     assert result.ceiling == 3e9
@@ -118,6 +119,7 @@ def test_loads_over_twelve_decades(independent, load, ceiling, boundary):
         assert result.contact_fraction == 1
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     young=st.floats(3, 13).map(lambda x: 10**x),
@@ -506,9 +508,7 @@ def test_single_spike(independent, boundary):
 
 
 @pytest.mark.parametrize("boundary", BOUNDARIES)
-@pytest.mark.parametrize(
-    "shape", [(2, 2), (2, 3), (32, 300), (4, 512), (2, 300), (61, 97), (256, 5)]
-)
+@pytest.mark.parametrize("shape", [(2, 2), (2, 3), (32, 300), (256, 5)])
 @pytest.mark.parametrize("kind", ["noise", "checkerboard", "steps", "spikes"])
 def test_awkward_shapes(independent, kind, shape, boundary):
     rng = np.random.default_rng(5)
@@ -550,6 +550,7 @@ def test_a_start_from_a_higher_load_keeps_what_is_saturated() -> None:
         assert warm.approach == pytest.approx(cold.approach, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ceiling", [None, 2e9])
 def test_start_from_a_neighbouring_load(independent, ceiling):
     surface = rough((90, 140))

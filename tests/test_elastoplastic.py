@@ -90,6 +90,7 @@ def test_gap_certificate_and_load(loaded) -> None:
     assert np.abs(gap[contact.contact]).max() < 1e-11
 
 
+@pytest.mark.long
 def test_below_first_yield_it_is_the_elastic_solution() -> None:
     # p₀ = 1.5 σ_Y at ν = 0.3 lies below 1.6 σ_Y, 1.75 σ_Y above, for Hertz's sphere.
     modulus = YOUNG / (1 - POISSON**2)
@@ -133,6 +134,7 @@ def test_unloading_is_elastic_and_leaves_stress_in_balance(loaded, unloaded) -> 
     assert np.abs(stress[0, ..., 2, 2]).max() < 0.15 * after.residual_von_mises.max()
 
 
+@pytest.mark.long
 def test_periodic_contact_and_its_balance() -> None:
     loaded = solve_elastoplastic(
         ball(), material=PERFECT, increments=1, loads=[0.2, 0.4], boundary="periodic", **MORE
@@ -308,6 +310,7 @@ def test_volume_grows_with_the_plastic_zone() -> None:
     np.testing.assert_allclose(small.contact.pressure, inside, atol=2e-3 * inside.max())
 
 
+@pytest.mark.long
 def test_layers_that_are_too_few_are_reported() -> None:
     result = solve_elastoplastic(
         ball(), material=SWIFT, increments=1, loads=[0.65], layers=[0.5e-6] * 14
@@ -317,6 +320,7 @@ def test_layers_that_are_too_few_are_reported() -> None:
     assert result.bodies[0].thickness.size == 14
 
 
+@pytest.mark.long
 def test_contact_at_the_edge_is_reported() -> None:
     result = solve_elastoplastic(
         ball((10, 10)), material=PERFECT, increments=1, loads=[0.45], **MORE
@@ -325,7 +329,7 @@ def test_contact_at_the_edge_is_reported() -> None:
     assert result.converged
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     # In contact up to its edge, alone and framed by points that never touch: the same bodies, on
     # volumes of different size.
@@ -462,6 +466,7 @@ def test_load_goes_in_equal_steps() -> None:
     np.testing.assert_allclose(loads, [0.05, 0.1, 0.15, 0.2])
 
 
+@pytest.mark.long
 def test_the_last_load_is_the_one_asked_for() -> None:
     # 0.1 · 3/3 is not 0.1 in floating point.
     assert 0.1 * 3 / 3 != 0.1
@@ -477,6 +482,7 @@ def test_a_strength_beyond_single_precision_leaves_the_body_elastic() -> None:
     assert result.yield_excess == -1
 
 
+@pytest.mark.long
 def test_stress_far_above_the_yield_strength_is_told() -> None:
     # Strains of 30000 yield strains: of them the tolerance is more than the yield strength.
     soft = rc.Material(young=YOUNG, poisson=POISSON, yield_strength=1e6)

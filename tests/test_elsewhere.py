@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roughcontact as rc
-from house import rooms, tree
+from house import all_nodes, rooms, tree
 
 SOURCE = Path(rc.__file__).parents[1]
 ROOT = SOURCE.parent
@@ -94,7 +94,7 @@ def test_no_file_of_the_tree_has_a_name_that_windows_lacks() -> None:
 
 def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
     for room in rooms():
-        for node in ast.walk(tree(room)):
+        for node in all_nodes(tree(room)):
             if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
                 assert ast.unparse(node.args[0]) == "'spawn'", room
             # Only where the system has it, which `plots.export` asks first.

@@ -32,6 +32,7 @@ def of_steel(pressure: float | str, **changes: object) -> Estimate:
 # --- on the cases that took no part in the fit
 
 
+@pytest.mark.long
 def test_the_formulas_meet_their_goals_on_maps_never_seen() -> None:
     import atlas
     import atlas_fit
@@ -95,6 +96,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
         assert between.strip() == table
 
 
+@pytest.mark.long
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
         (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
@@ -279,6 +281,7 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
     assert np.mean(inside) >= LEVEL
 
 
+@pytest.mark.long
 def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
     spectrum = {"shape": (256, 256), "pixel": (1e-6, 1e-6), "Sq": 0.4e-6, "Sdq": 0.1,
                 "rolloff_wavelength": 36e-6, "hurst": 0.7, "seed": 7}  # fmt: skip

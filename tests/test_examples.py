@@ -69,10 +69,11 @@ def run(name: str, points: int, monkeypatch: pytest.MonkeyPatch, folder: Path) -
 # Many contacts with plasticity of the volume, whatever the grid; many maps.
 MARKS = {
     "12_volume": pytest.mark.slow, "14_running_in": pytest.mark.slow,
-    "04_source_paper": pytest.mark.long,
+    **dict.fromkeys(("04_source_paper", "09_ceiling", "11_history"), pytest.mark.long),
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [pytest.param(name, marks=[MARKS[name]] if name in MARKS else []) for name in NUMBERS],

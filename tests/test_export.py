@@ -61,7 +61,7 @@ def surfaces(draw: st.DrawFn) -> rc.Surface:
 
 @pytest.mark.parametrize("suffix", EXACT)
 @given(surface=surfaces())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_every_height_keeps_its_bits(suffix: str, folder: Path, surface: rc.Surface) -> None:
     again = saved_and_read(surface, folder / f"map{suffix}")
     assert_same_bits(again.heights, surface.heights)
@@ -69,6 +69,7 @@ def test_every_height_keeps_its_bits(suffix: str, folder: Path, surface: rc.Surf
     assert again.pixel == pytest.approx(surface.pixel, rel=1e-15 if suffix == ".x3p" else 0, abs=0)
 
 
+@pytest.mark.long
 @given(surface=surfaces())
 @settings(max_examples=50, deadline=None)
 def test_sur_is_within_half_a_step(folder: Path, surface: rc.Surface) -> None:
@@ -138,6 +139,7 @@ def test_measurements(name: str, suffix: str, tmp_path: Path) -> None:
         assert again.pixel == pytest.approx(surface.pixel, rel=1e-15, abs=0)
 
 
+@pytest.mark.long
 def test_maps_pressure_and_numbers_of_a_volume(
     volume: rc.ElastoplasticResult, tmp_path: Path
 ) -> None:

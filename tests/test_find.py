@@ -35,6 +35,7 @@ def fields(result: rc.ContactResult) -> dict[str, float]:
     }
 
 
+@pytest.mark.long
 @settings(max_examples=8, deadline=None)
 @given(
     name=st.sampled_from(["approach", "mean_gap"]),
@@ -60,6 +61,7 @@ def test_a_solve_at_the_load_found_has_the_value(
     assert reached == [False, True]
 
 
+@pytest.mark.long
 @settings(max_examples=4, deadline=None)
 @given(share=st.floats(0.01, 0.6), boundary=st.sampled_from(["free", "periodic"]))
 def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
@@ -78,6 +80,7 @@ def test_whole_pixels_pass_a_share_between_the_ends_of_the_bracket(
     assert answer.load == high
 
 
+@pytest.mark.long
 def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
     terms = {"material": STEEL}
     (answer,) = rc.find_load(BALL, **terms, saturated_fraction=0.3).answers
@@ -88,6 +91,7 @@ def test_the_saturated_part_of_a_ball_is_passed_between_two_loads() -> None:
     assert answer.value == above == answer.bracket_high.value
 
 
+@pytest.mark.long
 def test_several_answers_share_their_contacts() -> None:
     one = rc.find_load(ROUGH, material=STEEL, contact_fraction=0.05)
     two = rc.find_load(ROUGH, material=STEEL, contact_fraction=[0.05, 0.05])
@@ -101,6 +105,7 @@ def test_several_answers_share_their_contacts() -> None:
     assert mixed.largest.load == max(answer.load for answer in mixed.answers)
 
 
+@pytest.mark.long
 def test_a_ball_yields_first_where_hertz_says() -> None:
     ball = rc.Surface(shapes.paraboloid((48, 48), (1e-6, 1e-6), 2e-3), (1e-6, 1e-6))
     (answer,) = rc.find_load(ball, material=STEEL, first_yield=True).answers
@@ -196,6 +201,7 @@ def test_the_command_answers_in_a_table_and_in_json(
     assert "nothing is asked: give --contact-fraction" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_project_shows_the_contact_under_the_largest_load_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

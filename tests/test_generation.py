@@ -106,6 +106,7 @@ def test_a_seed_is_one_body_on_every_grid() -> None:
     assert np.corrcoef(coarse.heights.ravel(), fine.heights[::2, ::2].ravel())[0, 1] > 0.999
 
 
+@pytest.mark.long
 def test_the_spectrum_is_flat_then_falls_then_ends() -> None:
     surface = made((256, 256), Sal=None, rolloff_wavelength=32e-6, hurst=0.6, Ssk=-1.0)
     q, power, _ = spectrum.radial_spectrum(surface.heights, PIXEL)
@@ -202,6 +203,7 @@ def test_what_no_map_can_have_is_refused(asked: dict[str, Any], told: str) -> No
         made((96, 128), **asked)
 
 
+@pytest.mark.long
 def test_moments_that_few_waves_cannot_have_are_refused() -> None:
     with pytest.raises(rc.InputError, match=r"^Ssk -0\.8 with Sku 3.96 is not reachable"):
         rc.generate(48, (2e-6, 2e-6), Sq=4e-7, Sal=1.2e-5, Ssk=-0.8, honing=40)
@@ -227,6 +229,7 @@ def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
     )
 
 
+@pytest.mark.long
 def test_its_provenance_says_how_to_make_it_again() -> None:
     surface = made(Ssk=-0.5, Str=0.5, lay=20.0, seed=7)
     about = surface.provenance

@@ -63,6 +63,7 @@ def test_a_stopped_path_ends_with_the_same_bits(stop: int, tmp_path: Path) -> No
     solved(PATH, folder=tmp_path, progress=stopping_at(1))
 
 
+@pytest.mark.long
 def test_a_path_without_flow_is_kept_too(tmp_path: Path) -> None:
     light = [replace_load(point, 0.2 * LOAD) for point in PATH[:2]]
     with pytest.raises(StopError):

@@ -125,6 +125,7 @@ def test_bash_completes_commands_options_and_materials(home: dict[str, str]) -> 
     assert done.stdout.splitlines() == list(typed.values())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("shell", "given"),
     [("zsh", {"_TYPER_COMPLETE_ARGS": "roughcontact solve x.opd --material 100"}),

@@ -111,6 +111,7 @@ def test_axes_that_fill_the_memory(tmp_path: Path) -> None:
     refused(path, "'long' in map.nc holds 8192.0 GiB or more, packed into")
 
 
+@pytest.mark.long
 def test_what_exceeds_the_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = map_file(
         tmp_path / "map.nc",
@@ -187,6 +188,7 @@ def test_one_value_that_marks_missing_points(tmp_path: Path) -> None:
     assert np.argwhere(np.isnan(read_surface(path).heights)).tolist() == [[1, 1]]
 
 
+@pytest.mark.long
 def test_blocks_that_unpack_to_more_than_they_state(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -34,6 +34,7 @@ def raceway(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     maps["save"](Path("raceway.sdf"), maps["raceway"]((128, 80), 4e-6), 4e-6)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("raceway")
 def test_the_recipe_of_the_roller_runs(capsys: pytest.CaptureFixture[str]) -> None:
     solve, sweep = commands("roller.md")
@@ -59,6 +60,7 @@ def test_the_recipe_of_the_roller_runs_in_python() -> None:
     assert names["result"].hertz.max_pressure == pytest.approx(1.5e9)
 
 
+@pytest.mark.long
 def test_the_maps_of_the_pages_come_with_the_folder_for_their_figures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -79,6 +81,7 @@ def test_pages_that_write_into_maps_say_where_the_folder_comes_from() -> None:
         assert "folder `maps`" in before
 
 
+@pytest.mark.long
 def test_the_example_of_another_program_runs_here() -> None:
     text = (HOWTO.parent / "others.md").read_text(encoding="utf-8")
     (script,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

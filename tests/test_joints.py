@@ -120,6 +120,7 @@ def test_a_contact_is_solved_once_and_given_again_bit_by_bit(solves: list[float]
     assert third.ceiling is None
 
 
+@pytest.mark.long
 def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[float]) -> None:
     requests = [request(tmp_path), request(tmp_path, **{"electrical-film": "1e-12 ohm m^2"})]
     with running.shared_runner() as carry_out:
@@ -179,6 +180,7 @@ def test_a_list_of_tasks_that_makes_no_sense_gets_its_sentence(
     assert "project.toml line" in error
 
 
+@pytest.mark.long
 def test_all_that_is_asked_of_a_joint_under_the_same_pressures_is_solved_once(
     tmp_path: Path, solves: list[float]
 ) -> None:

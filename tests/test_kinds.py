@@ -128,6 +128,7 @@ def test_its_numbers_are_written(squeaking: Squeaking, tmp_path: Path) -> None:
         squeaking.largest.to_pandas()
 
 
+@pytest.mark.long
 def test_it_is_drawn_cited_and_reported(squeaking: Squeaking, tmp_path: Path) -> None:
     assert dir(squeaking.plot) == ["pitches"]
     assert squeaking.plot.pitches(colour="r").axes
@@ -169,6 +170,7 @@ def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
     assert kinds.of(trace) is not kinds.of(rc.Surface(*rc.reference_map(32)))
 
 
+@pytest.mark.long
 def test_a_dataset_is_what_a_netcdf_file_holds(tmp_path: Path) -> None:
     import xarray
 

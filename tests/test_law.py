@@ -304,6 +304,7 @@ def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
     assert len(LAW.plot().axes) == 4
 
 
+@pytest.mark.long
 def test_what_has_no_law_gets_its_sentence() -> None:
     def law(*contacts: rc.ContactResult, after: tuple[rc.ContactResult, ...] = ()) -> None:
         rc.interface_law(contacts, after)
@@ -347,6 +348,7 @@ def command(folder: Path, *more: str) -> list[str]:
     ]  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_command_tells_draws_and_writes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

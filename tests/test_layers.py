@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from house import PACKAGE, floor_of, imports, rooms, tree, wing_of
+from house import PACKAGE, all_nodes, floor_of, imports, rooms, tree, wing_of
 
 
 def test_a_wing_imports_only_wings_below() -> None:
@@ -54,7 +54,7 @@ def too_long(tree: ast.Module) -> list[str]:
     """
     public = {id(node) for node in tree.body if not getattr(node, "name", "_").startswith("_")}
     found = []
-    for node in ast.walk(tree):
+    for node in all_nodes(tree):
         if isinstance(node, ast.FunctionDef):
             whole, code = lengths(node)
             contract = id(node) in public and code < LONGEST_CODE
@@ -85,7 +85,7 @@ def test_only_units_knows_pint() -> None:
     users = {
         room
         for room in rooms()
-        for node in ast.walk(tree(room))
+        for node in all_nodes(tree(room))
         for name in (
             [alias.name for alias in node.names] if isinstance(node, ast.Import)
             else [node.module or ""] if isinstance(node, ast.ImportFrom) else []
@@ -115,7 +115,7 @@ def test_data_cannot_be_changed_behind_someone_s_back() -> None:
     loose = {
         (room, node.name)
         for room in rooms()
-        for node in ast.walk(tree(room))
+        for node in all_nodes(tree(room))
         if isinstance(node, ast.ClassDef)
         for told in [" ".join(map(ast.unparse, node.decorator_list))]
         if "dataclass" in told and "frozen=True" not in told
@@ -128,7 +128,7 @@ UNLESS_TOLD = {"angle": "0.0", "mirrored": "False"}
 
 def test_nothing_is_turned_or_mirrored_unless_told() -> None:
     for room in rooms():
-        for node in ast.walk(tree(room)):
+        for node in all_nodes(tree(room)):
             # To rotate is to be told.
             if not isinstance(node, ast.FunctionDef) or node.name.startswith("rotate"):
                 continue
@@ -157,7 +157,7 @@ OWNS = {"cli.app": {"basicConfig"}, "desk.workers": {"setrlimit"}}
 
 def test_nothing_is_changed_that_other_threads_share() -> None:
     for room in rooms():
-        nodes = list(ast.walk(tree(room)))
+        nodes = all_nodes(tree(room))
         named = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
         named |= {
             alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names
@@ -224,7 +224,7 @@ ALLOWED = {"solvers.progress.kept", "surface.provenance.found", "surface.surface
 
 def names(tree: ast.Module) -> Iterator[str]:
     """Yield what a module defines: functions, classes, arguments, attributes, constants."""
-    owners = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
+    owners = [tree, *(node for node in all_nodes(tree) if isinstance(node, ast.ClassDef))]
     for node in (child for owner in owners for child in owner.body):
         targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
         for target in targets:
@@ -233,7 +233,7 @@ def names(tree: ast.Module) -> Iterator[str]:
                 if (target)
                 else ()
             )
-    for node in ast.walk(tree):
+    for node in all_nodes(tree):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             yield node.name
         elif isinstance(node, ast.arg):

@@ -163,6 +163,7 @@ def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: 
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ceiling", "boundary"), [(3e9, "free"), (None, "periodic")])
 def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, boundary: str) -> None:
     surface, loads = rough(128), load_curve.spaced(0.5, 1.0, 12)

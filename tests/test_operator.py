@@ -3,6 +3,7 @@
 import ast
 import math
 import threading
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -210,9 +211,10 @@ CASES = {
 }
 
 
-def on_edges(case, edges, matrix_of=None):
+@cache
+def on_edges(case, edges):
     """Return the solutions of a case on processes, one for each."""
-    kind, options = CASES[case] if isinstance(case, str) else case
+    kind, options = CASES[case]
     h0, limit = gap(kind), options.get("limit", np.inf)
     if isinstance(limit, str):
         limit = np.random.default_rng(5).uniform(0.2, 0.8, SHAPE)
@@ -225,7 +227,7 @@ def on_edges(case, edges, matrix_of=None):
         here = limit[rows] if isinstance(limit, np.ndarray) else limit
         return bounded.solve(Problem(h0[rows], here, **wanted, whole=SHAPE), family, **more)
 
-    solutions, calls = on_processes(edges, run, matrix_of)
+    solutions, calls = on_processes(edges, run)
     assert calls > 20
     return solutions
 

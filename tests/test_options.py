@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from roughcontact.batch.plan import spell_key
 from roughcontact.cli import app
@@ -146,6 +146,7 @@ def test_arguments_are_spelled_at_each_edge() -> None:
     assert COMMANDS["history"].named("load") is None
 
 
+@pytest.mark.long
 def test_pictures_are_those_that_can_be_saved(tmp_path: Path) -> None:
     from matplotlib.figure import Figure
 
@@ -219,6 +220,7 @@ def test_a_given_yield_strength_replaces_the_law_of_the_catalogue() -> None:
 WORDS = st.text(min_size=1).filter(lambda text: text.strip() == text and "\0" not in text)
 
 
+@settings(max_examples=30)
 @given(name=WORDS, files=st.lists(WORDS, min_size=1))
 @example(name="a=b", files=["c,d.npy", 'e".npy', '"f', "g\nh", "i\u2028j"])
 @example(name='"a"', files=["c"])

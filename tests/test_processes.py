@@ -41,6 +41,7 @@ def faults(how: str, **environment: str) -> int:
     return int(done.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="not the GNU C library")
 def test_freed_memory_is_kept_where_dask_gives_it_back() -> None:
     # As Dask begins its workers.

@@ -320,6 +320,7 @@ file = "rough.npy"
 """
 
 
+@pytest.mark.long
 def test_what_a_killed_step_left_is_removed(folder: Path) -> None:
     pytest.importorskip("fcntl")
     path = folder / "short.toml"

@@ -104,6 +104,7 @@ def test_projecting_twice_changes_nothing(problem):
     np.testing.assert_allclose(twice, once, rtol=0, atol=slack)
 
 
+@pytest.mark.long
 @given(problems(), st.floats(-1e3, 1e3))
 def test_a_constant_added_to_all_values_is_lost(problem, constant):
     values, limit, total, scale = problem

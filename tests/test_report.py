@@ -174,6 +174,7 @@ def test_every_figure_is_a_picture_with_words(whole: tuple[ContactResult, str]) 
     assert len(whole[1]) < 5e6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [layout.HALF, layout.MIDDLE, layout.WIDE])
 def test_no_text_of_a_figure_prints_below_seven_points(
     whole: tuple[ContactResult, str], width: int
@@ -246,6 +247,7 @@ def test_the_date_is_today_if_none_is_given() -> None:
     assert any(f"Report of {day}" in text for day in (before, datetime.date.today()))
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_what_does_not_apply_is_left_out() -> None:
     page = report(solved(ceiling=None))
@@ -291,6 +293,7 @@ def test_every_case_is_told_as_it_is(problem: dict[str, Any], words: str) -> Non
     assert ("Roughness of the counter-body" in page.words) is two
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_a_nominal_body_has_no_roughness() -> None:
     ball = nominal_bodies.sphere(radius=1e-3, shape=rough().shape, pixel=rough().pixel)
@@ -303,6 +306,7 @@ def test_a_nominal_body_has_no_roughness() -> None:
     assert "Roughness of the counter-body" not in beside.words
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_a_small_contact_is_shown_closely_first() -> None:
     ball = nominal_bodies.sphere(radius=1e-2, shape=(128, 128), pixel=(2e-6, 2e-6))
@@ -311,6 +315,7 @@ def test_a_small_contact_is_shown_closely_first() -> None:
     assert large[0]["alt"].startswith("Where the bodies touch")
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_cautions_are_on_the_first_page() -> None:
     steep = rc.Surface(20 * rough().heights, rough().pixel)
@@ -325,6 +330,7 @@ def test_cautions_are_on_the_first_page() -> None:
     assert "Checked: convergence, contact at the edges" in smooth.words
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_what_did_not_converge_is_never_shown_as_a_solution() -> None:
     best = solved(max_iterations=2, on_failure="return")
@@ -337,6 +343,7 @@ def test_what_did_not_converge_is_never_shown_as_a_solution() -> None:
     assert "Not converged" not in report(solved()).words
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_a_script_replaces_a_command_that_is_not_known() -> None:
     reading = Operation("read_surface", {"path": "ground.opd"})
@@ -359,6 +366,7 @@ def test_a_map_without_neighbors_has_no_slope_to_report() -> None:
     assert ["not defined on this map"] * 6 in report(result).cells
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("quick")
 def test_save_replaces_only_when_it_is_complete(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -541,9 +549,16 @@ def test_a_report_of_any_kind_leads_with_its_question(name: str) -> None:
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 
+# Of a map, of a profile, and the longest.
+PRINTED = ("solve", "profile", "sweep")
+
+
 @pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium to print")
-@pytest.mark.parametrize("name", MAKE)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[] if name in PRINTED else [pytest.mark.slow]) for name in MAKE],
+)
 def test_a_report_prints_to_few_pages(name: str, tmp_path: Path) -> None:
     make, _, most = MAKE[name]
     result, source, target = make(), tmp_path / "out.html", tmp_path / "out.pdf"

@@ -57,6 +57,7 @@ def test_noise_at_the_pixel_is_found_out() -> None:
     assert [v.max_pressure for v in found.cutoffs] == sorted(v.max_pressure for v in found.cutoffs)
 
 
+@pytest.mark.long
 def test_a_maximum_at_the_ceiling_is_not_taken_for_convergence() -> None:
     found = looked_at(noisy(50e-9))
     assert found.at_ceiling
@@ -82,6 +83,7 @@ def test_periodic_maps_keep_their_period_and_their_waves() -> None:
     )
 
 
+@pytest.mark.long
 def test_measured_grid_is_the_solve_itself() -> None:
     surface = rc.Surface(*rc.reference_map(128))
     found = rc.resolution_study(surface, load=1.0, material=STEEL)

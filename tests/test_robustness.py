@@ -14,7 +14,7 @@ from roughcontact.halfspace import convolution
 BLOCK = 20
 
 
-@pytest.mark.parametrize("first", range(0, 400, BLOCK))
+@pytest.mark.parametrize("first", range(0, 200, BLOCK))
 def test_random_problems_are_certified_or_refused(first):
     outcomes = [
         random_problems.attempt(random_problems.draw(seed, 48))
@@ -35,6 +35,7 @@ FOUND = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "largest"), [case for cases in FOUND.values() for case in cases])
 def test_problems_that_once_failed(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))

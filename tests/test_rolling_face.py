@@ -67,6 +67,7 @@ def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.results.Rollin
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("to_and_fro", [False, True])
 def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_path: Path) -> None:
     numbers: list[tuple[int, int, str]] = []
@@ -244,6 +245,7 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult)
     assert Kind.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
 
 
+@pytest.mark.long
 def test_hardness_alone_hides_no_ratcheting() -> None:
     line = Line(4.6, points=32)
     steel = replace(line.steel, hardness=4e9)

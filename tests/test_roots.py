@@ -23,6 +23,7 @@ SHAPES: tuple[Callable[[float], float], ...] = (
 )
 
 
+@pytest.mark.long
 @given(
     shape=st.sampled_from(SHAPES),
     zero=st.floats(-5, 5),

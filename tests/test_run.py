@@ -85,6 +85,7 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
     assert len(outcome.record()["load"]) == 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("task", "given", "words"),
     [
@@ -149,6 +150,7 @@ def _timeless(told: Any) -> Any:
     return [_timeless(value) for value in told] if isinstance(told, list) else told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "more",
     [

@@ -30,6 +30,7 @@ def study(surface: rc.Surface) -> rc.results.SamplingStudy:
     return rc.sampling_study(surface, material=STEEL, pressure="200 MPa", tolerance=1e-4)
 
 
+@pytest.mark.long
 def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     surface = patch(64, 8e-6, 1)
     found = study(surface)

@@ -108,6 +108,7 @@ def test_the_script_states_the_problem(name: str, folder: Path) -> None:
     assert again.tolerance == result.tolerance
 
 
+@pytest.mark.long
 def test_the_second_body_is_read_too(folder: Path) -> None:
     result = rc.solve(
         rc.read_surface("ground.nc").filled(),
@@ -125,6 +126,7 @@ def result_of(about: rc.Provenance, ceiling: Any = None) -> ContactResult:
     return rc.solve(surface, material=STEEL, load=0.1, ceiling=ceiling)
 
 
+@pytest.mark.long
 def test_two_maps_on_nominal_forms_are_laid_on_each_other_again(folder: Path) -> None:
     maps = [rc.read_surface(name).leveled().filled() for name in ("ground.nc", "other.nc")]
     one, two = placement.matched(*maps, (1.3e-6, 1e-6 / 3), angle=12.5, mirrored=True)
@@ -181,6 +183,7 @@ def test_a_form_in_memory_has_to_be_supplied(folder: Path) -> None:
     assert names["surface"].heights.tobytes() == whole.heights.tobytes()
 
 
+@pytest.mark.long
 def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     step = Operation("indented", found={"depth": 1e-9})
@@ -196,6 +199,7 @@ def test_what_no_script_repeats_is_in_the_file_of_the_result(folder: Path) -> No
         assert names["result"].pressure.tobytes() == result.pressure.tobytes()
 
 
+@pytest.mark.long
 def test_a_ceiling_by_point_is_in_the_file_of_the_result(folder: Path) -> None:
     surface = rc.read_surface("ground.nc").filled()
     ceiling = np.linspace(2e9, 3e9, surface.heights.size).reshape(surface.shape)

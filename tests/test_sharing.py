@@ -73,6 +73,7 @@ def test_figures_are_the_same_whoever_draws_them(forks: list[int]) -> None:
     assert none_is_left(forks)
 
 
+@pytest.mark.long
 @needs_fork
 def test_helpers_end_with_the_process_that_began_them() -> None:
     script = """
@@ -116,6 +117,7 @@ def test_helpers_draw(tmp_path: Path) -> None:
     assert len(processes()) == 2
 
 
+@pytest.mark.long
 @needs_fork
 def test_what_a_helper_fails_in_is_drawn_here(forks: list[int]) -> None:
     def fails_elsewhere(number: int) -> Figure:

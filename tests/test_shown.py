@@ -51,6 +51,7 @@ def test_an_object_is_told_in_some_ten_lines(kind: str, objects: dict[str, Any])
     assert "array" not in repr(objects[kind])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_notebook_shows_the_same_numbers_and_a_picture(
     kind: str, objects: dict[str, Any]
@@ -94,6 +95,7 @@ def test_the_figures_of_an_object_are_its_methods(objects: dict[str, Any]) -> No
         _ = objects["LoadSearch"].plot
 
 
+@pytest.mark.long
 def test_a_profile_is_told_and_drawn_as_one() -> None:
     trace = rc.Surface(1e-7 * np.sin(np.arange(200) / 9), 2e-6)
     result = rc.solve(trace, material=STEEL, load="10 N/m")

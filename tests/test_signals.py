@@ -13,7 +13,10 @@ import pytest
 import roughcontact as rc
 from roughcontact.cli import app
 
-pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such signals here")
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="no such signals here"),
+]
 
 STEEL = ["--material", "bearing steel", "--quiet"]
 MAP = ["rough.npy", "--unit", "m", "--size", "32 um x 32 um", *STEEL]

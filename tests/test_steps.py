@@ -114,6 +114,7 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
         resumed.bodies[0].plastic_strain[...] = 0
 
 
+@pytest.mark.long
 def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     # And nothing is solved again where all is there.
     arguments = dict(material=SWIFT, depth=8e-6, boundary="periodic", tolerance=1e-3)
@@ -284,6 +285,7 @@ def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> Non
     assert solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments).converged
 
 
+@pytest.mark.long
 def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6, folder=tmp_path)
 
@@ -295,6 +297,7 @@ def test_two_runs_do_not_share_a_folder(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {"step-0001.nc", "volume.json"}
 
 
+@pytest.mark.long
 def test_a_run_that_fails_keeps_its_loads(tmp_path: Path) -> None:
     # At 0.02 N the ball is elastic: one iteration.
     arguments = dict(
@@ -314,6 +317,7 @@ def test_a_first_load_that_fails_is_told(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.long
 def test_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(result: object, path: Path, carried: object) -> None:
         if path.name == "step-0002.nc":

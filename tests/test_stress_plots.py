@@ -136,6 +136,7 @@ def test_section_zooms_to_where_the_stress_is(along):
     assert np.diff(narrow.get_xlim()) == pytest.approx(10)
 
 
+@pytest.mark.long
 def test_units_are_those_of_what_is_shown():
     # The largest stress lies 1 µm deep; depths go on to 2 mm.
     near = below(0.2, friction=0.6, depths=[3e-7, 1e-6, 1e-5, 1e-4, 2e-3])

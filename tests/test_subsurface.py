@@ -199,6 +199,7 @@ def test_memory_estimate_is_what_is_allocated(boundary, precision, friction):
     assert 0.9 * estimate < peak < 1.3 * estimate + 8e6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("poisson", [0.2, 0.3])
 @pytest.mark.parametrize("start", [None, 5.0])
 def test_onset_of_a_sphere(poisson, start):
@@ -215,6 +216,7 @@ def test_onset_of_a_sphere(poisson, start):
     assert onset.solution.ceiling is None
 
 
+@pytest.mark.long
 def test_onset_in_the_counter_body_and_with_friction():
     soft = rc.Material(70e9, 0.33, yield_strength=0.2e9)
     options = {
@@ -244,6 +246,7 @@ def test_onset_needs_a_yield_strength(monkeypatch):
     assert caught.value.result.pressure.max() > 0
 
 
+@pytest.mark.long
 def test_the_search_is_short(monkeypatch):
     loads = []
     press = subsurface_stress.press

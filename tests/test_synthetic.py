@@ -108,6 +108,7 @@ def test_heights_are_uncorrelated_between_directions():
     assert abs(np.vdot(up, down)) < 0.5 * np.linalg.norm(up) * np.linalg.norm(down)
 
 
+@pytest.mark.long
 def test_narrow_map_is_not_slow():
     # 4 × 32768 points draw some 10^5 amplitudes, not the 10^9 of a square of that side.
     z = make((4, 32768), (8e-6, 65.536e-3), cutoff_wavelength=4e-6)

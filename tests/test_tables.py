@@ -116,6 +116,7 @@ def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
     monkeypatch.setattr(module, name, new)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", TABLES)
 def test_a_quantity_that_is_added_is_told_by_all(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch

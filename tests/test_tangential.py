@@ -35,6 +35,7 @@ def profile() -> rc.ContactResult:
                     counter_material=STEEL, load="20 N/mm", calibrated=False)  # fmt: skip
 
 
+@pytest.mark.long
 def test_texts_quantities_and_numbers_are_one_force() -> None:
     forces = ["0.05 N", 0.05, ["50 mN"], (0.05,), np.array([0.05])]
     shifts = {rc.tangential(contact(), friction=0.15, force=f).last.shift for f in forces}
@@ -107,6 +108,7 @@ def test_coupling_of_unlike_bodies_has_a_caution(counter: str, told: bool) -> No
     assert "junction-growth" in kinds
 
 
+@pytest.mark.long
 def test_files_hold_the_maps_and_the_steps(tmp_path: Path) -> None:
     result = rc.tangential(contact(), friction=0.15, force=[0.05, -0.05, 0.05])
     result.save(tmp_path / "a.nc")
@@ -126,6 +128,7 @@ def test_files_hold_the_maps_and_the_steps(tmp_path: Path) -> None:
         result.save(tmp_path / "a.txt")
 
 
+@pytest.mark.long
 def test_a_single_step_answers_first(tmp_path: Path) -> None:
     result = rc.tangential(contact(), friction=0.15, force="50 mN")
     line = repr(result).splitlines()[1].strip()
@@ -138,6 +141,7 @@ def test_a_single_step_answers_first(tmp_path: Path) -> None:
     assert {"Mindlin1949", "Jaeger1998"} <= {work.key for work in result.references()}
 
 
+@pytest.mark.long
 def test_the_command_writes_and_prints(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,6 +164,7 @@ def test_the_command_writes_and_prints(
     assert app.main([*words[:-2], "--force", "1 N"]) == 2
 
 
+@pytest.mark.process
 def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     heights, pixel = rc.reference_map(32)

@@ -34,6 +34,7 @@ def test_constants_name_the_components():
         assert getattr(tensors, name.upper()) == number
 
 
+@pytest.mark.long
 @given(stresses)
 def test_principal_stresses_are_the_eigenvalues(stress):
     expected = np.linalg.eigvalsh(matrix(stress))[::-1]

@@ -73,6 +73,7 @@ def run(tmp_path: Path) -> Run:
 
 
 @UNIX
+@pytest.mark.process
 @pytest.mark.parametrize(
     ("arguments", "streams", "status", "told"),
     [
@@ -80,7 +81,6 @@ def run(tmp_path: Path) -> Run:
         (SOLVE, "2>&-", app.SOLVED, None),
         (f"{SOLVE} --output out.nc --quiet", "<&- >&- 2>&-", app.SOLVED, ""),
         ("--help", ">/dev/full", app.BAD_INPUT, "standard output: No space left on device"),
-        ("--version", ">/dev/full", app.BAD_INPUT, "standard output: No space left on device"),
         ("info none.npy", "2>/dev/full", app.BAD_INPUT, ""),
         ("solve --laod 1", "2>/dev/full >&-", app.BAD_INPUT, ""),
     ],

@@ -189,7 +189,7 @@ def test_the_first_guess_is_exact_for_a_circle() -> None:
 # --- the contact -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("load", [1e-7, 1e-4, 0.05, 2.0, 15.0])
+@pytest.mark.parametrize("load", [1e-7, 0.05, 15.0])
 @pytest.mark.parametrize("point", [(0.0, 0.0), (0.11, -0.17)])
 @pytest.mark.parametrize("ceiling", [None, "auto"])
 def test_a_rough_map_balances_its_moments(
@@ -432,6 +432,7 @@ def test_a_tripod_far_steeper_than_its_displacement() -> None:
     assert np.count_nonzero(result.contact) == 3
 
 
+@pytest.mark.long
 def test_a_tilt_too_steep_for_its_digits_is_said() -> None:
     heights = np.zeros((12, 16))
     heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3

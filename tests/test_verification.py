@@ -95,6 +95,7 @@ def test_whatever_does_not_fit_is_told() -> None:
     assert set(verify_solution(replace(result, pair=stiff)).differences) == {"certificate", "gap"}
 
 
+@pytest.mark.long
 def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
     # Everything agrees, checksums too, but the heights are another surface's.
     result = solved()
@@ -117,6 +118,7 @@ def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
         verify_solution(solved())
 
 
+@pytest.mark.long
 def test_bodies_apart_have_nothing_to_certify() -> None:
     found = verified(yielded(0.3, 0.0))
     assert (found.found_load, found.found_certificate) == (0.0, 0.0)
@@ -125,6 +127,7 @@ def test_bodies_apart_have_nothing_to_certify() -> None:
 # The command --------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     solved().save("sound.nc")
@@ -142,6 +145,7 @@ def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
     assert told.err == ""
 
 
+@pytest.mark.long
 def test_a_file_that_fails_is_told_in_a_sentence(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     result = solved()

@@ -156,6 +156,7 @@ def test_the_volume_is_a_grid_of_graded_layers(
             np.testing.assert_array_equal(found, np.stack(expected, axis=-1), err_msg=name)
 
 
+@pytest.mark.long
 def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     # By the file alone: what the pressure on one side of a plane x = const brings in leaves through
     # that plane and through the far end of the body. The rule of the trapezium along x is good to a
@@ -189,6 +190,7 @@ def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     assert min(abs(below), abs(above)) > 0.2 * brought
 
 
+@pytest.mark.long
 def test_only_the_counter_body_lies_above(tmp_path: Path) -> None:
     y, x = (1e-6 * (np.arange(n) - 7.5) for n in (16, 16))
     ball = rc.Surface(-(y[:, None] ** 2 + x**2) / (2 * 105e-6), (1e-6, 1e-6))

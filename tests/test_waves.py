@@ -112,6 +112,7 @@ def test_full_contact_pressure_flattens_the_wave(heights, closing):
     np.testing.assert_allclose(gap, 0, atol=1e-12 * AMPLITUDE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "asymptote"),
     [

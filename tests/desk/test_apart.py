@@ -22,6 +22,8 @@ from roughcontact.errors import InputError, InsufficientMemoryError, Roughcontac
 from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
+pytestmark = pytest.mark.process
+
 PATIENCE = 60.0
 STEEL = {"young": "210 GPa", "poisson": "0.3"}
 BALL = {"body": "sphere 1 mm", "points": "32", "size": "60 um", **STEEL}
@@ -159,7 +161,6 @@ def test_nothing_is_left_half_written(bench: WorkerPool, tmp_path: Path) -> None
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.long
 def test_closing_ends_what_is_under_way_and_what_waits() -> None:
     before = set(psutil.Process().children())
     bench = WorkerPool()
@@ -205,7 +206,6 @@ def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> 
     assert workers.folders_of(request) == [tmp_path]
 
 
-@pytest.mark.process
 def test_a_map_is_read_apart(bench: WorkerPool, tmp_path: Path) -> None:
     heights = np.random.default_rng(1).normal(0, 1e-6, (8, 9))
     np.save(tmp_path / "map.npy", heights)

@@ -75,6 +75,7 @@ def test_the_view_stays_while_the_map_keeps_its_size(surface, results):
     assert shown.seen.right == pytest.approx(20e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("box", [None, Box(5e-6, 10e-6, 15e-6, 30e-6), Box(0, 0, 29e-6, 3e-6)])
 def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     shown = Maps()
@@ -127,6 +128,7 @@ def test_a_contact_without_a_ceiling_leaves_nothing(surface):
     assert "saturated" not in shown.figures[TOUCH].title.text
 
 
+@pytest.mark.long
 def test_a_profile_has_no_maps(surface):
     shown = Maps()
     shown.show(rc.Surface(surface.heights[:1], (1.0, 1e-6)))

@@ -67,6 +67,7 @@ def text_of(pane: Any) -> str:
     return str(pane.object)
 
 
+@pytest.mark.long
 def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     page: Page, tmp_path: Path
 ) -> None:
@@ -196,6 +197,7 @@ def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
     assert "converged" in text_of(page._trust)
 
 
+@pytest.mark.long
 def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
@@ -241,6 +243,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     assert model._factor.value == ""
 
 
+@pytest.mark.long
 def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
     surface = rc.read_surface(map_file(tmp_path))
     sight = ContactView(lambda line: None, lambda rows, columns: None)

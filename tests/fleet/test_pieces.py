@@ -18,6 +18,8 @@ from roughcontact.batch.executors import Engine
 from roughcontact.request import outputs
 from roughcontact.request.request import Request
 
+pytestmark = pytest.mark.process
+
 HEAD = """\
 folder = "results"
 write = ["csv"]
@@ -177,7 +179,6 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
     assert found == bits(path.parent)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_pieces_that_were_found_are_not_done_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -251,7 +252,6 @@ def test_a_map_more_is_the_only_one_that_is_solved(tmp_path: Path) -> None:
     ("old", "new", "again"),
     [
         ("20 MPa", "30 MPa", True),
-        ("steps = 2", "steps = 3", True),
         ('write = ["csv"]', 'write = ["csv", "svg"]', False),
         ("groups = {", "paired = true\ngroups = {", False),
     ],

@@ -251,6 +251,7 @@ def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> f
     return float(flux.mean())
 
 
+@pytest.mark.long
 def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
     surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, seed=1)
     metal = rc.Material(206e9, 0.3, 0.3e9)

@@ -10,6 +10,8 @@ import broken
 import cross_code
 from roughcontact.halfspace import convolution
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def rows():
@@ -87,7 +89,6 @@ def test_the_documentation_holds_every_row(rows):
         assert f"| tamaas | {place} |" in text
 
 
-@pytest.mark.long
 def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
     assert [row.load for row in rows] == list(indentation.LOADS)
@@ -105,7 +106,6 @@ def test_indentation_of_a_hardening_half_space() -> None:
     assert max(row.profile for row in rows) < 0.025
 
 
-@pytest.mark.long
 def test_indentation_on_half_the_grid() -> None:
     # Measured 1.1 % and 1.4 %: the difference is that of the discretisations.
     rows = cross_code.compare_indentations(("sphere-32",))
@@ -114,7 +114,6 @@ def test_indentation_on_half_the_grid() -> None:
     assert max(row.contact for row in rows) == 0
 
 
-@pytest.mark.long
 def test_passage_over_a_hardening_half_space() -> None:
     rows, field = cross_code.compare_passage()
     assert [row.place for row in rows] == list(passage.PLACES)

@@ -34,6 +34,7 @@ def radius_of(area):
     return math.sqrt(area / math.pi)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("aspect", [1.0, 1.3])
 def test_hertz_on_512(independent, aspect):
     surface = ball(512, 3 * A, aspect)

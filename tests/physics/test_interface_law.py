@@ -135,6 +135,7 @@ def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
         assert told.contact_fraction == pytest.approx(step.contact_area / area, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
     # 20 MPa after 80 MPa on a ground face; the contact by the load history, apart from the law.
     surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, seed=1)
@@ -177,6 +178,7 @@ def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -
     assert inside.column(LOADING, "stiffness") == pytest.approx(np.exp(told), rel=0.05)
 
 
+@pytest.mark.long
 def test_perssons_exponential_holds_in_the_middle_range() -> None:
     surfaces = [rough(256, seed, 32) for seed in (0, 1)]
     pressures = np.geomspace(100e6, 600e6, 4).tolist()
@@ -192,6 +194,7 @@ def test_perssons_exponential_holds_in_the_middle_range() -> None:
         assert step.stiffness == pytest.approx(step.pressure / decay, rel=0.25)
 
 
+@pytest.mark.long
 def test_perssons_integral_holds_up_to_full_contact() -> None:
     surface = rough(256, 0, 32)
     steps = rc.interface_law(pressed(surface, [3e9, 6e9, 12e9, 24e9])).steps
@@ -227,6 +230,7 @@ def test_perssons_separation_is_that_of_its_energy() -> None:
     assert decay == pytest.approx(persson.persson_decay(q, m, 0.45), rel=1e-3)
 
 
+@pytest.mark.long
 def test_the_mean_of_n_maps_scatters_as_one_over_root_n() -> None:
     pressures = [100e6, 110e6]
     singles = np.array(

@@ -87,6 +87,7 @@ def lag(surface):
     return surface.heights.mean() - surface.heights.max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("boundary", BOUNDARIES)
 @pytest.mark.parametrize("ceiling", CEILINGS)
 @settings(max_examples=10, deadline=None)

@@ -216,6 +216,7 @@ def test_a_single_narrow_pixel_balances_over_many_decades(decades: int) -> None:
     assert found.permeability[0] == near(expected, rel=2 * 10.0 ** (-decades) * 10 + 1e-8)
 
 
+@pytest.mark.long
 def test_steps_do_not_grow_with_the_grid() -> None:
     steps = []
     for n in (64, 128, 256):

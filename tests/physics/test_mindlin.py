@@ -152,6 +152,7 @@ def test_periods_converge_to_mindlin() -> None:
     assert stress[2] < 2e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_free_boundary_against_mindlin(precision) -> None:
     operator = plastic_halfspace.HalfSpace(

@@ -43,6 +43,7 @@ def test_below_a_line_contact_the_stress_is_mcewens(precision):
         np.testing.assert_allclose([yz, xy], 0, atol=1e-5 * P0)
 
 
+@pytest.mark.long
 def test_a_cylinder_first_yields_where_and_when_theory_says():
     steel = rc.Material(210e9, RATIO, yield_strength=1e9)
     x = (np.arange(801) - 400) * A / 200

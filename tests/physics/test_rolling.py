@@ -193,7 +193,7 @@ def rolled(line: Line, passes: int, steps: int = 10, **more: Any) -> RollingResu
     )  # fmt: skip
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_passes_that_shake_down(tmp_path: Path) -> None:
     line = Line(3.7, half_width=5, points=40)
     first = rolled(line, 2, folder=tmp_path / "kept")

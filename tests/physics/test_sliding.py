@@ -224,6 +224,7 @@ def test_the_rim_on_a_periodic_map(points, tolerance, friction):
         assert found.max_von_mises == pytest.approx(expected, rel=tolerance)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.35, 0.5])
 def test_first_yield_of_a_sliding_sphere(friction):
     result, p0 = pressed(20.0, (0.3, 0.2))

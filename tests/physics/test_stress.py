@@ -82,6 +82,7 @@ def test_yield_onset_of_a_sphere(poisson):
     assert found.yield_factor == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.long
 def test_yielded_volume_under_a_sphere():
     # Where the closed forms exceed two thirds of the maximum, by a sum over a fine (r, z) grid of
     # slices twice as fine: independent of the trapezoidal rule, not of the slices.

@@ -97,6 +97,7 @@ def test_the_traction_on_a_sphere_is_that_of_cattaneo(part: float, error: float)
     assert apart < error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("poisson", "error"), [(0.0, 1e-3), (0.3, 5e-3)])
 def test_a_loop_dissipates_what_mindlin_and_deresiewicz_say(poisson: float, error: float) -> None:
     contact = sphere(poisson, 64)
@@ -237,6 +238,7 @@ def test_a_profile_is_as_stiff_along_as_across() -> None:
 # --- Paths ---
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("steps", [1, 4, 16])
 def test_an_oblique_path_inside_the_cone_does_not_slip(steps: int) -> None:
     contact = sphere(0.0, 64)
@@ -265,6 +267,7 @@ def test_a_falling_load_releases_traction() -> None:
 # --- Symmetry and limits ---
 
 
+@pytest.mark.long
 def test_turning_and_mirroring_turns_and_mirrors_the_traction() -> None:
     contact = rough(0.3, "free")
     result = pushed(contact, 0.6, tolerance=1e-11)
@@ -320,6 +323,7 @@ def test_a_shift_gives_the_force_that_needs_it() -> None:
     assert again.last.cross_shift == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("poisson", [0.0, 0.3])
 def test_first_loading_dissipates_twice_what_lies_between_curve_and_chord(poisson: float) -> None:
     contact = sphere(poisson, 32)

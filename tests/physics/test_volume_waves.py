@@ -173,7 +173,8 @@ def test_no_mean_strain_in_the_plane_of_a_period() -> None:
 
 
 def test_the_longest_wave_of_an_isolated_map_is_the_mean_of_all_directions() -> None:
-    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    # The stress of a wave has no harmonics of its direction above the fourth.
+    angle = np.linspace(0, 2 * np.pi, 6, endpoint=False)
     limits = [
         reference(1e-6 * np.array([np.cos(a), np.sin(a)]), np.zeros((4, 3, 3)), 1.0)[1]
         for a in angle
