@@ -17,7 +17,7 @@ from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field, depth_list, field_of, graded_depths, pulls_of
-from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, tresca, von_mises_squared
+from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, may_reach_tresca, tresca, von_mises_squared
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -635,7 +635,8 @@ def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, 
         minimum = 0.75 * max(top, max(tresca_squared))
         if top >= minimum:
             near = stress[:, squared >= minimum]
-            tresca_squared.append(float(tresca(near).max()) ** 2)
+            near = near[:, may_reach_tresca(near, minimum / 0.75)]
+            tresca_squared.append(float(tresca(near).max(initial=0)) ** 2)
         yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
         result.append((top, rows.start * nx + place, yielded))
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
