@@ -164,7 +164,8 @@ def may_reach_tresca(stress: NDArray[Any], bound: float) -> NDArray[np.bool_]:
     third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
     beyond = np.maximum(bound - squared, 0)
     reached: NDArray[np.bool_] = (
-        (4 / 27 + 1e-9) * squared**3 - 27 * third**2 >= bound * beyond**2
+        squared * squared * squared * (4 / 27 + 1e-9) - 27 * third * third
+        >= bound * beyond * beyond
     )
     return reached
 
