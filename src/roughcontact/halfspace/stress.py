@@ -97,6 +97,18 @@ class Responses:
         self.shape: tuple[int, int] = source.shape[0], source.shape[1]
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
         self.count = 1 + max(response for term in self.terms for response, _ in term.shares)
+        # Kernels of each response, by their parity in y, and whether that in x differs.
+        self._shares = {
+            (response, in_y, mixed): [
+                (number, -factor if all(term.odd) else factor)
+                for number, term in enumerate(self.terms)
+                for response_of, factor in term.shares
+                if response_of == response and term.odd == (in_y, in_y != mixed)
+            ]
+            for response in range(self.count)
+            for in_y in (False, True)
+            for mixed in (False, True)
+        }
         (ny, _), (my, mx) = self.shape, padded
         self._width = mx // 2 + 1
         itemsize = np.dtype(self._complex).itemsize
@@ -278,15 +290,7 @@ class Responses:
         By its kernels that are odd in one direction, or by the others; None without any.
         """
         even, odd = (
-            self._sum(
-                [
-                    (symbol, -factor if all(term.odd) else factor)
-                    for term, symbol in zip(self.terms, block, strict=True)
-                    for number, factor in term.shares
-                    if number == response and term.odd == (in_y, in_y != mixed)
-                ],
-                f"odd {in_y}",
-            )
+            self._sum(block, self._shares[response, in_y, mixed], f"odd {in_y}")
             for in_y in (False, True)
         )
         if odd is None:
@@ -298,18 +302,21 @@ class Responses:
         front = self.workspace.scratch("ahead", (odd.shape[0], odd.shape[1]), block.dtype.type)
         return np.add(even, odd, out=front), back
 
-    def _sum(self, shares: list[tuple[NDArray[Any], float]], name: str) -> NDArray[Any] | None:
-        """Return the sum of arrays times factors; None without any."""
+    def _sum(
+        self, block: NDArray[Any], shares: list[tuple[int, float]], name: str
+    ) -> NDArray[Any] | None:
+        """Return the sum of arrays of the block times factors; None without any."""
         if not shares:
             return None
-        first, factor = shares[0]
+        number, factor = shares[0]
+        first: NDArray[Any] = block[number]
         if len(shares) == 1 and factor == 1:
             return first
         total = self.workspace.scratch(name, (first.shape[0], first.shape[1]), first.dtype.type)
         share = self.workspace.scratch("share", total.shape, first.dtype.type)
         np.multiply(first, factor, out=total)
-        for symbol, factor in shares[1:]:
-            total += np.multiply(symbol, factor, out=share)
+        for number, factor in shares[1:]:
+            total += np.multiply(block[number], factor, out=share)
         return total
 
 
