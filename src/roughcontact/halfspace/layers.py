@@ -100,7 +100,7 @@ class Sweep:
         self._body, self._band, self._spectra = body, band, spectra
         shape, nz = (2, *band.q.shape), body.thickness.size
         # Layers whose work but for the waves is one call: threads wait for the interpreter else.
-        step = min(nz, max(1, SWEEP_POINTS // band.q.size))
+        step = min(nz, max(1, 2 * SWEEP_POINTS // band.q.size))
         self._parts = [slice(top, min(top + step, nz)) for top in range(0, nz, step)]
         self._state, self._temp = array("state", (3, *shape)), array("temp", shape)
         # The waves that come up to each layer from below, and down to some from above.
