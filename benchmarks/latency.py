@@ -47,6 +47,7 @@ def commands(map_file: str, folder: Path) -> dict[str, list[str]]:
         "info": ["info", map_file],
         "solve --json": [*solve, "--json"],
         "solve --report": [*solve, "--report", str(folder / "report.html")],
+        "stress --output": ["stress", *solve[1:], "--output", str(folder / "stress.nc")],
         "leak": ["leak", *solve[1:3], "1 N, 3 N", *solve[4:]],
     }
 

@@ -209,8 +209,33 @@ def test_sections_cut_the_slices(boundary):
         along_x, along_y = stress.sections(pressure, PIXEL, depths, 0.3, (4, 30), **options)
         for number, piece in enumerate(stress.slices(pressure, PIXEL, depths, 0.3, **options)):
             assert piece.depth == depths[number]
-            np.testing.assert_allclose(along_x[:, number], piece.stress[:, 4], atol=1e-6)
-            np.testing.assert_allclose(along_y[:, number], piece.stress[:, :, 30], atol=1e-6)
+            np.testing.assert_array_equal(along_x[:, number], piece.stress[:, 4])
+            np.testing.assert_array_equal(along_y[:, number], piece.stress[:, :, 30])
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_sections_of_a_summary_pass_through_its_largest_stress(boundary):
+    # The largest stress moves to other pixels as the depths pass.
+    pressure = np.random.default_rng(5).random((40, 30))
+    options = {"boundary": boundary, "friction": 0.2}
+    found, *planes = stress_summary.summarize_with_sections(pressure, PIXEL, 0.3, **options)
+    assert len({tuple(pixel) for pixel in found.pixels}) > 2
+    expected = stress.sections(pressure, PIXEL, found.depths, 0.3, found.pixel_of_max, **options)
+    for plane, section in zip(planes, expected, strict=True):
+        np.testing.assert_array_equal(plane, section)
+
+
+def test_few_tensors_may_reach_a_tresca_stress():
+    # Axisymmetric states, whose angle loses half of its digits, among others.
+    values = np.random.default_rng(6).standard_normal((6, 3000))
+    values[3:, :1000] = 0
+    values[1, :1000] = values[0, :1000]
+    exact = tensors.tresca(values)
+    for share in (0.5, 0.9, 1.0):
+        bound = (share * exact.max()) ** 2
+        found = tensors.may_reach_tresca(values, bound)
+        assert found[exact**2 >= bound].all()
+        np.testing.assert_array_equal(found, exact >= share * exact.max() * (1 - 1e-6))
 
 
 def test_slices_belong_to_the_caller():

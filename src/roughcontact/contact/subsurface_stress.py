@@ -29,7 +29,7 @@ from roughcontact.errors import (
     input_error,
     require_positive,
 )
-from roughcontact.halfspace import stress, stress_summary
+from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
@@ -352,14 +352,10 @@ def subsurface_stress(
         result.surface.shape, boundary=result.boundary, precision=precision, friction=friction
     )
     options = {**traction(result.pair, in_body, friction, direction), "precision": precision}
-    pressure, pixel = result.pressure, result.pair.pixel
-    profile = stress_summary.summarize(
-        pressure, pixel, material.poisson,
+    profile, section_x, section_y = stress_summary.summarize_with_sections(
+        result.pressure, result.pair.pixel, material.poisson,
         depths=wanted, yield_strength=material.yield_strength, **options,
     )  # fmt: skip
-    section_x, section_y = stress.sections(
-        pressure, pixel, profile.depths, material.poisson, profile.pixel_of_max, **options
-    )
     return StressResult(
         solution=result,
         body=in_body,

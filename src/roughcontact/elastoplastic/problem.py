@@ -298,7 +298,7 @@ def memory_estimate(
     # Spectra of strain and mean stress and the tables; strain, stresses, and what Anderson's
     # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
-    volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 28) * swept
+    volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 56) * swept
     # What is on its way between ranks: a layer for each thread, or some, in six arrays.
     layer = max(TRAVELLING, default_workers() * 5 * real * padded)
     under_way = 0 if ranks == 1 else 6 * layer

@@ -98,29 +98,31 @@ class Sweep:
         array: Callable[[str, tuple[int, ...]], Array],
     ) -> None:
         self._body, self._band, self._spectra = body, band, spectra
-        shape = (2, *band.q.shape)
-        # The waves that arrive at a layer; what a layer adds to its stress; scratch.
-        (
-            self._a, self._b, self._g,
-            self._thrust, self._bend, self._shear12, self._shear13, self._shear23,
-            self._first, self._second, self._third, self._temp,
-        ) = array("sweep", (12, *shape))  # fmt: skip
-        # The waves that come up to each layer from below.
-        self._risen = array("up", (body.thickness.size, 3, *shape))
-        self._x, self._weight, self._pull, self._tail = array("weights", (4, *shape[1:]))
+        shape, nz = (2, *band.q.shape), body.thickness.size
+        # Layers whose work but for the waves is one call: threads wait for the interpreter else.
+        step = min(nz, max(1, 2 * SWEEP_POINTS // band.q.size))
+        self._parts = [slice(top, min(top + step, nz)) for top in range(0, nz, step)]
+        self._state, self._temp = array("state", (3, *shape)), array("temp", shape)
+        # The waves that come up to each layer from below, and down to some from above.
+        self._risen = array("up", (nz, 3, *shape))
+        self._fallen = array("down", (step, 3, *shape))
+        # What layers add to the waves and to their stress; scratch.
+        self._memory = array("sweep", (9, step, *shape))
+        self._weights = array("weights", (4, step, *shape[1:]))
 
     def up(self) -> None:
         """Sweep from the bottom to the top; turn the strain into the axes of its wave vector."""
         cosine, sine, cosine2, sine2 = self._band.angles
-        self._a[...] = self._b[...] = self._g[...] = 0
-        for layer in range(self._body.thickness.size - 1, -1, -1):
-            _, half, xy, xz, yz = self._spectra[layer]
+        self._state[...] = 0
+        for part in reversed(self._parts):
+            _, half, xy, xz, yz = self._strain(part)
             self._rotate((half, xy), (half, xy), cosine2, sine2)
             self._rotate((xz, yz), (xz, yz), cosine, sine)
-            risen = self._risen[layer]
-            risen[0], risen[1], risen[2] = self._a, self._b, self._g
-            self._weigh(layer)
-            self._propagate(layer, upwards=True)
+            self._weigh(part)
+            self._send(part, upwards=True)
+            for layer in range(part.stop - 1, part.start - 1, -1):
+                self._risen[layer] = self._state
+                self._propagate(layer, layer - part.start)
 
     def reflect(self, surface: Array | None) -> None:
         """Throw back what arrives at the surface, and write the displacement that it causes.
@@ -129,8 +131,8 @@ class Sweep:
 
             a' = -(3-4ν) a - 4(1-ν)(1-2ν) b      b' = (3-4ν) b + 2a      g' = g
         """
-        nu, q, x = self._body.poisson, self._band.q, self._x
-        a, b, first, temp = self._a, self._b, self._first, self._temp
+        nu, q, x = self._body.poisson, self._band.q, self._weights[0, 0]
+        (a, b, _), first, temp = self._state, self._memory[0, 0], self._temp
         np.multiply(b, 1 - 2 * nu, out=temp)
         np.add(temp, a, out=temp)
         with np.errstate(divide="ignore"):
@@ -155,23 +157,49 @@ class Sweep:
             Where to write the mean stress.
         """
         cosine, sine, cosine2, sine2 = self._band.angles
-        for layer in range(self._body.thickness.size):
-            _, half, xy, xz, yz = self._spectra[layer]
-            self._weigh(layer)
-            self._press(layer)
-            self._shear(layer)
-            self._propagate(layer, upwards=False)
+        for part in self._parts:
+            self._weigh(part)
+            self._send(part, upwards=False)
+            for number, layer in enumerate(range(part.start, part.stop)):
+                self._fallen[number] = self._state
+                self._propagate(layer, number)
+            self._press(part)
+            self._shear(part)
             if trace is not None:
-                self._write_mean(layer, trace[layer])
-            self._write_normal(layer)
-            self._rotate((half, xy), (self._bend, self._shear12), cosine2, sine2, back=True)
-            self._rotate((xz, yz), (self._shear13, self._shear23), cosine, sine, back=True)
+                self._write_mean(part, trace[part])
+            self._write_normal(part)
+            _, half, xy, xz, yz = self._strain(part)
+            _, bend, shear12, shear13, shear23 = self._stress(part)
+            self._rotate((half, xy), (bend, shear12), cosine2, sine2, back=True)
+            self._rotate((xz, yz), (shear13, shear23), cosine, sine, back=True)
+
+    def _strain(self, part: slice) -> Array:
+        """Return the components of some layers, each of shape (layers, 2, ...)."""
+        return self._spectra[part].swapaxes(0, 1)
+
+    def _scratch(self, part: slice) -> Array:
+        """Return memory for some layers."""
+        return self._memory[:4, : part.stop - part.start]
+
+    def _stress(self, part: slice) -> Array:
+        """Return where the thrust, the bend, and the shear stresses 12, 13 and 23 are kept."""
+        return self._memory[4:, : part.stop - part.start]
+
+    def _waves(self, part: slice) -> tuple[Array, Array]:
+        """Return the waves a, b, g that come to some layers from above, and from below."""
+        fallen = self._fallen[: part.stop - part.start]
+        return fallen.swapaxes(0, 1), self._risen[part].swapaxes(0, 1)
+
+    def _tables(self, part: slice) -> tuple[Array, ...]:
+        """Return decay, its mean, x, weight, pull and tail of some layers."""
+        weights = self._weights[:, : part.stop - part.start, None]
+        return self._band.decay[part, None], self._band.mean[part, None], *weights
 
     def _rotate(
         self, into: Pair, these: Pair, cosine: Array, sine: Array, *, back: bool = False
     ) -> None:
         """Turn a pair of components (f, h) by an angle: (c f + s h, c h - s f), or back."""
-        first, second, third, temp = self._first, self._second, self._third, self._temp
+        first, second, third, temp = self._memory[:4, : these[0].shape[0]]
         np.multiply(cosine, these[0], out=first)
         np.multiply(sine, these[1], out=temp)
         np.multiply(cosine, these[1], out=second)
@@ -183,16 +211,17 @@ class Sweep:
             np.add(first, temp, out=into[0])
             np.subtract(second, third, out=into[1])
 
-    def _weigh(self, layer: int) -> None:
-        """Work out x, weight, pull and tail of a layer."""
-        decay, mean, x = self._band.decay[layer], self._band.mean[layer], self._x
-        np.multiply(self._band.q, x.dtype.type(self._body.thickness[layer]), out=x)
-        np.subtract(mean, decay, out=self._weight)
-        np.multiply(x, mean, out=self._pull)
-        np.multiply(x, self._weight, out=self._tail)
+    def _weigh(self, part: slice) -> None:
+        """Work out x, weight, pull and tail of some layers."""
+        decay, mean, x, weight, pull, tail = (table[:, 0] for table in self._tables(part))
+        thickness = self._body.thickness[part].astype(x.dtype)
+        np.multiply(self._band.q, thickness.reshape(-1, *[1] * self._band.q.ndim), out=x)
+        np.subtract(mean, decay, out=weight)
+        np.multiply(x, mean, out=pull)
+        np.multiply(x, weight, out=tail)
 
-    def _propagate(self, layer: int, *, upwards: bool) -> None:
-        """Carry the waves through a layer and add what the layer sends on.
+    def _send(self, part: slice, *, upwards: bool) -> None:
+        """Work out what some layers add to the waves.
 
         Upper signs upwards, with the push r = 3/2 zz - p ± 2·13::
 
@@ -200,55 +229,56 @@ class Sweep:
             b' = b d + r pull
             g' = g d + (12 ∓ 23) pull
         """
-        nu, pull, decay = self._body.poisson, self._pull, self._band.decay[layer]
-        a, b, g, first, temp = self._a, self._b, self._g, self._first, self._temp
-        zz, p, in_plane, shear, cross = self._spectra[layer]
+        nu = self._body.poisson
+        zz, p, in_plane, shear, cross = self._strain(part)
+        _, _, _, _, pull, tail = self._tables(part)
+        near, far, push, turn = self._scratch(part)
         with_sign, against_sign = (np.add, np.subtract) if upwards else (np.subtract, np.add)
-        np.multiply(self._x, b, out=temp)
-        np.subtract(a, temp, out=a)
-        for state in (a, b, g):
-            np.multiply(state, decay, out=state)
-        with_sign(zz, shear, out=temp)
-        np.multiply(temp, -(2 - 4 * nu), out=temp)
-        np.multiply(temp, pull, out=temp)
-        np.add(a, temp, out=a)
-        push = temp
+        with_sign(zz, shear, out=near)
+        np.multiply(near, -(2 - 4 * nu), out=near)
+        np.multiply(near, pull, out=near)
         np.multiply(zz, 1.5, out=push)
         np.subtract(push, p, out=push)
         with_sign(push, shear, out=push)
         with_sign(push, shear, out=push)
-        np.multiply(push, self._tail, out=first)
-        np.subtract(a, first, out=a)
+        np.multiply(push, tail, out=far)
         np.multiply(push, pull, out=push)
-        np.add(b, push, out=b)
-        against_sign(in_plane, cross, out=temp)
-        np.multiply(temp, pull, out=temp)
-        np.add(g, temp, out=g)
+        against_sign(in_plane, cross, out=turn)
+        np.multiply(turn, pull, out=turn)
 
-    def _press(self, layer: int) -> None:
-        """Work out what the waves through a layer and its own strain press, averaged over it.
+    def _propagate(self, layer: int, number: int) -> None:
+        """Carry the waves through a layer, the one of this number in its part; see `_send`."""
+        (a, b, g), temp = self._state, self._temp
+        near, far, push, turn = self._memory[:4, number]
+        np.multiply(self._weights[0, number], b, out=temp)
+        np.subtract(a, temp, out=a)
+        np.multiply(self._state, self._band.decay[layer], out=self._state)
+        np.add(a, near, out=a)
+        np.subtract(a, far, out=a)
+        np.add(b, push, out=b)
+        np.add(g, turn, out=g)
+
+    def _press(self, part: slice) -> None:
+        """Work out what the waves through layers and their own strain press, averaged over each.
 
         With the sums a, b of the waves from above and from below::
 
             thrust = m (b - 3 zz + 2p)
             bend = w (b - 3 zz + 2p) - m (a + (7-8ν) zz - 2p)
         """
-        nu, mean, temp = self._body.poisson, self._band.mean[layer], self._temp
-        zz, p, bend, both = (
-            self._spectra[layer, 0],
-            self._spectra[layer, 1],
-            self._bend,
-            self._first,
-        )
-        a_risen, b_risen, _ = self._risen[layer]
-        np.add(self._b, b_risen, out=both)
+        zz, p, *_ = self._strain(part)
+        _, mean, _, weight, _, _ = self._tables(part)
+        nu, (both, temp, *_) = self._body.poisson, self._scratch(part)
+        thrust, bend, *_ = self._stress(part)
+        (a, b, _), (a_risen, b_risen, _) = self._waves(part)
+        np.add(b, b_risen, out=both)
         np.multiply(zz, 3, out=temp)
         np.subtract(both, temp, out=both)
         np.add(both, p, out=both)
         np.add(both, p, out=both)
-        np.multiply(mean, both, out=self._thrust)
-        np.multiply(self._weight, both, out=bend)
-        np.add(self._a, a_risen, out=both)
+        np.multiply(mean, both, out=thrust)
+        np.multiply(weight, both, out=bend)
+        np.add(a, a_risen, out=both)
         np.multiply(zz, 7 - 8 * nu, out=temp)
         np.add(both, temp, out=both)
         np.subtract(both, p, out=both)
@@ -256,8 +286,8 @@ class Sweep:
         np.multiply(mean, both, out=both)
         np.subtract(bend, both, out=bend)
 
-    def _shear(self, layer: int) -> None:
-        """Work out the shear stresses, averaged over a layer.
+    def _shear(self, part: slice) -> None:
+        """Work out the shear stresses, averaged over each layer.
 
         With the sum (Σ) and the difference (Δ) of the waves from above and from below::
 
@@ -267,55 +297,56 @@ class Sweep:
 
         the first two of them times i, as the strain is.
         """
-        mu, nu, mean = self._body.shear_modulus, self._body.poisson, self._band.mean[layer]
-        _, _, in_plane, shear, cross = self._spectra[layer]
-        a_risen, b_risen, g_risen = self._risen[layer]
-        temp, along, across, flat = self._temp, self._shear13, self._shear23, self._shear12
-        bent = self._first
-        np.subtract(self._b, b_risen, out=bent)
+        mu, nu = self._body.shear_modulus, self._body.poisson
+        _, _, in_plane, shear, cross = self._strain(part)
+        _, mean, _, weight, _, _ = self._tables(part)
+        bent, temp, *_ = self._scratch(part)
+        _, _, flat, along, across = self._stress(part)
+        (a, b, g), (a_risen, b_risen, g_risen) = self._waves(part)
+        np.subtract(b, b_risen, out=bent)
         np.multiply(bent, 2 - 2 * nu, out=along)
-        np.subtract(self._a, a_risen, out=temp)
+        np.subtract(a, a_risen, out=temp)
         np.add(along, temp, out=along)
         np.multiply(along, mean, out=along)
         np.multiply(shear, 4, out=temp)
         np.add(bent, temp, out=bent)
-        np.multiply(bent, self._weight, out=bent)
+        np.multiply(bent, weight, out=bent)
         np.subtract(along, bent, out=along)
         np.multiply(along, mu / (2 * (1 - nu)), out=along)
-        np.subtract(self._g, g_risen, out=across)
+        np.subtract(g, g_risen, out=across)
         np.subtract(across, cross, out=across)
         np.subtract(across, cross, out=across)
         np.multiply(across, mean, out=across)
         np.add(across, cross, out=across)
         np.add(across, cross, out=across)
         np.multiply(across, -mu, out=across)
-        np.add(self._g, g_risen, out=flat)
+        np.add(g, g_risen, out=flat)
         np.subtract(flat, in_plane, out=flat)
         np.subtract(flat, in_plane, out=flat)
         np.multiply(flat, mean, out=flat)
         np.multiply(flat, mu, out=flat)
 
-    def _write_mean(self, layer: int, out: Array) -> None:
-        """Write the mean stress of a layer, -μ (1+ν)/(3(1-ν)) (thrust + zz - 2p)."""
-        mu, nu, temp = self._body.shear_modulus, self._body.poisson, self._temp
-        zz, p, *_ = self._spectra[layer]
-        np.subtract(self._thrust, p, out=temp)
+    def _write_mean(self, part: slice, out: Array) -> None:
+        """Write the mean stress of layers, -μ (1+ν)/(3(1-ν)) (thrust + zz - 2p)."""
+        mu, nu, temp = self._body.shear_modulus, self._body.poisson, self._scratch(part)[0]
+        zz, p, *_ = self._strain(part)
+        np.subtract(self._stress(part)[0], p, out=temp)
         np.subtract(temp, p, out=temp)
         np.add(temp, zz, out=temp)
         np.multiply(temp, -2 * (1 + nu) / 3 * (mu / (2 * (1 - nu))), out=out)
 
-    def _write_normal(self, layer: int) -> None:
-        """Write the deviator zz of a layer, and (11 - 22)/2 in place of its bend.
+    def _write_normal(self, part: slice) -> None:
+        """Write the deviator zz of layers, and (11 - 22)/2 in place of their bend.
 
         Over μ/(2(1-ν))::
 
             s_zz = -(10-8ν)/3 zz - 4/3 (1-2ν) p - bend + ((1-2ν) + 2/3 (1+ν)) thrust
             (s₁₁ - s₂₂)/2 = -(1-2ν) zz - 2p + (bend - (3-4ν) thrust)/2
         """
-        nu, thrust, bend = self._body.poisson, self._thrust, self._bend
+        nu, (thrust, bend, *_) = self._body.poisson, self._stress(part)
         unit = self._body.shear_modulus / (2 * (1 - nu))
-        zz, p, *_ = self._spectra[layer]
-        first, second, third = self._first, self._second, self._third
+        zz, p, *_ = self._strain(part)
+        first, second, third, _ = self._scratch(part)
         np.multiply(zz, -(10 - 8 * nu) / 3, out=first)
         np.multiply(p, -4 / 3 * (1 - 2 * nu), out=second)
         np.add(first, second, out=first)

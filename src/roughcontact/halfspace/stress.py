@@ -97,6 +97,18 @@ class Responses:
         self.shape: tuple[int, int] = source.shape[0], source.shape[1]
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
         self.count = 1 + max(response for term in self.terms for response, _ in term.shares)
+        # Kernels of each response, by their parity in y, and whether that in x differs.
+        self._shares = {
+            (response, in_y, mixed): [
+                (number, -factor if all(term.odd) else factor)
+                for number, term in enumerate(self.terms)
+                for response_of, factor in term.shares
+                if response_of == response and term.odd == (in_y, in_y != mixed)
+            ]
+            for response in range(self.count)
+            for in_y in (False, True)
+            for mixed in (False, True)
+        }
         (ny, _), (my, mx) = self.shape, padded
         self._width = mx // 2 + 1
         itemsize = np.dtype(self._complex).itemsize
@@ -214,54 +226,9 @@ class Responses:
         first = first_row // (self._rows[0].stop - self._rows[0].start)
         self.workspace.each(rows, self._rows[first:] + self._rows[:first])
 
-    def cross(self, symbols: Symbols, point: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return the responses on the row and on the column through one pixel.
-
-        Parameters
-        ----------
-        symbols : Symbols
-            The kernels.
-        point : (int, int)
-            Row and column of the pixel.
-
-        Returns
-        -------
-        along_x : ndarray, shape (responses, nx)
-            The responses on the row of the pixel.
-        along_y : ndarray, shape (responses, ny)
-            The responses on its column.
-        """
-        (ny, nx), (my, mx) = self.shape, self.padded
-        row: NDArray[Any] = np.zeros((self.count, self._width), self._complex)
-        partial = {}
-        wave_y = self._wave(point[0], np.arange(my), my)
-        wave_x = self._wave(point[1], np.arange(self._width), mx)
-        # Columns other than 0 and Nyquist stand for their mirror images too.
-        wave_x[1 : (mx + 1) // 2] *= 2
-
-        def columns(part: slice) -> None:
-            column: NDArray[Any] = np.empty((my, self.count), self._complex)
-            for response, product in self._products(symbols, part):
-                # No matrix product: threads of BLAS would take the cores from the transforms.
-                row[response, part] = np.einsum("i,ij->j", wave_y, product)
-                column[:, response] = np.einsum("ij,j->i", product, wave_x[part])
-            partial[part.start] = column
-
-        self.workspace.each(columns, self._columns(symbols.highest[1] + 1))
-        along_x = fft.irfft_rows(row, mx, np.empty((self.count, mx), self.real))
-        total: NDArray[Any] = np.zeros((my, self.count), self._complex)
-        for start in sorted(partial):
-            total += partial[start]
-        along_y = fft.fft_columns(total, forward=False)
-        return along_x[:, :nx], np.ascontiguousarray(along_y[:ny].real.T)
-
     def _columns(self, width: int) -> list[slice]:
         step = self._column_step
         return [slice(first, min(first + step, width)) for first in range(0, width, step)]
-
-    def _wave(self, position: int, numbers: NDArray[np.int64], period: int) -> NDArray[Any]:
-        wave: NDArray[Any] = np.exp(2j * np.pi / period * (position * numbers % period))
-        return wave.astype(self._complex)
 
     def _transform(self, source: NDArray[Any]) -> None:
         (_, nx), (my, mx) = self.shape, self.padded
@@ -323,15 +290,7 @@ class Responses:
         By its kernels that are odd in one direction, or by the others; None without any.
         """
         even, odd = (
-            self._sum(
-                [
-                    (symbol, -factor if all(term.odd) else factor)
-                    for term, symbol in zip(self.terms, block, strict=True)
-                    for number, factor in term.shares
-                    if number == response and term.odd == (in_y, in_y != mixed)
-                ],
-                f"odd {in_y}",
-            )
+            self._sum(block, self._shares[response, in_y, mixed], f"odd {in_y}")
             for in_y in (False, True)
         )
         if odd is None:
@@ -343,18 +302,21 @@ class Responses:
         front = self.workspace.scratch("ahead", (odd.shape[0], odd.shape[1]), block.dtype.type)
         return np.add(even, odd, out=front), back
 
-    def _sum(self, shares: list[tuple[NDArray[Any], float]], name: str) -> NDArray[Any] | None:
-        """Return the sum of arrays times factors; None without any."""
+    def _sum(
+        self, block: NDArray[Any], shares: list[tuple[int, float]], name: str
+    ) -> NDArray[Any] | None:
+        """Return the sum of arrays of the block times factors; None without any."""
         if not shares:
             return None
-        first, factor = shares[0]
+        number, factor = shares[0]
+        first: NDArray[Any] = block[number]
         if len(shares) == 1 and factor == 1:
             return first
         total = self.workspace.scratch(name, (first.shape[0], first.shape[1]), first.dtype.type)
         share = self.workspace.scratch("share", total.shape, first.dtype.type)
         np.multiply(first, factor, out=total)
-        for symbol, factor in shares[1:]:
-            total += np.multiply(symbol, factor, out=share)
+        for number, factor in shares[1:]:
+            total += np.multiply(block[number], factor, out=share)
         return total
 
 
@@ -835,13 +797,46 @@ def sections(
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
         raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")
-    along_x: NDArray[Any] = np.empty((6, listed.size, nx), field.real)
-    along_y: NDArray[Any] = np.empty((6, listed.size, ny), field.real)
-    for number, depth in enumerate(listed.tolist()):
-        responses, symbols = field.in_depth(depth)
-        row, column = responses.cross(symbols, point)
-        along_x[:, number], along_y[:, number] = row * field.unit, column * field.unit
-    return along_x, along_y
+    return planes(field, [cross_of(field, depth, point) for depth in listed.tolist()])
+
+
+class Cross:
+    """The stress of one depth on the row and on the column through a pixel.
+
+    Parameters
+    ----------
+    field : Field
+        The stress.
+    point : (int, int)
+        Row and column of the pixel.
+    """
+
+    def __init__(self, field: Field, point: tuple[int, int]) -> None:
+        (ny, nx), self.point = field.shape, point
+        self.along_x: NDArray[Any] = np.empty((6, nx), field.real)
+        self.along_y: NDArray[Any] = np.empty((6, ny), field.real)
+
+    def keep(self, rows: slice, stress: NDArray[Any]) -> None:
+        """Keep what a row block holds; a visitor of `Responses.stream`."""
+        row, column = self.point
+        self.along_y[:, rows] = stress[:, :, column]
+        if rows.start <= row < rows.stop:
+            self.along_x[...] = stress[:, row - rows.start]
+
+
+def cross_of(field: Field, depth: float, point: tuple[int, int]) -> Cross:
+    """Return the stress of one depth on the row and on the column through a pixel."""
+    cross = Cross(field, point)
+    responses, symbols = field.in_depth(depth)
+    responses.stream(symbols, cross.keep)
+    return cross
+
+
+def planes(field: Field, crosses: list[Cross]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the results of `sections` from the crosses of all depths."""
+    along_x = np.stack([cross.along_x for cross in crosses], axis=1)
+    along_y = np.stack([cross.along_y for cross in crosses], axis=1)
+    return along_x * field.unit, along_y * field.unit
 
 
 def depth_list(depths: ArrayLike) -> Array:

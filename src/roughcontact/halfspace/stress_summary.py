@@ -16,8 +16,26 @@ from roughcontact.errors import require_positive
 from roughcontact.halfspace import fft, stress_kernels
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.halfspace.stress import Field, depth_list, field_of, graded_depths, pulls_of
-from roughcontact.halfspace.tensors import XX, XY, XZ, YY, YZ, tresca, von_mises_squared
+from roughcontact.halfspace.stress import (
+    Cross,
+    Field,
+    cross_of,
+    depth_list,
+    field_of,
+    graded_depths,
+    planes,
+    pulls_of,
+)
+from roughcontact.halfspace.tensors import (
+    XX,
+    XY,
+    XZ,
+    YY,
+    YZ,
+    may_reach_tresca,
+    tresca,
+    von_mises_squared,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -470,6 +488,51 @@ def summarize(
     >>> round(found.max_von_mises, 2), round(found.depth_of_max / 20, 2)
     (0.62, 0.48)
     """
+    passage = _passage(
+        pressure, pixel, poisson, depths=depths, yield_strength=yield_strength, boundary=boundary,
+        friction=friction, direction=direction, precision=precision, workers=workers,
+    )  # fmt: skip
+    return passage.summary(pixel[0] * pixel[1])
+
+
+def summarize_with_sections(
+    pressure: ArrayLike, pixel: tuple[float, float], poisson: float, **options: Any
+) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
+    """Return the summary, and the stress on the planes through its largest von Mises stress.
+
+    Parameters
+    ----------
+    pressure, pixel, poisson, options
+        As for `summarize`.
+
+    Returns
+    -------
+    summary : Summary
+        The result of `summarize`.
+    along_x : ndarray, shape (6, nz, nx)
+        The results of `stress.sections`, for the depths of the summary [Pa].
+    along_y : ndarray, shape (6, nz, ny)
+        See ``along_x``.
+    """
+    passage = _passage(pressure, pixel, poisson, **options)
+    summary = passage.summary(pixel[0] * pixel[1])
+    return summary, *passage.sections(summary.pixel_of_max)
+
+
+def _passage(
+    pressure: ArrayLike,
+    pixel: tuple[float, float],
+    poisson: float,
+    *,
+    depths: ArrayLike | None = None,
+    yield_strength: float | None = None,
+    boundary: str = "free",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    precision: str = "single",
+    workers: int | None = None,
+) -> _Passage:
+    """Return the depths of `summarize` after they have passed."""
     workspace = Workspace(workers)
     field = field_of(pressure, pixel, poisson, boundary, friction, direction, precision, workspace)
     if yield_strength is not None:
@@ -484,7 +547,7 @@ def summarize(
         passage.close_in()
     else:
         passage.look(depth_list(depths))
-    return passage.summary(pixel[0] * pixel[1])
+    return passage
 
 
 class _Passage:
@@ -501,8 +564,9 @@ class _Passage:
         self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
         self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
         self._layers: dict[float, _Layer] = {}
-        # Where the largest stress is thought to be.
+        # Where the largest stress of a layer is thought to be, and that of all.
         self._row = int(np.abs(pressure).max(axis=1).argmax())
+        self._pixel, self._largest = (self._row, 0), 0.0
 
     def look(self, depths: Array) -> None:
         """Look at some depths, one after the other."""
@@ -519,9 +583,14 @@ class _Passage:
             self._layers[depth] = self._layer(depth)
 
     def _layer(self, depth: float) -> _Layer:
-        layer = _layer(self._field, depth, self._peak, self._limit, self._row)
+        cross = Cross(self._field, self._pixel)
+        layer = _layer(self._field, depth, self._peak, self._limit, self._row, cross)
         rim = None if depth > 0 or self._rim is None else self._rim()
-        return layer if rim is None else self._with_rim(layer, rim)
+        if rim is not None:
+            layer = self._with_rim(layer, rim)
+        if layer.von_mises > self._largest:
+            self._pixel, self._largest = layer.pixel, layer.von_mises
+        return layer
 
     def _with_rim(self, layer: _Layer, rim: Rim) -> _Layer:
         """Return the layer at the surface with what lies between its pixels."""
@@ -533,6 +602,14 @@ class _Passage:
         if rim.von_mises <= layer.von_mises:
             return layer
         return replace(layer, von_mises=rim.von_mises, pixel=rim.pixel)
+
+    def sections(self, point: tuple[int, int]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return the stress on the planes through a pixel, mostly kept from the layers."""
+        crosses = [
+            layer.cross if layer.cross.point == point else cross_of(self._field, depth, point)
+            for depth, layer in sorted(self._layers.items())
+        ]
+        return planes(self._field, crosses)
 
     def summary(self, cell: float) -> Summary:
         """Return what was found, with pixels of this area; nothing can be looked at afterwards."""
@@ -613,9 +690,17 @@ class _Layer:
     pixel: tuple[int, int]
     orthogonal_shear: tuple[float, float]
     yielded: int
+    cross: Cross
 
 
-def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, row: int) -> _Layer:
+def _layer(
+    field: Field,
+    depth: float,
+    peak: NDArray[Any],
+    limit: float | None,
+    row: int,
+    cross: Cross,
+) -> _Layer:
     """Look at one depth: squared von Mises stress into ``peak``, and what the layer adds.
 
     ``row`` is where the largest stress is thought to be.
@@ -627,6 +712,7 @@ def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, 
     y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
 
     def visit(rows: slice, stress: NDArray[Any]) -> None:
+        cross.keep(rows, stress)
         squared = von_mises_squared(stress)
         np.maximum(peak[rows], squared, out=peak[rows])
         place = int(squared.argmax())
@@ -635,7 +721,8 @@ def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, 
         minimum = 0.75 * max(top, max(tresca_squared))
         if top >= minimum:
             near = stress[:, squared >= minimum]
-            tresca_squared.append(float(tresca(near).max()) ** 2)
+            near = near[:, may_reach_tresca(near, minimum / 0.75)]
+            tresca_squared.append(float(tresca(near).max(initial=0)) ** 2)
         yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
         result.append((top, rows.start * nx + place, yielded))
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
@@ -652,6 +739,7 @@ def _layer(field: Field, depth: float, peak: NDArray[Any], limit: float | None, 
         pixel=(-place // nx, -place % nx),
         orthogonal_shear=(float((high - low).max()) / 2, float(x_range.max()) / 2),
         yielded=sum(entry[2] for entry in result),
+        cross=cross,
     )
 
 

@@ -137,6 +137,39 @@ def tresca(stress: ArrayLike) -> Array:
     return equivalent
 
 
+def may_reach_tresca(stress: NDArray[Any], bound: float) -> NDArray[np.bool_]:
+    """Return where the Tresca stress is at least √bound, or below it by rounding alone.
+
+    Parameters
+    ----------
+    stress : ndarray, shape (6, ...)
+        Stress tensors [Pa].
+    bound : float
+        Square of a Tresca stress [Pa²].
+
+    Returns
+    -------
+    ndarray of bool, shape (...)
+        True for every tensor that reaches the bound, and for few others.
+
+    Notes
+    -----
+    With the Tresca stress t, the discriminant ``4 J₂³ - 27 J₃²`` of `principal` is
+    ``t² (t² - 3 J₂)²``, which increases with t: no root and no angle is needed.
+    """
+    xx, yy, zz, d, e, f = stress.astype(np.float64)
+    mean = (xx + yy + zz) / 3
+    a, b, c = xx - mean, yy - mean, zz - mean
+    squared = 1.5 * (a * a + b * b + c * c) + 3 * (d * d + e * e + f * f)
+    third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
+    beyond = np.maximum(bound - squared, 0)
+    reached: NDArray[np.bool_] = (
+        squared * squared * squared * (4 / 27 + 1e-9) - 27 * third * third
+        >= bound * beyond * beyond
+    )
+    return reached
+
+
 def _tensor(stress: ArrayLike) -> NDArray[Any]:
     array = np.asarray(stress)
     if array.dtype.kind != "f":
@@ -153,7 +186,8 @@ def _tensor(stress: ArrayLike) -> NDArray[Any]:
 def _lode(stress: NDArray[Any]) -> tuple[Array, Array, Array]:
     """Return the mean stress, √J₂ and the angle φ of `principal`."""
     stress = stress.astype(np.float64)
-    scale = float(np.abs(stress).max(initial=0)) or 1.0
+    # A power of two: the digits of a tensor do not depend on those beside it.
+    scale = math.ldexp(1.0, math.frexp(float(np.abs(stress).max(initial=0)))[1])
     stress /= scale
     mean = stress[:3].mean(axis=0)
     a, b, c = stress[:3] - mean
