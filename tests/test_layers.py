@@ -227,7 +227,7 @@ NOT_HELD = {
     "desk.session", "desk.widgets", "desk.workers", "elastoplastic.archive", "plots.conductance",
     "plots.leakage", "processes", "report.comparison", "report.conductance",
     "report.contact_fields", "report.estimate", "report.fields", "report.generation",
-    "report.leakage", "report.load_search", "report.phrases", "report.problem",
+    "report.leakage", "report.load_search", "report.problem",
     "report.python_script", "request.comparison", "request.outcome", "request.request",
     "request.task", "solvers.progress", "studies.comparison",
     "surface.generation", "surface.nominal_bodies", "surface.provenance", "surface.surface",

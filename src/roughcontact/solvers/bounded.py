@@ -159,9 +159,8 @@ def solve(
             finer = levels[depth - 1].initial_gap.shape
             first = partial(prolonged, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
-    status = solution.status
-    if status is Status.INTERRUPTED and solution.certificate <= tolerance:
-        status = Status.CONVERGED
+    near = solution.status is Status.INTERRUPTED and solution.certificate <= tolerance
+    status = Status.CONVERGED if near else solution.status
     return replace(solution, status=status, history=tuple(history))
 
 
