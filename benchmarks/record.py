@@ -3,6 +3,10 @@
     python benchmarks/record.py            # compare with the last record; exit status 1 if worse
     python benchmarks/record.py --keep     # and keep it: record.json, and docs/performance.md
     python benchmarks/record.py --quick    # one small task, once
+    python benchmarks/record.py --growth 8192   # how cost grows with the grid, up to so many points
+
+`--growth` ends a task where its next grid would take more than `LONGEST` seconds or the memory that
+is free; it writes growth.json and its table.
 
 Every task runs in a process of its own, several times, each beside some plain padded
 ``scipy.fft.rfft2`` + ``irfft2`` pairs of 1024 × 1024 points. Times are compared as ratios to
@@ -27,12 +31,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 
 import roughcontact as rc
 from peers import pair_time, peak_memory
 
 RECORD = Path(__file__).with_name("record.json")
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"
+GROWTH = Path(__file__).with_name("growth.json")
 START, END = "<!-- record -->", "<!-- record end -->"
 
 # Above the last record by more than that is worse.
@@ -116,11 +122,24 @@ TASKS: dict[str, tuple[Callable[..., Callable[[], object]], int, dict[str, Any]]
     "rolling, 2 passes of 16 steps, 8 × 128": (_rolling, 128, {}),
 }
 QUICK = {"contact, ceiling, 128²": (_contact, 128, {})}
+# Task, and points per side of its smallest grid; every next one has twice as many.
+GROWING: dict[str, tuple[Callable[..., Callable[[], object]], int]] = {
+    "solve": (_contact, 256),
+    "sweep": (_curve, 256),
+    "stress": (_stress, 256),
+    "leak": (_leak, 256),
+    "volume": (_ball, 32),
+}
+# Seconds that a task of `--growth` may take.
+LONGEST = 300.0
 
 
-def worker(name: str) -> None:
+def worker(name: str, points: int = 0) -> None:
     """Do a task once, in this process, and tell what it took."""
-    make, points, options = {**TASKS, **QUICK}[name]
+    if points:
+        make, options = GROWING[name][0], {}
+    else:
+        make, points, options = {**TASKS, **QUICK}[name]
     # Libraries are loaded and threads started by a small one.
     make(16 if make is _ball else 32, **options)()
     task = make(points, **options)
@@ -128,7 +147,8 @@ def worker(name: str) -> None:
     began = time.perf_counter()
     task()
     seconds = time.perf_counter() - began
-    print(json.dumps({"seconds": seconds, "above": peak_memory() - before}))
+    whole = peak_memory()
+    print(json.dumps({"seconds": seconds, "above": whole - before, "whole": whole}))
 
 
 def measured(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
@@ -144,6 +164,50 @@ def measured(name: str, repeats: int, pairs: list[float]) -> dict[str, float]:
         "seconds": round(statistics.median(answer["seconds"] for answer in answers), 4),
         "above": round(statistics.median(answer["above"] for answer in answers), 1),
     }
+
+
+def grown(name: str, largest: int) -> dict[int, dict[str, float]]:
+    """Return seconds, T_pair of the same grid and bytes a pixel of a task, by points per side."""
+    rows: dict[int, dict[str, float]] = {}
+    points = GROWING[name][1]
+    while points <= largest:
+        pair = pair_time(points)
+        words = [sys.executable, __file__, "--worker", name, "--points", str(points)]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        answer = json.loads(done.stdout)
+        rows[points] = {
+            "seconds": round(answer["seconds"], 4),
+            "pairs": round(answer["seconds"] / pair, 2),
+            "bytes": round(1e6 * answer["above"] / points**2, 1),
+        }
+        print(f"{name:8s} {points:5d}² {rows[points]}", flush=True)
+        # Of a volume the layers grow, too.
+        times = 10 if name == "volume" else 5
+        memory = 1e6 * times * answer["whole"]
+        if times * answer["seconds"] > LONGEST or memory > psutil.virtual_memory().available:
+            break
+        points *= 2
+    return rows
+
+
+def growth_table(found: dict[str, dict[int, dict[str, float]]]) -> str:
+    """Return how cost grows, as Markdown: a row a grid, a column a task."""
+    lines = [f"| points | {' | '.join(found)} |", "|" + "---|" * (1 + len(found))]
+    for points in sorted({points for rows in found.values() for points in rows}):
+        cells = [
+            f"{row['seconds']:.3g} s, {row['pairs']:.3g} T_pair, {row['bytes']:.0f} B"
+            if (row := rows.get(points))
+            else "–"
+            for rows in found.values()
+        ]
+        lines.append(f"| {points}² | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def shown(text: str, start: str, end: str) -> None:
+    """Put a text between two marks of the page."""
+    before, rest = PAGE.read_text(encoding="utf-8").split(start)
+    PAGE.write_text(f"{before}{start}\n{text}\n{end}{rest.split(end)[1]}", encoding="utf-8")
 
 
 def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -> list[str]:
@@ -172,12 +236,12 @@ def worse(now: dict[str, dict[str, float]], last: dict[str, dict[str, float]]) -
 
 def table(records: list[dict[str, Any]]) -> str:
     """Return the last records beside each other, as Markdown."""
-    shown = records[-SHOWN:]
-    head = ["task", *(f"{record['date']}, {record['version']}" for record in shown)]
+    last = records[-SHOWN:]
+    head = ["task", *(f"{record['date']}, {record['version']}" for record in last)]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
-    for name in shown[-1]["rows"]:
+    for name in last[-1]["rows"]:
         cells = [name]
-        for record in shown:
+        for record in last:
             row = record["rows"].get(name)
             cells.append(
                 f"{row['seconds']:.3g} s, {row['pairs']:.3g} T_pair, {row['above']:.0f} MB"
@@ -193,10 +257,7 @@ def kept(record: dict[str, Any], records: list[dict[str, Any]]) -> None:
     once = ("date", "version")
     records = [old for old in records if any(old[key] != record[key] for key in once)] + [record]
     RECORD.write_text(json.dumps(records, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    page = PAGE.read_text(encoding="utf-8")
-    before, rest = page.split(START)
-    after = rest.split(END)[1]
-    PAGE.write_text(f"{before}{START}\n{table(records)}\n{END}{after}", encoding="utf-8")
+    shown(table(records), START, END)
 
 
 def main() -> int:
@@ -205,14 +266,21 @@ def main() -> int:
     parser.add_argument("--keep", action="store_true", help="keep what is measured")
     parser.add_argument("--quick", action="store_true", help="one small task, once")
     parser.add_argument("--repeats", type=int, default=5, help="of each task, the median counts")
-    parser.add_argument("--worker", choices=[*TASKS, *QUICK], help=argparse.SUPPRESS)
+    parser.add_argument("--growth", type=int, metavar="POINTS", help="up to so many per side")
+    parser.add_argument("--worker", choices=[*TASKS, *QUICK, *GROWING], help=argparse.SUPPRESS)
+    parser.add_argument("--points", type=int, default=0, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.worker:
         # What a task writes goes with it.
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
-            worker(given.worker)
+            worker(given.worker, given.points)
             os.chdir(Path(__file__).parent)
+        return 0
+    if given.growth:
+        found = {name: grown(name, given.growth) for name in GROWING}
+        GROWTH.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        shown(growth_table(found), "<!-- growth -->", "<!-- growth end -->")
         return 0
     pairs: list[float] = []
     rows = {
@@ -227,8 +295,8 @@ def main() -> int:
             f"{name:40s} {row['seconds']:8.3f} s {row['pairs']:8.2f} T_pair {row['above']:8.1f} MB"
         )
     records = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else []
-    found = worse(rows, records[-1]["rows"] if records else {})
-    print("".join(f"worse: {told}\n" for told in found), end="")
+    above = worse(rows, records[-1]["rows"] if records else {})
+    print("".join(f"worse: {told}\n" for told in above), end="")
     if given.keep:
         machine = (
             f"{os.cpu_count()} cores, Python {platform.python_version()}, NumPy {np.__version__}"
@@ -236,7 +304,7 @@ def main() -> int:
         today = datetime.date.today().isoformat()
         record = {"date": today, "version": rc.__version__, "machine": machine, "rows": rows}
         kept(record, records)
-    return 1 if found else 0
+    return 1 if above else 0
 
 
 if __name__ == "__main__":

@@ -65,3 +65,17 @@ def test_the_page_shows_the_record(record: ModuleType) -> None:
     records = json.loads(record.RECORD.read_text(encoding="utf-8"))
     assert record.table(records) in record.PAGE.read_text(encoding="utf-8")
     assert [kept["date"] for kept in records] == sorted(kept["date"] for kept in records)
+
+
+def test_growth_is_shown_by_grid_and_task(record: ModuleType) -> None:
+    row = {"seconds": 0.1234, "pairs": 4.567, "bytes": 89.4}
+    found = {"solve": {256: row, 512: row}, "volume": {32: row, 256: row}}
+    cells = "0.123 s, 4.57 T_pair, 89 B"
+    assert record.growth_table(found).splitlines() == [
+        "| points | solve | volume |",
+        "|---|---|---|",
+        f"| 32² | – | {cells} |",
+        f"| 256² | {cells} | {cells} |",
+        f"| 512² | {cells} | – |",
+    ]
+    assert {make for make, _ in record.GROWING.values()} < {t[0] for t in record.TASKS.values()}

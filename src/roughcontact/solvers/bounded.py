@@ -158,9 +158,8 @@ def solve(
             finer = levels[depth - 1].initial_gap.shape
             first = partial(prolonged, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
-    interrupted = solution.status is Status.INTERRUPTED
-    solved = interrupted and solution.certificate <= tolerance
-    status = Status.CONVERGED if solved else solution.status
+    near = solution.status is Status.INTERRUPTED and solution.certificate <= tolerance
+    status = Status.CONVERGED if near else solution.status
     return replace(solution, status=status, history=tuple(history))
 
 
