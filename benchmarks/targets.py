@@ -407,7 +407,7 @@ def _read_project(whole: dict[str, bytes], folder: Path, file: str) -> Reading:
 def _read_project_file(folder: Path, file: str) -> Reading:
     def work() -> Reading:
         entries = project.load("project.toml")
-        return Reading(facts={e.name: repr(sorted(e.request.given.items())) for e in entries})
+        return Reading(facts={e.name: repr(sorted(e.request.specified.items())) for e in entries})
 
     return _reading(work)
 

@@ -90,4 +90,4 @@ def test_an_old_key_of_a_project_is_read(tmp_path: Path) -> None:
     )
     with pytest.warns(DeprecationWarning, match="missing"):
         (entry,) = project.load(path)
-    assert entry.request.given["missing"] == "mask"
+    assert entry.request.specified["missing"] == "mask"

@@ -61,7 +61,7 @@ def test_a_map_has_the_parameters_asked_for(asked: dict[str, Any]) -> None:
     values = surface.roughness()
     for name, one in named.items():
         if name != "hurst":
-            assert values[name] == pytest.approx(one.found, rel=1e-12)
+            assert values[name] == pytest.approx(one.measured, rel=1e-12)
     assert values["Sq"] == pytest.approx(0.5e-6, rel=1e-9)
 
 

@@ -126,7 +126,7 @@ def test_requests_together_are_what_each_is_alone(tmp_path: Path, solves: list[f
         both = [carry_out(one, lambda _: None) for one in requests]
     # The largest load once more, under the calibrated ceiling.
     assert solves == [0.3, 0.1, 0.3]
-    assert both[0].found.largest.surface is both[1].found.largest.surface
+    assert both[0].result.largest.surface is both[1].result.largest.surface
     for one, outcome in zip(requests, both, strict=True):
         assert running.run(one, lambda _: None).record() == outcome.record()
     # Another preparation is another map.

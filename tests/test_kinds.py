@@ -95,10 +95,10 @@ def test_a_session_shows_a_new_kind(squeaking: Squeaking) -> None:
 
 def test_the_console_shows_it(squeaking: Squeaking, capsys: Capture) -> None:
     outcome: Any = SimpleNamespace(
-        found=squeaking,
+        result=squeaking,
         request=SimpleNamespace(task=solve.TASK),
         written=(Path("a.json"),),
-        beside={},
+        extra_results={},
     )
     console.show(outcome, Display.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())

@@ -438,3 +438,70 @@ def test_the_variants_tell_what_closing_and_stiffness_change() -> None:
     assert changed.numbers[0] == pytest.approx(shift / closing)
     assert changed.numbers[1] == pytest.approx(lower.stiffness() / contact.stiffness() - 1)
     assert changed.contact_area == pytest.approx(lower.contact_area / contact.contact_area - 1)
+
+
+def test_the_tangential_stiffness_is_that_of_all_that_sticks() -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.2)
+    assert found.friction is not None
+    last = found.steps[-1]
+    shear = {
+        axis: rc.tangential(CONTACTS[0][-1], friction=0.2, force="1 mN", direction=angle)
+        for axis, angle in (("y", 90.0), ("x", 0.0))
+    }
+    for ratio, axis in zip(found.friction.ratios, "yx", strict=True):
+        exact = shear[axis].stiffness_per_area / last.unloading_stiffness
+        assert ratio == pytest.approx(exact, rel=1e-4)
+    # Mindlin's ratio of a circle; a few spots on a small map are off by some percent.
+    assert found.friction.ratio == pytest.approx(2 * (1 - 0.3) / (2 - 0.3), rel=0.03)
+    # At the ceiling the traction is at most σ_Y/√3: 0.192 of the pressure.
+    assert 1 / (3 * math.sqrt(3)) < found.friction.sliding < 0.2
+    slip = found.friction.sliding * last.pressure / last.tangential_stiffness
+    assert found.elastic_slip()[-1] == pytest.approx(slip)
+    assert Kind.SHEAR_YIELD in [item.kind for item in found.cautions]
+    assert found.friction.shear_strength == pytest.approx(1e9 / math.sqrt(3))
+
+
+def test_the_decks_hold_friction_and_elastic_slip(tmp_path: Path) -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.15)
+    for suffix in (".inp", ".ccx"):
+        found.save(tmp_path / f"law{suffix}")
+    first, second = ((tmp_path / f"law{suffix}").read_text() for suffix in (".inp", ".ccx"))
+    slip, limit, friction = re.findall(
+        r"\*FRICTION, ELASTIC SLIP=(\S+), TAUMAX=(\S+)\n(\S+)\n", first
+    )[0]
+    assert float(slip) == pytest.approx(found.elastic_slip()[-1] * 1e3)
+    assert float(limit) == pytest.approx(1e3 / math.sqrt(3))
+    friction_too, slope = re.findall(r"\*FRICTION\n(\S+), (\S+)\n", second)[0]
+    assert float(friction) == float(friction_too) == 0.15
+    last = found.steps[-1]
+    # The same stiffness at the largest pressure.
+    assert float(slope) == pytest.approx(0.15 * last.pressure * 1e-6 / float(slip))
+    with pytest.raises(rc.InputError, match="friction"):
+        rc.interface_law(CONTACTS[0], friction=-1.0)
+
+
+def test_the_backbone_is_that_of_the_solved_contact() -> None:
+    # Ridges along x: along them and across them the stiffness differs by a third.
+    ridged = rc.generate(128, "2 um", Sq="0.4 um", Sal="10 um", Str=0.1, seed=1)
+    steel = {"material": "42CrMo4", "counter_material": "42CrMo4", "boundary": "periodic"}
+    pressures = [rc.NominalPressure(p) for p in ("10 MPa", "60 MPa", "200 MPa", "300 MPa")]
+    contacts = [rc.solve(ridged, load=p, **steel) for p in pressures]
+    left = rc.indented_surface(contacts[-1])
+    after = [rc.solve(left, load=p, ceiling=None, **steel) for p in pressures]
+    law, last = rc.interface_law(contacts, after, friction=0.15), contacts[-1]
+    for axis, direction in enumerate((90.0, 0.0)):
+        backbone = law.backbone(axis)
+        assert backbone.shift[0] == backbone.shear_stress[0] == 0
+        assert np.all(np.diff(backbone.shift) > 0)
+        assert backbone.shear_stress[-1] == pytest.approx(0.15 * last.load / last.nominal_area)
+        assert np.all(backbone.iwan_density > 0)
+        # All of the joint slips in the end.
+        lost = (backbone.iwan_density * np.diff(backbone.shift)).sum()
+        assert lost == pytest.approx(backbone.stiffness[0])
+        for shift, stress in zip(backbone.shift[1:-1], backbone.shear_stress[1:-1], strict=True):
+            force = stress * last.nominal_area
+            exact = rc.tangential(last, friction=0.15, force=force, direction=direction)
+            # The superposition knows nothing of the traction across the force.
+            assert shift == pytest.approx(exact.last.shift, rel=0.03)
+    with pytest.raises(rc.InputError, match="friction"):
+        LAW.backbone()

@@ -21,7 +21,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material import hardening
 from roughcontact.plots.export import save
 from roughcontact.request import maps, options, parsing, run, solve
-from roughcontact.request.option import PICTURES, Option, Panel
+from roughcontact.request.options import PICTURES, Option, Panel
 from roughcontact.request.request import Request
 from roughcontact.request.tasks import COMMANDS, PROJECT_TASKS as TASKS, from_text
 

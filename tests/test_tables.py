@@ -28,7 +28,6 @@ from roughcontact.report import (
     inputs,
     kinds,
     load_curve as curves,
-    load_history,
     subsurface_stress,
     uncertainty,
 )
@@ -93,7 +92,7 @@ def told_by(kind: str, request: pytest.FixtureRequest, capsys: Capture) -> tuple
     """Return what console and report tell of a kind of result, and what JSON keeps."""
     result = request.getfixturevalue(kind)
     asked: Any = SimpleNamespace(task=solve.TASK)
-    outcome: Any = SimpleNamespace(found=result, request=asked, written=(), beside={})
+    outcome: Any = SimpleNamespace(result=result, request=asked, written=(), extra_results={})
     console.show(outcome, Display.VERBOSE)
     shown = " ".join(capsys.readouterr().out.split())
     kept = json.loads(json.dumps(result.summary(), default=str))
@@ -104,16 +103,17 @@ TABLES: dict[str, Any] = {
     "solved": contact,
     "pressed": elastoplastic,
     "below": subsurface_stress,
-    "history": load_history,
+    "history": curves,
     "curve": curves,
 }
 
 
-def tell_more(monkeypatch: pytest.MonkeyPatch, module: Any, **more: Any) -> None:
-    """Add to what the kind of a module tells; its row is the only place that changes."""
-    old = module.KIND
+def tell_more(monkeypatch: pytest.MonkeyPatch, kind: str, **more: Any) -> None:
+    """Add to what a kind tells; its row is the only place that changes."""
+    module, name = TABLES[kind], "HISTORY_KIND" if kind == "history" else "KIND"
+    old = getattr(module, name)
     new = replace(old, **{name: (*getattr(old, name), one) for name, one in more.items()})
-    monkeypatch.setattr(module, "KIND", new)
+    monkeypatch.setattr(module, name, new)
     told = tuple(new if kind is old else kind for kind in kinds.KINDS)
     monkeypatch.setattr(kinds, "KINDS", told)
 
@@ -123,7 +123,7 @@ def test_a_quantity_that_is_added_is_told_by_all(
     kind: str, request: pytest.FixtureRequest, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     added = Quantity("answer", "answer to all", symbol="Q", unit="Pa", of=lambda _: 42.123456e6)
-    tell_more(monkeypatch, TABLES[kind], table=added)
+    tell_more(monkeypatch, kind, table=added)
     shown, report, kept = told_by(kind, request, capsys)
     assert "Answer to all Q 42.12 MPa" in shown
     assert "Answer to all Q 42.12 MPa" in report
@@ -134,8 +134,8 @@ def test_a_quantity_of_a_result_is_in_its_record(
     solved: rc.ContactResult, pressed: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     added = Quantity("answer", "answer", of=lambda _: 42)
-    tell_more(monkeypatch, contact, table=added)
-    tell_more(monkeypatch, elastoplastic, table=added)
+    tell_more(monkeypatch, "solved", table=added)
+    tell_more(monkeypatch, "pressed", table=added)
     assert files.record(solved)["answer"] == 42
     assert files.record(pressed)["volume"]["answer"] == 42
 
@@ -152,7 +152,7 @@ def test_a_column_that_is_added_is_told_by_all(
     tmp_path: Path,
 ) -> None:
     added = Column("root", "root", unit="N", of=lambda r: [s.load**0.5 for s in r.steps])
-    tell_more(monkeypatch, TABLES[kind], columns=added)
+    tell_more(monkeypatch, kind, columns=added)
     # The table of a history tells its steps.
     monkeypatch.setattr(contact_fields, name, (*getattr(contact_fields, name), added))
     result = request.getfixturevalue(kind)
@@ -255,7 +255,7 @@ def test_figures_are_named_after_those_of_the_report(
         return figure
 
     added = figures.Illustration("sketch", sketch, "What it looks like.")
-    tell_more(monkeypatch, contact, figures=added)
+    tell_more(monkeypatch, "solved", figures=added)
     assert "What it looks like." in text_of(kinds.render(solved))
     assert figures.names(contact.KIND.figures)[-1] == "sketch"
     kinds.drawings(solved)["sketch"]()

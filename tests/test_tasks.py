@@ -44,7 +44,7 @@ session = Session(Path("page.toml"), lambda what: None)
 card = Preparation(session, lambda: None).root[-1]
 card.collapsed = False
 session.give("stretch", "3")
-assert session.state.given["stretch"] == "3"
+assert session.state.specified["stretch"] == "3"
 session.close()
 print([widget.label for control in card.objects for widget in control if hasattr(widget, "label")])
 """
@@ -70,7 +70,7 @@ KIND = Kind(
 """
 TASK = """
 from roughcontact.request import options, parsing
-from roughcontact.request.option import Option, Panel
+from roughcontact.request.options import Option, Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.task import Question, Task
 

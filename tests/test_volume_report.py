@@ -15,7 +15,7 @@ from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
 from roughcontact.plots import elastoplastic as volume_plots
-from roughcontact.report import assumptions, kinds, phrases, problem
+from roughcontact.report import assumptions, kinds, phrases
 from roughcontact.report.page import Edition
 from roughcontact.units import engineering, percent
 
@@ -52,7 +52,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     front = page[: page.index("Warnings and cautions")]
     for value in (
         engineering(contact.max_pressure, "Pa", 3),
-        problem.share(contact.contact_fraction),
+        phrases.share(contact.contact_fraction),
         percent(pressed.max_plastic_strain),
         engineering(pressed.plastic_depth, "m", 3),
         engineering(contact.approach, "m", 3),

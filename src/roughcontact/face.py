@@ -25,26 +25,26 @@ Path = str | os.PathLike[str]
 
 def text(shown: object) -> str:
     """Return the headline numbers, one line each."""
-    from roughcontact.report import headline
+    from roughcontact.report import kinds
 
-    return headline.text(shown)
+    return kinds.headline_text(shown)
 
 
 def html(shown: object) -> str:
     """Return the headline numbers as HTML."""
-    from roughcontact.report import headline
+    from roughcontact.report import kinds
 
-    return headline.html(shown)
+    return kinds.headline_html(shown)
 
 
 def plots(shown: object) -> Any:
     """Return the figures as methods."""
     from roughcontact.contact.result import ContactResult
-    from roughcontact.report import headline, kinds
+    from roughcontact.report import kinds
 
     if isinstance(shown, ContactResult):
         shown.require_whole("figures")
-    return headline.Plots(shown, kinds.of(shown).plots)
+    return kinds.Plots(shown, kinds.of(shown).plots)
 
 
 def explore(shown: Any) -> Any:

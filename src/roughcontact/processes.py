@@ -87,7 +87,7 @@ _GRACE = 0.5
 _MAPPED, _KEPT = (-3, 2**25), (-1, 2**27)
 
 
-def made(target: Callable[..., None], *args: Any) -> SpawnProcess:
+def create_process(target: Callable[..., None], *args: Any) -> SpawnProcess:
     """Return a process of its own, which `start` starts."""
     return multiprocessing.get_context("spawn").Process(target=target, args=args, daemon=True)
 

@@ -81,11 +81,11 @@ def told_first(bench: WorkerPool, *work: Any, **more: Any) -> tuple[workers.Job,
     words: list[str] = []
 
     def told(stage: Stage) -> None:
-        words.append(str(stage.at))
+        words.append(str(stage.progress))
         if len(words) == len(work):
             first.set()
 
-    job = bench.begin(*work, told=told, **more)
+    job = bench.begin(*work, on_stage=told, **more)
     assert first.wait(PATIENCE)
     return job, words[0]
 
@@ -99,15 +99,15 @@ def ended(job: workers.Job) -> JobResult:
 def test_a_job_tells_how_far_it_is_and_gives_its_result(bench: WorkerPool) -> None:
     stages: list[Stage] = []
     ends: list[JobResult] = []
-    end = ended(bench.begin(adding, 2, 3, told=stages.append, ended=ends.append))
+    end = ended(bench.begin(adding, 2, 3, on_stage=stages.append, ended=ends.append))
     assert end.value == 5
     assert ends == [end]
     assert end.error is None
     assert not end.canceled
     assert [stage.share for stage in stages] == [None, 0.0, 0.5]
-    assert stages[0].at == "adding"
-    assert stages[0].left is stages[1].left is None
-    assert stages[2].left == pytest.approx(stages[2].seconds)
+    assert stages[0].progress == "adding"
+    assert stages[0].remaining is stages[1].remaining is None
+    assert stages[2].remaining == pytest.approx(stages[2].seconds)
     assert 0 <= stages[0].seconds <= stages[2].seconds <= end.seconds
 
 
@@ -178,7 +178,7 @@ def test_what_raises_while_it_is_told_ends_the_job(monkeypatch: pytest.MonkeyPat
 
     ignored: list[object] = []
     monkeypatch.setattr(threading, "excepthook", ignored.append)
-    job = bench.begin(lasting, told=told)
+    job = bench.begin(lasting, on_stage=told)
     assert job.wait(PATIENCE) is None
     bench.close()
     assert len(ignored) == 1
@@ -193,14 +193,14 @@ def test_a_request_gives_the_same_as_here(bench: WorkerPool, tmp_path: Path) -> 
     )  # fmt: skip
     stages: list[Stage] = []
     job = bench.begin(
-        workers.carry_out, request, told=stages.append, folders=workers.folders_of(request)
+        workers.carry_out, request, on_stage=stages.append, folders=workers.folders_of(request)
     )
     outcome = ended(job).value
     here = run.run(request, lambda text: None)
     for name in ("load", "contact_area", "max_pressure"):
         assert outcome.record()[name] == here.record()[name]
     assert outcome.written == (tmp_path / "out.csv",)
-    assert any(isinstance(stage.at, Progress) for stage in stages)
+    assert any(isinstance(stage.progress, Progress) for stage in stages)
     assert {stage.share for stage in stages} <= {None, 0.0, 0.5}
     assert workers.folders_of(request) == [tmp_path]
 

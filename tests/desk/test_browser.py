@@ -157,7 +157,9 @@ def test_a_measured_file_from_drop_to_download(
     )  # fmt: skip
     assert ours.max_pressure == theirs.max_pressure
     # The page may still show a load that the slider passed; it ends with what was taken.
-    mean = quantity_of(contact_fields.CONTACT, "mean_pressure").told(ours.load / ours.contact_area)
+    mean = quantity_of(contact_fields.CONTACT, "mean_pressure").format_value(
+        ours.load / ours.contact_area
+    )
     seat.number("Mean pressure").filter(has_text=mean).wait_for()
     assert mean in report.read_text(encoding="utf-8")
 

@@ -61,7 +61,7 @@ class Seat:
 
     @property
     def said(self) -> str:
-        return str(self.joint._working._said.object)
+        return str(self.joint._working._status.object)
 
     @property
     def shown(self) -> str:

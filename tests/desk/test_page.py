@@ -160,12 +160,12 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProje
     assert "mine.opd is empty" in text_of(page._trust)
     assert work.key not in text_of(page._trust)
     page._views._tabs._strip.active = 6
-    take = page._views._made[6]
+    take = page._views._created[6]
     take._started()
     assert take._working._job.wait(PATIENCE) is not None
     settle(page)
-    assert "mine.opd is empty" in text_of(take._working._said)
-    assert work.key not in text_of(take._working._said)
+    assert "mine.opd is empty" in text_of(take._working._status)
+    assert work.key not in text_of(take._working._status)
 
 
 @pytest.mark.long
@@ -206,7 +206,7 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     page._do(page.session.pin)
     page._do(lambda: page.session.give("load", "20 mN"))
     settle(page)
-    made = page._views._made
+    made = page._views._created
     assert "10 mN" in text_of(made[2].root), "what is out of sight costs nothing"
     strip.active = 2
     assert "20 mN" in text_of(made[2].root)
@@ -231,7 +231,7 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
     model._factor.value = "three"
     assert model._wrong.visible
     model._factor.value = "2.7"
-    assert page.session.state.given["ceiling"] == "1.35 GPa"
+    assert page.session.state.specified["ceiling"] == "1.35 GPa"
     assert not model._wrong.visible
     settle(page)
     assert page.session.outcome is not None
@@ -257,12 +257,12 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
     settle(page)
     page._load.slider.value += 25
-    given = page.session.state.given["load"]
+    given = page.session.state.specified["load"]
     assert given != "1 MPa"
     assert page._load.text.value == given
     settle(page)
     assert page.session.outcome is not None
-    assert page.session.outcome.request.given["load"] == given
+    assert page.session.outcome.request.specified["load"] == given
 
 
 @pytest.mark.long
@@ -273,10 +273,10 @@ def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) ->
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
     page._load.form.value = load_panel.NOMINAL
-    assert page.session.state.given["load"] == "13 MPa"
+    assert page.session.state.specified["load"] == "13 MPa"
     page._load.text.value = "13 furlongs"
     assert page._load._wrong.visible
-    assert page.session.state.given["load"] == "13 MPa"
+    assert page.session.state.specified["load"] == "13 MPa"
 
 
 def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
@@ -298,7 +298,7 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
     page._document = Loop()
     assert page.session.wait(PATIENCE)
     page._views._tabs._strip.active = 6
-    take = page._views._made[6]
+    take = page._views._created[6]
     assert "Polished, isotropic.npz" in text_of(take._words)
     take._kind.value = "the map itself"
     take._started()

@@ -149,7 +149,7 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
 
     def hear(what: Any) -> None:
         told.append(what)
-        if isinstance(what, Prepared) and "load" in what.request.given:
+        if isinstance(what, Prepared) and "load" in what.request.specified:
             began.set()
             assert go_on.wait(PATIENCE)
 
@@ -374,16 +374,16 @@ def test_a_state_that_is_complete_can_be_run_from_its_file(
     session.pin()
     session.give("load", "20 mN")
     entries = {entry.name: entry.request for entry in project.load(session.project)}
-    assert entries[PINNED].given["load"] == "10 mN"
+    assert entries[PINNED].specified["load"] == "10 mN"
     assert isinstance(session.failure, Failed) is False
 
 
 def test_a_part_is_kept_and_a_part_of_that(session: Session, tmp_path: Path) -> None:
     session.bring(save_map(tmp_path, "a.npz"))
     session.keep((2, 10), (4, 16))
-    assert session.state.given["crop"] == "2:10,4:16"
+    assert session.state.specified["crop"] == "2:10,4:16"
     session.keep((1, 5), (0, 4))
-    assert session.state.given["crop"] == "3:7,4:8"
+    assert session.state.specified["crop"] == "3:7,4:8"
     session.give("rotate", "90")
     with pytest.raises(InputError, match="before"):
         session.keep((0, 2), (0, 2))

@@ -58,8 +58,8 @@ def test_text_that_cannot_be_used_changes_nothing(complete: State) -> None:
 
 
 def test_one_load_replaces_the_other(complete: State) -> None:
-    assert "load" not in complete.having("approach", "1 um").given
-    assert complete.having("approach", "1 um").having("load", "2 N").given["load"] == "2 N"
+    assert "load" not in complete.having("approach", "1 um").specified
+    assert complete.having("approach", "1 um").having("load", "2 N").specified["load"] == "2 N"
 
 
 def test_empty_text_takes_an_option_away(complete: State) -> None:
@@ -68,11 +68,11 @@ def test_empty_text_takes_an_option_away(complete: State) -> None:
 
 def test_another_map_forgets_what_was_said_of_the_file(complete: State, map_file: Path) -> None:
     state = complete.having("crop", "0:8,0:8").having("unit", "um").bringing(map_file)
-    assert set(state.given) == {"material", "load", "boundary"}
+    assert set(state.specified) == {"material", "load", "boundary"}
 
 
 def test_undoing_the_level_says_that_there_is_none(complete: State) -> None:
-    assert complete.undoing("leveled").given["level"] == "none"
+    assert complete.undoing("leveled").specified["level"] == "none"
     assert complete.having("form", "sphere").undoing("without_form") == complete
 
 
@@ -88,17 +88,17 @@ def test_the_project_file_gives_the_same_numbers(complete: State, tmp_path: Path
 
 
 def replace_outputs(entry: project.Entry) -> object:
-    given = {key: value for key, value in entry.request.given.items() if key != "output"}
-    return replace(entry.request, given=given, values={
+    given = {key: value for key, value in entry.request.specified.items() if key != "output"}
+    return replace(entry.request, specified=given, values={
         key: value for key, value in entry.request.values.items() if key != "output"
     })  # fmt: skip
 
 
 def test_a_pinned_state_is_a_contact_of_its_own(complete: State, tmp_path: Path) -> None:
-    state = replace(complete, pinned=complete.having("load", "20 mN").given)
+    state = replace(complete, pinned=complete.having("load", "20 mN").specified)
     path = tmp_path / "work.toml"
     path.write_text(state.script, encoding="utf-8")
-    assert [entry.request.given["load"] for entry in project.load(path)] == ["10 mN", "20 mN"]
+    assert [entry.request.specified["load"] for entry in project.load(path)] == ["10 mN", "20 mN"]
 
 
 @given(
@@ -110,7 +110,7 @@ def test_the_project_file_holds_everything(name: str, line: tuple[float, ...] | 
     name = name.encode("utf-8", "replace").decode()
     path = Path("/some/where/map one.opd")
     state = State().bringing(path, name).having("mirror", True).having("load", "1 N")
-    state = replace(state, pinned=state.given, line=line)
+    state = replace(state, pinned=state.specified, line=line)
     assert from_script(state.script, Path("/some/where")) == state
 
 
@@ -129,16 +129,16 @@ def test_names_are_never_keys_of_their_own(complete: State) -> None:
 
 def test_other_tasks_take_what_fits(complete: State) -> None:
     sweep = complete.request(SWEEP, from_="1 mN", to="10 mN", steps="3")
-    assert sweep.given["from"] == "1 mN"
-    assert "load" not in sweep.given
-    assert complete.request(STRESS, friction="0.2").given["load"] == "10 mN"
+    assert sweep.specified["from"] == "1 mN"
+    assert "load" not in sweep.specified
+    assert complete.request(STRESS, friction="0.2").specified["load"] == "10 mN"
 
 
 def test_what_is_taken_away_has_the_names_of_the_user(complete: State, map_file: Path) -> None:
     request = complete.request()
     assert request.command.startswith("roughcontact solve 'from <me>.opd' ")
-    assert str(map_file) not in complete.told
-    assert 'file = "from <me>.opd"' in complete.told
+    assert str(map_file) not in complete.portable_script
+    assert 'file = "from <me>.opd"' in complete.portable_script
     result = run(request, lambda _: None).contact
     assert result is not None
     assert result.surface.provenance.source == "from <me>.opd"

@@ -147,7 +147,7 @@ def test_works_in_which_something_was_done_are_told_the_last_first(tmp_path: Pat
     for age, work in ((100, first), (1, last)):
         work.project.write_text("")
         os.utime(work.folder, (time.time() - age,) * 2)
-    assert [work.key for work in works.kept()] == [last.key, first.key]
+    assert [work.key for work in works.saved_projects()] == [last.key, first.key]
     works.remove(last.key)
-    assert [work.key for work in works.kept()] == [first.key]
+    assert [work.key for work in works.saved_projects()] == [first.key]
     assert empty.folder.exists()

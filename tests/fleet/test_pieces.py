@@ -15,7 +15,8 @@ import pytest
 from items import items_of_file, normal
 from roughcontact.batch import jobs, plan, project, runner
 from roughcontact.batch.executors import Engine
-from roughcontact.request import outputs, subtasks
+from roughcontact.request import outputs
+from roughcontact.request.request import Request
 
 HEAD = """\
 folder = "results"
@@ -105,11 +106,11 @@ def test_pieces_in_any_order_give_the_bits_of_the_whole(
     reports, tasks, said = run(path)
     assert [report.state for report in reports] == [plan.SOLVED]
     words = [task.piece for task in tasks]
-    assert words == [*subtasks.subtask_ids(tasks[0].parts[0].entry.request), ""]
+    assert words == [*tasks[0].parts[0].entry.request.subtask_ids(), ""]
     assert len(words) == count + 1
     assert said[-1] == f"{count} of {count} pieces of one found"
     alone = written(tmp_path / "whole", text, 64)
-    monkeypatch.setattr(subtasks, "subtask_ids", lambda request: ())
+    monkeypatch.setattr(Request, "subtask_ids", lambda request: ())
     reports, tasks, _ = run(alone)
     assert [report.state for report in reports] == [plan.SOLVED]
     assert [task.piece for task in tasks] == [""]
@@ -188,7 +189,7 @@ def test_pieces_that_were_found_are_not_done_again(
         patch.setattr(plan, "drop", lambda entry, but: None)
         assert [report.state for report in run(path)[0]] == [plan.SOLVED]
     (entry,) = project.load(path)
-    words = subtasks.subtask_ids(entry.request)
+    words = entry.request.subtask_ids()
     place = summary.with_suffix(".pieces")
     files = {word: place / f"{plan.digest_of(entry, piece=word)}.json" for word in words}
     assert sorted(place.iterdir()) == sorted(files.values())
@@ -272,7 +273,7 @@ def test_maps_of_one_content_keep_their_names(tmp_path: Path) -> None:
     (report,), tasks, _ = run(path)
     assert report.state == plan.SOLVED
     assert [task.piece for task in tasks] == ["0", "1", "2", "3", ""]
-    names = [one["name"] for group in report.told["groups"] for one in group["maps"]]
+    names = [one["name"] for group in report.summary["groups"] for one in group["maps"]]
     assert names == ["r0.npy", "r1.npy", "s0.npy", "s1.npy"]
 
 
@@ -304,7 +305,7 @@ def test_an_interruption_tells_of_pieces(tmp_path: Path, monkeypatch: pytest.Mon
 def test_what_waits_for_its_contact_is_one_piece(keys: str, tmp_path: Path) -> None:
     path = written(tmp_path / "here", HEAD + f'file = "r0.npy"\n{keys}\n')
     (entry,) = project.load(path)
-    assert subtasks.subtask_ids(entry.request) == ()
+    assert entry.request.subtask_ids() == ()
 
 
 def test_pieces_are_shared_by_the_processes_of_a_machine(

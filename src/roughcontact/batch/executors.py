@@ -262,7 +262,7 @@ class LocalExecutor(Executor):
     def _process(self) -> tuple[SpawnProcess, Connection]:
         if not hasattr(self._own, "process"):
             here, there = own.pipe(duplex=True)
-            process = own.made(_work, there)
+            process = own.create_process(_work, there)
             with self._lock:
                 if self._closed:
                     raise RuntimeError("the processes have been ended")

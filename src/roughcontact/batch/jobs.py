@@ -22,10 +22,9 @@ from roughcontact.errors import (
     render_message,
 )
 from roughcontact.halfspace import fft
-from roughcontact.request import outputs, run as running, subtasks
+from roughcontact.request import outputs, run as running
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outcome import Outcome
-from roughcontact.request.subtasks import with_relocated_files
 
 MOST = 2**28
 """Bytes that travel with a contact at most, each way, where workers do not see its files."""
@@ -47,7 +46,7 @@ class FileTransfer:
 
     mark: Path  # A file in the folder of the results: who sees it writes there
     sums: Mapping[Path, str]  # Checksum of each file that is read, by path
-    kept: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
+    checkpoints: tuple[Path, ...] = ()  # Files of an earlier run that the contact may go on from
     content: Mapping[Path, bytes] = field(default_factory=dict)
 
 
@@ -66,7 +65,7 @@ class Task:
     def inputs(self) -> list[Path]:
         """The files that it reads."""
         if self.piece or self.known:
-            return [*subtasks.inputs(self.parts[0].entry.request, self.piece)]
+            return [*self.parts[0].entry.request.subtask_inputs(self.piece)]
         return [path for part in self.parts for path in part.entry.request.inputs]
 
 
@@ -77,7 +76,7 @@ class Answer:
     reports: Mapping[int, Report] = field(default_factory=dict)  # By number
     lacking: tuple[Path, ...] = ()  # Files that the worker does not see
     content: Mapping[Path, bytes] = field(default_factory=dict)
-    found: Any = None  # What was found of a piece, if that did not fail
+    result: Any = None  # What was found of a piece, if that did not fail
 
 
 def run_task(task: Task) -> Answer:
@@ -109,7 +108,7 @@ def _answered(task: Task) -> Answer:
         for part in task.parts:
             try:
                 if task.piece:
-                    result = subtasks.found_of(part.entry.request, task.piece, _nothing, _nothing)
+                    result = part.entry.request.solve_subtask(task.piece, _nothing, _nothing)
                 else:
                     seen = task.journey is None or task.journey.mark.exists()
                     reports[part.number] = _done(part, carry_out, task.known, renew=seen)
@@ -119,7 +118,7 @@ def _answered(task: Task) -> Answer:
                 reports[part.number] = _failed(part, _starved(error))
             except OSError as error:
                 reports[part.number] = _failed(part, f"{type(error).__name__}: {error}")
-    return Answer(reports, found=result)
+    return Answer(reports, result=result)
 
 
 def _starved(error: MemoryError) -> str:
@@ -186,7 +185,7 @@ def _away(task: Task, journey: FileTransfer) -> Answer:
     """Do all parts of a contact, each file by its path where it is seen, else by its content."""
     seen = journey.mark.exists()
     needed = [path for path, wanted in journey.sums.items() if not _is_seen(path, wanted)]
-    needed += [] if seen else journey.kept
+    needed += [] if seen else journey.checkpoints
     lacking = tuple(path for path in needed if path not in journey.content)
     if lacking:
         return Answer(lacking=lacking)
@@ -249,7 +248,7 @@ def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Par
         return place
 
     entry = part.entry
-    request = with_relocated_files(entry.request, lambda path: lie.get(path, path), written)
+    request = entry.request.with_relocated_files(lambda path: lie.get(path, path), written)
     return replace(part, entry=replace(entry, request=request, summary=written(entry.summary)))
 
 

@@ -19,7 +19,7 @@ from roughcontact import checksums, files
 from roughcontact._version import __version__
 from roughcontact.errors import ArgumentRef
 from roughcontact.files import to_json
-from roughcontact.request import comparison, subtasks
+from roughcontact.request import comparison
 from roughcontact.request.options import GROUP
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command
@@ -49,13 +49,13 @@ class Report:
 
     name: str  # Of the contact
     state: str  # How it ended
-    told: Mapping[str, Any]  # What its JSON file says
+    summary: Mapping[str, Any]  # What its JSON file says
     reason: str = ""  # Why it failed, in a sentence
 
     @property
     def last(self) -> Mapping[str, Any]:
         """The contact in a few numbers: of several loads the last, of those found the largest."""
-        return dict(self.told.get("last", self.told))
+        return dict(self.summary.get("last", self.summary))
 
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:
@@ -109,17 +109,17 @@ def digest_of(
 ) -> str:
     """Return a word for all that a contact depends on: options and content of files."""
     request = entry.request
-    of, others = subtasks.depends_on(request, piece) if piece else ("", frozenset())
+    of, others = request.depends_on(piece) if piece else ("", frozenset())
     # Groups by what they are called, and their files by what they hold.
     specified = {
         name: _placeless(value) if request.task.by_name[name].is_place else value
-        for name, value in request.given.items()
+        for name, value in request.specified.items()
         if name not in {GROUP.name, *others}
     }
     sizes = map(len, comparison.groups(request).values())
     groups = [list(group) for group in zip(comparison.labels(request), sizes, strict=True)]
     about = {"piece": of} if piece else {"groups": groups} if groups else {}
-    inputs = subtasks.inputs(request, piece) if piece else request.inputs
+    inputs = request.subtask_inputs(piece) if piece else request.inputs
     return checksums.of_words(
         {
             "version": __version__,
@@ -161,7 +161,7 @@ def keep(entry: Entry, digest: str, result: Any) -> None:
     """Keep what is found of a piece, if that can be done."""
     # Whatever cannot be kept is found once more by the next run.
     with contextlib.suppress(OSError, TypeError):
-        described = {"run": digest, "found": _described(result)}
+        described = {"run": digest, "found": _encode(result)}
         text = json.dumps({**described, "seal": checksums.of_words(described)})
         path = _file(entry, digest)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -179,7 +179,7 @@ def load_subtasks(entry: Entry, digests: Mapping[str, str]) -> dict[str, Any]:
             read = json.loads(path.read_bytes())
             seal = read.pop("seal")
             if read["run"] == digest and seal == checksums.of_words(read):
-                known[word] = _made(read["found"])
+                known[word] = _decode(read["found"])
     return known
 
 
@@ -203,24 +203,24 @@ def _file(entry: Entry, digest: str) -> Path:
 # `pickle` would carry out whatever a file says.
 
 
-def _described(value: Any) -> Any:
+def _encode(value: Any) -> Any:
     """Return a value as JSON has it, with the type of all that is no text, number or list."""
     if value is None or type(value) in (bool, int, float, str):
         return value
     if type(value) is list:
-        return [_described(item) for item in value]
+        return [_encode(item) for item in value]
     if type(value) is tuple:
-        return {"tuple": [_described(item) for item in value]}
+        return {"tuple": [_encode(item) for item in value]}
     if isinstance(value, Enum):
-        return {"enum": _name(type(value)), "value": _described(value.value)}
+        return {"enum": _name(type(value)), "value": _encode(value.value)}
     if isinstance(value, np.ndarray | np.generic) and value.dtype.kind in "biuf":
         specified = base64.b64encode(np.ascontiguousarray(value).tobytes()).decode("ascii")
         shape = list(value.shape) if isinstance(value, np.ndarray) else None
         return {"array": specified, "kind": value.dtype.str, "shape": shape}
     if isinstance(value, Mapping):
-        return {"mapping": [[_described(key), _described(item)] for key, item in value.items()]}
+        return {"mapping": [[_encode(key), _encode(item)] for key, item in value.items()]}
     if is_dataclass(type(value)):
-        held = {field.name: _described(getattr(value, field.name)) for field in fields(value)}
+        held = {field.name: _encode(getattr(value, field.name)) for field in fields(value)}
         return {"class": _name(type(value)), "fields": held}
     raise TypeError(f"{type(value)} has no form in JSON here")
 
@@ -229,28 +229,28 @@ def _name(kind: type) -> str:
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
-def _made(text: Any) -> Any:
-    """Return the value that `_described` described."""
+def _decode(text: Any) -> Any:
+    """Return the value that `_encode` described."""
     if isinstance(text, list):
-        return [_made(item) for item in text]
+        return [_decode(item) for item in text]
     if not isinstance(text, dict):
         return text
     if "tuple" in text:
-        return tuple(_made(text["tuple"]))
+        return tuple(_decode(text["tuple"]))
     if "enum" in text:
-        return _class(text["enum"], Enum)(_made(text["value"]))
+        return _class(text["enum"], Enum)(_decode(text["value"]))
     if "array" in text:
         values = np.frombuffer(base64.b64decode(text["array"]), text["kind"])
         return values[0] if text["shape"] is None else values.reshape(text["shape"]).copy()
     if "mapping" in text:
-        return {_made(key): _made(item) for key, item in text["mapping"]}
+        return {_decode(key): _decode(item) for key, item in text["mapping"]}
     # As `copy` and `pickle` do it: what was checked when it was made is not made again.
     kind = _class(text["class"])
     if text["fields"].keys() != {field.name for field in fields(kind)}:
         raise TypeError(f"{kind} has other fields")
     created = object.__new__(kind)
     for name, value in text["fields"].items():
-        object.__setattr__(created, name, _made(value))
+        object.__setattr__(created, name, _decode(value))
     return created
 
 

@@ -18,8 +18,7 @@ from roughcontact.batch.plan import Entry, spell_key
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.files import as_regular_file
 from roughcontact.request import outputs, parsing, solve
-from roughcontact.request.option import Option
-from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN
+from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN, Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
 from roughcontact.request.tasks import PROJECT_TASKS, SHARED_TASKS

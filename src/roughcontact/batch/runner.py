@@ -19,10 +19,8 @@ from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_proces
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import subtasks
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import UnfinishedError
-from roughcontact.request.subtasks import with_relocated_files
 from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
@@ -70,7 +68,7 @@ def _at_once(count: int, workers: int | None = None) -> int:
 
 def tasks(entries: list[Entry]) -> int:
     """Return how many tasks of a project may go on at a time."""
-    return sum(max(1, len(_apart(contact))) for contact in _contacts(entries))
+    return sum(max(1, len(_subtask_ids(contact))) for contact in _contacts(entries))
 
 
 def _silent(text: str) -> None:
@@ -130,7 +128,7 @@ class _Run:
         marks: Mapping[Path, Path],
     ) -> None:
         self._entries, self._tell, self._engine, self._marks = entries, tell, engine, marks
-        self._found: dict[int, Report] = {}
+        self._reports: dict[int, Report] = {}
         self._waiting = deque(_contacts(entries))
         # With how often they were handed out before.
         self._ready: deque[tuple[jobs.Task, int]] = deque()
@@ -170,7 +168,7 @@ class _Run:
         except KeyboardInterrupt:
             self._engine.stop()
             raise UnfinishedError(self._complete()) from None
-        return [self._found[number] for number in range(len(self._entries))]
+        return [self._reports[number] for number in range(len(self._entries))]
 
     def _look_for_workers(self, state: str) -> None:
         """Warn where there are no workers, and end the work where none has come for long."""
@@ -193,11 +191,13 @@ class _Run:
             if self._ready:
                 self._hand_out(*self._ready.popleft())
             else:
-                self._ready.extend((task, 1) for task in self._left(self._waiting.popleft()))
+                self._ready.extend(
+                    (task, 1) for task in self._remaining_tasks(self._waiting.popleft())
+                )
         if self._suspects and not self._under_way:
             self._hand_out(self._suspects.popleft(), _ALONE)
 
-    def _left(self, contact: Contact) -> list[jobs.Task]:
+    def _remaining_tasks(self, contact: Contact) -> list[jobs.Task]:
         """Return what is to be done of a contact, and tell of what was done before."""
         parts = []
         for number, entry in contact:
@@ -208,11 +208,11 @@ class _Run:
                 self._read[number] = {path: self._content(path) for path in entry.request.inputs}
                 parts.append(jobs.Part(number, entry, digest, places))
             else:
-                self._told(number, Report(entry.name, KEPT, before))
+                self._record(number, Report(entry.name, KEPT, before))
         if not parts:
             return []
         whole = jobs.Task(tuple(parts), self._engine.threads)
-        words = _apart(contact)
+        words = _subtask_ids(contact)
         if not words:
             return [self._equipped(whole)]
         (part,) = parts
@@ -249,7 +249,7 @@ class _Run:
         parts = tuple(
             replace(part, entry=replace(
                 part.entry, summary=_resolved(part.entry.summary),
-                request=with_relocated_files(part.entry.request, _resolved, _resolved),
+                request=part.entry.request.with_relocated_files(_resolved, _resolved),
             ))
             for part in task.parts
         )  # fmt: skip
@@ -277,7 +277,9 @@ class _Run:
         """Return a task with the content of those of its files that not all workers see."""
         if task.journey is None:
             return task
-        needed = [path for path in (*task.journey.sums, *task.journey.kept) if path in self._sent]
+        needed = [
+            path for path in (*task.journey.sums, *task.journey.checkpoints) if path in self._sent
+        ]
         size = sum(path.stat().st_size for path in needed)
         if size > jobs.MOST:
             raise OSError(jobs.too_large("its files", size))
@@ -309,14 +311,14 @@ class _Run:
         if answer.reports:
             failed[task.piece] = answer.reports[number].reason
         else:
-            result[task.piece] = answer.found
-            plan.keep(entry, self._digests[number][task.piece], answer.found)
+            result[task.piece] = answer.result
+            plan.keep(entry, self._digests[number][task.piece], answer.result)
             few = f"{len(result)} of {len(self._digests[number])}"
             self._tell.say(f"{few} pieces of {entry.name} found")
         if len(result) + len(failed) < len(self._digests[number]):
             return
         if failed:
-            self._told(number, Report(entry.name, FAILED, {}, _reasons(failed.values())))
+            self._record(number, Report(entry.name, FAILED, {}, _reasons(failed.values())))
         else:
             self._ready.appendleft((self._joined(part), 1))
 
@@ -350,7 +352,7 @@ class _Run:
             if report.state == FAILED:
                 before = plan.complete(self._entries[number], part.digest)
                 report = report if before is None else Report(report.name, SOLVED, before)
-            self._told(number, report)
+            self._record(number, report)
 
     def _changed(self, task: jobs.Task) -> Path | None:
         """Return a file that is not any more what it was when the contact was looked at."""
@@ -360,8 +362,8 @@ class _Run:
                     return path
         return None
 
-    def _told(self, number: int, report: Report) -> None:
-        self._found[number] = report
+    def _record(self, number: int, report: Report) -> None:
+        self._reports[number] = report
         if report.state == SOLVED:
             entry = self._entries[number]
             # Another map may be set beside those of a comparison some day.
@@ -373,7 +375,7 @@ class _Run:
 
     def _complete(self) -> list[Path]:
         """Return the summaries of what stands complete, told of or not, and what is in pieces."""
-        done_ = {number for number, report in self._found.items() if report.state != FAILED}
+        done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
                 part.number for part in task.parts
@@ -397,9 +399,9 @@ def _contacts(entries: list[Entry]) -> list[Contact]:
     return list(result.values())
 
 
-def _apart(contact: Contact) -> tuple[str, ...]:
+def _subtask_ids(contact: Contact) -> tuple[str, ...]:
     """Return the pieces of a contact; none of one of which several things are asked."""
-    return subtasks.subtask_ids(contact[0][1].request) if len(contact) == 1 else ()
+    return contact[0][1].request.subtask_ids() if len(contact) == 1 else ()
 
 
 # Reasons that are named one by one.

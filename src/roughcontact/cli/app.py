@@ -31,8 +31,7 @@ from roughcontact.errors import (
 from roughcontact.files import to_json
 from roughcontact.processes import redeliver_interrupts
 from roughcontact.request import generation as making, options, tasks
-from roughcontact.request.option import Option
-from roughcontact.request.options import JSON, QUIET, READING, VERBOSE
+from roughcontact.request.options import JSON, QUIET, READING, VERBOSE, Option
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, Task, Values
 from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
@@ -106,7 +105,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         terminal.complain(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
-        terminal.complain(f"interrupted; {_told(written)}")
+        terminal.complain(f"interrupted; {_written_text(written)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
 
@@ -115,7 +114,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
 _NAMED = 8
 
 
-def _told(written: Sequence[Path]) -> str:
+def _written_text(written: Sequence[Path]) -> str:
     """Return what to say of the files that were complete when the work was interrupted."""
     if not written:
         return "nothing was written"
@@ -457,7 +456,11 @@ def _run(file: Path | str | None, specified: Given) -> None:
             str(file), tasks.RUN.read(specified), say, display is Display.QUIET
         )
     if display is Display.JSON:
-        print(to_json({"contacts": [dataclasses.asdict(report) for report in reports]}))
+        contacts = [
+            {"name": item.name, "state": item.state, "told": item.summary, "reason": item.reason}
+            for item in reports
+        ]
+        print(to_json({"contacts": contacts}))
     elif display is not Display.QUIET:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
@@ -490,7 +493,7 @@ def _worked_through(
         start = time.monotonic()
         dashboard = f"; {engine.dashboard}" if engine.dashboard else ""
 
-        def told(report: plan.Report) -> None:
+        def show_report(report: plan.Report) -> None:
             states.append(report.state)
             fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
             seconds = (time.monotonic() - start) / fresh * to_do if fresh else 0.0
@@ -502,7 +505,7 @@ def _worked_through(
         say(f"working through {len(entries)} contacts{dashboard}")
         warn = (lambda text: None) if quiet else terminal.complain
         reports = runner.run(
-            entries, told, engine, say=lambda text: say(f"{text}{dashboard}"), warn=warn
+            entries, show_report, engine, say=lambda text: say(f"{text}{dashboard}"), warn=warn
         )
         return reports, entries[0].summary.parent
 
@@ -553,7 +556,15 @@ def _verify(files: Subject, specified: Given) -> None:
             say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
     if display is Display.JSON:
-        print(to_json({"files": [dataclasses.asdict(item) for item in checked]}))
+        listed = [
+            {
+                "file": item.file, "sealed": item.sealed,
+                "found": item.verification and dataclasses.asdict(item.verification),
+                "reason": item.reason,
+            }
+            for item in checked
+        ]  # fmt: skip
+        print(to_json({"files": listed}))
     elif display is not Display.QUIET:
         console.show_verified(checked)
     failed = [item for item in checked if item.reason]

@@ -51,10 +51,10 @@ def show(outcome: Outcome, display: Display) -> None:
     """Print what a request gave."""
     from roughcontact.report import kinds
 
-    result, task = outcome.found, outcome.request.task
-    _print_headline(kinds.headline(result, **outcome.beside), task)
+    result, task = outcome.result, outcome.request.task
+    _print_headline(kinds.headline(result, **outcome.extra_results), task)
     if display is Display.VERBOSE:
-        show_all(result, task, **outcome.beside)
+        show_all(result, task, **outcome.extra_results)
     else:
         _print_messages(result.cautions, task)
     _print_written(outcome.written)
@@ -154,12 +154,14 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
     _print_lines(f"{units.counted(len(reports), 'contact')}: {counts}")
     print()
     failed_first = sorted(reports, key=lambda report: report.state != FAILED)
-    rows = [(item.name, str(item.told.get("answer", item.state))) for item in failed_first]
+    rows = [(item.name, str(item.summary.get("answer", item.state))) for item in failed_first]
     _print_table(rows, heads=("contact", "answer"), fold=True, indent=_INDENT)
-    told = [(report.name, map(from_summary, report.told.get("cautions", ()))) for report in reports]
+    told = [
+        (report.name, map(from_summary, report.summary.get("cautions", ()))) for report in reports
+    ]
     _print_messages(of_several(told, "contacts"))
     # Where nothing else is written, the numbers of each contact are.
-    if any(report.told for report in reports):
+    if any(report.summary for report in reports):
         _print_written([folder], "written to:")
 
 
@@ -168,16 +170,16 @@ def show_verified(checked: Sequence[Checked]) -> None:
     from roughcontact.report import contact_fields
     from roughcontact.report.fields import quantity_of
 
-    certificate = quantity_of(contact_fields.CONTACT, "certificate").told
+    certificate = quantity_of(contact_fields.CONTACT, "certificate").format_value
     rows: list[Cells] = []
     for item in checked:
         numbers: tuple[str, ...] = ("",) * 5
-        if item.found is not None:
+        if item.verification is not None:
             numbers = (
-                engineering(item.found.load, item.found.load_unit),
-                engineering(item.found.found_load, item.found.load_unit),
-                certificate(item.found.certificate),
-                certificate(item.found.found_certificate),
+                engineering(item.verification.load, item.verification.load_unit),
+                engineering(item.verification.found_load, item.verification.load_unit),
+                certificate(item.verification.certificate),
+                certificate(item.verification.found_certificate),
                 "agree" if item.sealed else "none",
             )
         rows.append((item.file, *numbers, "refused" if item.reason else "sound"))

@@ -10,8 +10,7 @@ from typing import Any
 import typer.core
 
 from roughcontact.request import parsing, tasks
-from roughcontact.request.option import Option
-from roughcontact.request.options import FORMAT
+from roughcontact.request.options import FORMAT, Option
 
 ALL = "help-all"
 _ASKED = "roughcontact.help-all"

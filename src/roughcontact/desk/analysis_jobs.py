@@ -62,9 +62,9 @@ class Answer:
     sentences: tuple[str, ...] = ()  # What the numbers mean
 
     @property
-    def found(self) -> Any:
+    def result(self) -> Any:
         """What was asked for."""
-        return self.outcome.extras.get(STUDY.name, self.outcome.found)
+        return self.outcome.extras.get(STUDY.name, self.outcome.result)
 
 
 def answer(tell: Tell, request: Request) -> Answer:
@@ -81,7 +81,7 @@ def answers(tell: Tell, *requests: Request) -> tuple[Answer, ...]:
 def _answer(tell: Tell, outcome: Outcome) -> Answer:
     if outcome.failure is not None:
         raise outcome.failure
-    result = outcome.extras.get(STUDY.name, outcome.found)
+    result = outcome.extras.get(STUDY.name, outcome.result)
     rows = [*kinds.rows(result), *kinds.rows(result, TRUST)]
     heads, steps = kinds.listing(result)
     tell("drawing")
@@ -131,7 +131,7 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
 def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:
     """Carry out a request and pack its figures; a job for `workers.WorkerPool.begin`."""
     with tempfile.TemporaryDirectory(dir=folder) as place:
-        specified = {**request.given, "figures": place}
+        specified = {**request.specified, "figures": place}
         outcome = run(Request.from_text(request.task, request.file, specified), tell, tell)
         if not outcome.written:
             return outcome

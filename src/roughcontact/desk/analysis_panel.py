@@ -88,7 +88,7 @@ class Ask(View):
         """Return what shows an answer."""
         cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
         facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
-        view = _view(result.found)
+        view = _view(result.result)
         if view is not None:
             if isinstance(view, Curve):
                 self._curve = view
@@ -107,10 +107,10 @@ class Form:
 
     def __init__(self, task: Task, question: Question) -> None:
         self.task, self._question = task, question
-        self._given: dict[str, Value] = {option.name: value for option, value in question.first}
+        self._values: dict[str, Value] = {option.name: value for option, value in question.first}
         controls = [Control(option.name, self._give, task=task) for option in question.options]
         for control in controls:
-            control.show(self._given)
+            control.show(self._values)
         about = pn.pane.HTML(f'<p class="quiet">{escaped(question.about)}</p>', **style.SHEET)
         self.root = pn.Column(about, *(control.root for control in controls), **style.BLOCK)
 
@@ -118,17 +118,17 @@ class Form:
     def words(self) -> dict[str, Value]:
         """What is told, as `State.request` takes it."""
         fixed = {option.name: value for option, value in self._question.fixed}
-        text = {**self._given, **fixed}
+        text = {**self._values, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
 
     def _give(self, name: str, value: Value) -> None:
         if isinstance(value, str) and not self.task.by_name[name].is_flag:
             value = value.strip()
         if value in ("", False):
-            self._given.pop(name, None)
+            self._values.pop(name, None)
             return
         self.task.parsed({name: value})
-        self._given[name] = value
+        self._values[name] = value
 
 
 def _view(result: Any) -> Curve | History | Study | Stress | None:
@@ -173,7 +173,7 @@ class Joint(View):
         self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
     ) -> None:
         self._session, self._folder, self._offer = session, folder, offer
-        self._asked = 0
+        self._run_count = 0
         self._range: dict[str, Value] = dict(_RANGE)
         pressures = [Control(name, self._give, task=_TASK) for name in _RANGE]
         for control in pressures:
@@ -227,7 +227,7 @@ class Joint(View):
         if not wanted:
             self._working.refuse("Nothing is asked: tick what the joint is asked.")
             return
-        self._asked += 1
+        self._run_count += 1
         requests = []
         for task, question in wanted:
             try:
@@ -245,10 +245,10 @@ class Joint(View):
         """Return a request with the files that one may take away."""
         output = next(item for item in request.task.options if item.suffixes)
         paths = [
-            str(self._folder / f"{request.task.name}-{self._asked}{suffix}")
+            str(self._folder / f"{request.task.name}-{self._run_count}{suffix}")
             for suffix in (output.suffixes if output.many else output.suffixes[:1])
         ]
-        specified = {**request.given, output.name: paths if output.many else paths[0]}
+        specified = {**request.specified, output.name: paths if output.many else paths[0]}
         return replace(
             Request.from_text(request.task, request.file, specified), names=request.names
         )
@@ -270,10 +270,10 @@ class Joint(View):
         )
         own = {
             key: value
-            for key, value in request.given.items()
+            for key, value in request.specified.items()
             if not request.task.by_name[key].suffixes
         }
-        command = replace(request, given=own).command
+        command = replace(request, specified=own).command
         return [
             pn.pane.HTML(f"<h2>{controls.escaped(name)}</h2>", **style.WIDE),
             pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE),
@@ -327,11 +327,15 @@ class Compare(View):
         else:
             names = sorted(
                 name
-                for name in {*state.given, *pinned}
-                if state.given.get(name) != pinned.get(name)
+                for name in {*state.specified, *pinned}
+                if state.specified.get(name) != pinned.get(name)
             )
             rows = [
-                (SOLVE.by_name[name].label, _told(state.given.get(name)), _told(pinned.get(name)))
+                (
+                    SOLVE.by_name[name].label,
+                    _cell_text(state.specified.get(name)),
+                    _cell_text(pinned.get(name)),
+                )
                 for name in names
             ]
             same = "<p>Both are the same so far.</p>"
@@ -344,7 +348,7 @@ class Compare(View):
             self._working.refuse("Pin a state first.")
             return
         try:
-            requests = state.request(), replace(state, given=state.pinned).request()
+            requests = state.request(), replace(state, specified=state.pinned).request()
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
@@ -364,5 +368,5 @@ class Compare(View):
         self._answer[:] = parts
 
 
-def _told(value: str | bool | None) -> str:
+def _cell_text(value: str | bool | None) -> str:
     return "–" if value is None else "yes" if value is True else str(value)

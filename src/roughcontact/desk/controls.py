@@ -18,7 +18,7 @@ from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, r
 from roughcontact.report import chapters, contact, kinds, phrases
 from roughcontact.report.fields import TRUST
 from roughcontact.request import parsing
-from roughcontact.request.option import Option
+from roughcontact.request.options import Option
 from roughcontact.request.request import Request
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command, Task
@@ -36,7 +36,7 @@ def spell(mention: ArgumentRef, task: Command = SOLVE) -> str:
     return f"“{option.label}” {option.text(mention.value)}"
 
 
-def told(error: RoughcontactError, task: Command = SOLVE) -> str:
+def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
     """Return what an error says, in the words of the page."""
     return error.worded(partial(spell, task=task))
 
@@ -146,7 +146,7 @@ class Control:
         try:
             self._give(self.name, event.new)
         except RoughcontactError as error:
-            self.complain(told(error, self._task))
+            self.complain(error_text(error, self._task))
         else:
             self.complain("")
 
@@ -285,9 +285,9 @@ class Working:
         self._bar = pn.indicators.Progress(
             active=True, value=-1, visible=False, **{**style.CONTROL, "height": 8}
         )
-        self._said = pn.pane.HTML("", **style.WIDE)
+        self._status = pn.pane.HTML("", **style.WIDE)
         self.root = pn.Column(
-            pn.Row(self._start, self._cancel), self._bar, self._said, **style.BLOCK
+            pn.Row(self._start, self._cancel), self._bar, self._status, **style.BLOCK
         )
 
     def begin(
@@ -297,12 +297,12 @@ class Working:
         self._task, self._take = request.task, take
         self._start.disabled, self._cancel.disabled = True, False
         self._bar.visible, self._bar.value = True, -1
-        self._said.object = quiet("starting …")
+        self._status.object = quiet("starting …")
         self._job = self._bench.begin(
             work,
             request,
             *more,
-            told=self._told,
+            on_stage=self._on_stage,
             ended=self._ended,
             folders=workers.folders_of(request),
         )
@@ -314,15 +314,15 @@ class Working:
 
     def refuse(self, text: str) -> None:
         """Say why there is nothing."""
-        self._said.object = wrong(text)
+        self._status.object = wrong(text)
 
     def refuse_error(self, error: RoughcontactError, task: Task = SOLVE) -> None:
         """Say why there is nothing, in the words of the page."""
-        self.refuse(self._session.state.named(told(error, task)))
+        self.refuse(self._session.state.named(error_text(error, task)))
 
     # Called from the thread of the job.
 
-    def _told(self, stage: workers.Stage) -> None:
+    def _on_stage(self, stage: workers.Stage) -> None:
         self._run(lambda: self._show(stage))
 
     def _ended(self, end: workers.JobResult) -> None:
@@ -331,9 +331,11 @@ class Working:
     # Where the page may be changed.
 
     def _show(self, stage: workers.Stage) -> None:
-        text = stage.at if isinstance(stage.at, str) else phrases.described(stage.at)
-        remaining = "" if stage.left is None else f"; about {stage.left:.0f} s left"
-        self._said.object = quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
+        text = (
+            stage.progress if isinstance(stage.progress, str) else phrases.described(stage.progress)
+        )
+        remaining = "" if stage.remaining is None else f"; about {stage.remaining:.0f} s left"
+        self._status.object = quiet(f"{text}; {stage.seconds:.0f} s so far{remaining}")
         self._bar.value = -1 if stage.share is None else round(100 * stage.share)
 
     def _close(self, end: workers.JobResult) -> None:
@@ -341,9 +343,9 @@ class Working:
         self._start.disabled, self._cancel.disabled = False, True
         self._bar.visible = False
         if end.canceled:
-            self._said.object = quiet("Canceled; nothing is saved.")
+            self._status.object = quiet("Canceled; nothing is saved.")
         elif end.error is not None:
             self.refuse_error(end.error, self._task)
         else:
-            self._said.object = quiet(f"Done in {end.seconds:.1f} s.")
+            self._status.object = quiet(f"Done in {end.seconds:.1f} s.")
             self._take(end.value)

@@ -34,7 +34,7 @@ class DownloadPanel(View):
         self, session: Session, bench: workers.WorkerPool, run: Run, folder: Path, offer: Offer
     ) -> None:
         self._session, self._folder, self._offer = session, folder, offer
-        self._made: dict[str, str] = {}
+        self._downloads: dict[str, str] = {}
         names = [
             _REPORT,
             _FIGURES,
@@ -53,7 +53,7 @@ class DownloadPanel(View):
     def show(self) -> None:
         """Show the words that make the contact again."""
         session = self._session
-        parts = [_block("Project file, for roughcontact run", session.state.told)]
+        parts = [_block("Project file, for roughcontact run", session.state.portable_script)]
         if not session.state.missing:
             try:
                 command = session.request.command
@@ -73,7 +73,7 @@ class DownloadPanel(View):
             return
         suffix = kind[kind.index("(") + 1 : -1]
         # A file that is offered stays as it is, whatever is made after it.
-        path = self._folder / f"{_STEM}-{len(self._made) + 1}{suffix}"
+        path = self._folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
         wanted = {_REPORT: {"report": str(path)}, _FIGURES: {}}.get(kind, {"output": str(path)})
         try:
             request = self._session.state.request(**wanted)
@@ -91,7 +91,7 @@ class DownloadPanel(View):
         elif not outcome.converged:
             self._working.refuse(controls.spelled(outcome.shortfall))
         for path in outcome.written:
-            self._made[path.name] = self._offer(path)
+            self._downloads[path.name] = self._offer(path)
         self._list()
 
     def _give_map(self) -> None:
@@ -100,15 +100,17 @@ class DownloadPanel(View):
         if state.file is None:
             self._working.refuse("There is no map, but a smooth body.")
             return
-        path = self._folder / f"map-{len(self._made) + 1}{suffix_of(state.file.name) or '.map'}"
+        path = (
+            self._folder / f"map-{len(self._downloads) + 1}{suffix_of(state.file.name) or '.map'}"
+        )
         shutil.copyfile(state.file, path)
-        self._made[state.name_of(state.file)] = self._offer(path)
+        self._downloads[state.name_of(state.file)] = self._offer(path)
         self._list()
 
     def _list(self) -> None:
         items = "".join(
             f'<p><a href="{controls.escaped(address)}" download>{controls.escaped(name)}</a></p>'
-            for name, address in self._made.items()
+            for name, address in self._downloads.items()
         )
         self._links.object = f"<h2>Ready</h2>{items}" if items else ""
 

@@ -56,7 +56,7 @@ def explore(shown: Surface | ContactResult) -> Desk:
         specified["missing"] = "mask"
     counter = None
     if isinstance(shown, ContactResult):
-        specified |= _given(shown)
+        specified |= _option_values(shown)
         counter = shown.counter_surface
     folder = tempfile.TemporaryDirectory(prefix="roughcontact-desk-")
     server = Server(_page, Settings(folder=Path(folder.name), port=0, browser=False))
@@ -64,7 +64,7 @@ def explore(shown: Surface | ContactResult) -> Desk:
     state = State().bringing(_saved(surface, work.folder / "map.npz"), surface.provenance.source)
     if counter is not None:
         path = _saved(counter, work.folder / "counter.npz")
-        state = state.facing(path, counter.provenance.source)
+        state = state.with_counter_surface(path, counter.provenance.source)
     for name, value in specified.items():
         state = state.having(name, value)
     work.project.write_text(state.script, encoding="utf-8")
@@ -91,7 +91,7 @@ def _saved(surface: Surface, path: Path) -> Path:
     return path
 
 
-def _given(result: ContactResult) -> dict[str, Value]:
+def _option_values(result: ContactResult) -> dict[str, Value]:
     """Return the options that give a result again, to the last digit."""
     if result.moments is not None or not isinstance(result.ceiling, (float, type(None))):
         raise InputError(

@@ -109,7 +109,7 @@ class Group:
     def show(self) -> None:
         """Show what the state holds."""
         for control in self.controls.values():
-            control.show(self._session.state.given)
+            control.show(self._session.state.specified)
 
     def roots(self, *names: str) -> list[Any]:
         """Return the controls of some options, made the first time that they are wanted."""
@@ -117,7 +117,7 @@ class Group:
             if name not in self.controls:
                 choices = _turned(self._choices.get(name))
                 self.controls[name] = created = Control(name, self._session.give, choices)
-                created.show(self._session.state.given)
+                created.show(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
 
@@ -148,8 +148,8 @@ class Preparation:
             () if prepared is None else tuple(item.provenance for item in prepared.surfaces[:1])
         )
         # A map is seen before it is said what its holes are.
-        text = "missing" in self._session.state.given
-        failed = {} if self._session.failure is None else self._asked()
+        text = "missing" in self._session.state.specified
+        failed = {} if self._session.failure is None else self._requested_steps()
         if (result, text, failed) == self._shown:
             return
         self._shown = result, text, failed
@@ -162,9 +162,9 @@ class Preparation:
         ]
         self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
 
-    def _asked(self) -> dict[str, str]:
+    def _requested_steps(self) -> dict[str, str]:
         """Return the steps that are asked for, in the words of the controls, with their methods."""
-        specified = self._session.state.given
+        specified = self._session.state.specified
         methods = {name: method for method, names in UNDOING.items() for name in names}
         return {f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name] for name in methods
                 if name in specified}  # fmt: skip
@@ -215,7 +215,7 @@ class Bodies:
     def show(self) -> None:
         """Show what the state holds, and where the values of its material are from."""
         self._group.show()
-        name = self._session.state.given.get("material")
+        name = self._session.state.specified.get("material")
         self._sources.object = "" if name is None else _sources(str(name))
 
 
@@ -241,7 +241,7 @@ class Model:
     def show(self) -> None:
         """Show what the state holds."""
         self._group.show()
-        if self._session.state.given.get("ceiling") != self._ceiling:
+        if self._session.state.specified.get("ceiling") != self._ceiling:
             self._ceiling = self._factor.value = ""
 
     def _multiplied(self, event: Any) -> None:
@@ -253,7 +253,7 @@ class Model:
             self._ceiling = _multiple(event.new, self._session)
             self._session.give("ceiling", self._ceiling)
         except RoughcontactError as error:
-            controls.show_alert(self._wrong, controls.told(error))
+            controls.show_alert(self._wrong, controls.error_text(error))
         else:
             self._changed()
 
@@ -428,7 +428,7 @@ class MapPanel:
         lacking = [name for name in _FILE if name in about]
         if lacking:
             self._of_file.collapsed = False
-            text = self._session.state.named(controls.told(error))
+            text = self._session.state.named(controls.error_text(error))
             self._group.controls[lacking[0]].complain(text)
         return bool(lacking)
 
@@ -484,7 +484,7 @@ class MapPanel:
 
     def refuse(self, error: RoughcontactError) -> None:
         """Say why no map came."""
-        controls.show_alert(self._wrong, controls.told(error))
+        controls.show_alert(self._wrong, controls.error_text(error))
 
 
 def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:

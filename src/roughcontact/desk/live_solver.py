@@ -46,7 +46,7 @@ class Failed:
     error: RoughcontactError  # The reason
 
 
-Told = Prepared | Outcome | Progress | Failed | str
+Event = Prepared | Outcome | Progress | Failed | str
 """What is told: a stage in a few words, the maps, the solver's progress, the result, a failure."""
 
 
@@ -58,12 +58,12 @@ class Live:
     """Solves what was asked for last."""
 
     def __init__(
-        self, told: Callable[[Told], None], reader: maps.Reader = read.read_announced
+        self, on_event: Callable[[Event], None], reader: maps.Reader = read.read_announced
     ) -> None:
-        self._told = told
+        self._on_event = on_event
         self._reader = reader
         self._changed = threading.Condition()
-        self._asked: tuple[Request, bool] | None = None
+        self._pending: tuple[Request, bool] | None = None
         self._under_way: Request | None = None
         self._at_work = False
         self._closed = False
@@ -76,13 +76,13 @@ class Live:
     def ask(self, request: Request, prepare_only: bool = False) -> None:
         """Solve this next, in place of what waits."""
         with self._changed:
-            self._asked = request, prepare_only
+            self._pending = request, prepare_only
             self._changed.notify_all()
 
     def cancel(self) -> None:
         """Drop what waits, and end what is under way."""
         with self._changed:
-            self._asked = None
+            self._pending = None
             self._drop = True
             self._changed.notify_all()
 
@@ -96,7 +96,7 @@ class Live:
         """Wait until nothing is asked for or under way; return whether that came to be."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: self._asked is None and not self._at_work, seconds
+                lambda: self._pending is None and not self._at_work, seconds
             )
 
     # In the thread.
@@ -106,18 +106,18 @@ class Live:
             with self._changed:
                 self._at_work = False
                 self._changed.notify_all()
-                self._changed.wait_for(lambda: self._asked is not None or self._closed)
+                self._changed.wait_for(lambda: self._pending is not None or self._closed)
                 if self._closed:
                     self._read, self._prepared = {}, None
                     return
-                assert self._asked is not None
-                (request, prepare_only), self._asked = self._asked, None
+                assert self._pending is not None
+                (request, prepare_only), self._pending = self._pending, None
                 self._under_way = request
                 self._at_work, self._drop = True, False
             with contextlib.suppress(_Stale):
-                self._tell(self._found(request, prepare_only))
+                self._tell(self._answer(request, prepare_only))
 
-    def _found(self, request: Request, prepare_only: bool) -> Told:
+    def _answer(self, request: Request, prepare_only: bool) -> Event:
         """Return the result, or the maps where only these are wanted, or why there is none."""
         try:
             surfaces = self._maps(request)
@@ -142,17 +142,17 @@ class Live:
             words = f"an internal error ended this ({type(error).__name__}): report it"
             return Failed(request, InputError(words))
 
-    def _tell(self, what: Told) -> None:
+    def _tell(self, what: Event) -> None:
         with self._changed:
             if self._closed or self._drop or self._needs_others():
                 raise _Stale
-        self._told(what)
+        self._on_event(what)
 
     def _needs_others(self) -> bool:
         """Whether what waits needs other maps, or only maps."""
-        if self._asked is None or self._under_way is None:
+        if self._pending is None or self._under_way is None:
             return False
-        request, prepare_only = self._asked
+        request, prepare_only = self._pending
         return prepare_only or _maps_of(request) != _maps_of(self._under_way)
 
     def _maps(self, request: Request) -> tuple[Surface, ...]:
@@ -179,7 +179,7 @@ class Live:
 def _maps_of(request: Request) -> tuple[Any, ...]:
     """Return what the prepared maps of a request depend on."""
     prepares = (option.name for option in request.task.options if option.prepares)
-    return request.file, tuple(map(request.given.get, prepares))
+    return request.file, tuple(map(request.specified.get, prepares))
 
 
 def _moment(path: Path) -> tuple[int, int] | None:

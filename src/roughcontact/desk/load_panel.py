@@ -152,7 +152,7 @@ class Load:
     def show(self, prepared: Prepared | None) -> None:
         """Show what the state holds."""
         self._prepared = prepared
-        specified = self._session.state.given
+        specified = self._session.state.specified
         self._form = form_of(specified)
         text = str(specified.get(self._form.option, ""))
         self._silent = True
@@ -162,7 +162,7 @@ class Load:
             if self.text.value != text:
                 self.text.value = text
             self.text.placeholder = self._form.example
-            self.slider.said = text
+            self.slider.value_text = text
             ends = self._ends()
             value = self._value()
             if ends is not None and value is not None:
@@ -210,6 +210,6 @@ class Load:
         try:
             self._give(self._form.option, text)
         except RoughcontactError as error:
-            controls.show_alert(self._wrong, controls.told(error))
+            controls.show_alert(self._wrong, controls.error_text(error))
         else:
             self._wrong.visible = False

@@ -310,16 +310,16 @@ def result_scales(result: ContactResult) -> dict[str, Scale]:
 def headlines(result: ContactResult) -> dict[str, str]:
     """Return what stands in the titles of the maps of a result."""
 
-    def told(key: str) -> str:
+    def value_text(key: str) -> str:
         return quantity_of(CONTACT, key).row(result).text
 
     touching = percent(result.contact_fraction)
     if result.ceiling is not None:
         touching += f", saturated {percent(result.saturated_fraction)}"
-    deepest = told("max_residual_indentation") if result.ceiling is not None else "none"
+    deepest = value_text("max_residual_indentation") if result.ceiling is not None else "none"
     answer = {
-        PRESSURE: f"largest {told('max_pressure')}", TOUCH: touching,
-        GAP: f"mean {told('mean_gap')}", RESIDUAL: deepest,
+        PRESSURE: f"largest {value_text('max_pressure')}", TOUCH: touching,
+        GAP: f"mean {value_text('mean_gap')}", RESIDUAL: deepest,
     }  # fmt: skip
     return {key: text + doubt(result) for key, text in answer.items()}
 

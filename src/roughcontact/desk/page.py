@@ -17,7 +17,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, inputs_panel, load_panel, style, workers
 from roughcontact.desk.controls import button
 from roughcontact.desk.detail_panel import Detail, Numbers, Texture
-from roughcontact.desk.live_solver import Failed, Live, Prepared, Told
+from roughcontact.desk.live_solver import Event, Failed, Live, Prepared
 from roughcontact.desk.maps import Maps
 from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import Visit
@@ -54,12 +54,12 @@ class Page:
         self._visit, self._work, self._bench = visit, work, bench
         self._looked_up: Path | None = None
         self._lock = threading.Lock()
-        self._news: list[Told | Shown] = []
+        self._news: list[Event | Shown] = []
         self.session = session = Session(
             work.project, self._hear, partial(Live, reader=workers.reader(bench)), visit.share
         )
         visit.heard.append(self._adopt)
-        self.sight = ContactView(self._drawn, self._kept)
+        self.sight = ContactView(self._drawn, self._crop)
         self._bring = inputs_panel.MapPanel(
             session, visit, self._generate, self._show, self._remove
         )
@@ -144,7 +144,9 @@ class Page:
         try:
             action()
         except RoughcontactError as error:
-            self._trust.object = controls.wrong(self.session.state.named(controls.told(error)))
+            self._trust.object = controls.wrong(
+                self.session.state.named(controls.error_text(error))
+            )
         self._show()
 
     def _drawn(self, line: Line) -> None:
@@ -152,7 +154,7 @@ class Page:
         outcome = self.session.outcome
         self.sight.cut(None if outcome is None else outcome.contact, line)
 
-    def _kept(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
+    def _crop(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         self._do(lambda: self.session.keep(rows, columns))
 
     def _look_up_channels(self) -> None:
@@ -184,7 +186,7 @@ class Page:
 
     # What is heard from the thread that solves.
 
-    def _hear(self, what: Told | Shown) -> None:
+    def _hear(self, what: Event | Shown) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
         if isinstance(what, Outcome) and what.contact is not None:
@@ -217,7 +219,7 @@ class Page:
                     self._bar.visible = False
                 self._take(what)
 
-    def _take(self, what: Told | Shown) -> None:
+    def _take(self, what: Event | Shown) -> None:
         match what:
             case Prepared():
                 self._bring.show(what)
@@ -243,7 +245,7 @@ class Page:
                 self._views.show()
                 self._mark(is_current)
             case Failed():
-                text = self.session.state.named(controls.told(what.error))
+                text = self.session.state.named(controls.error_text(what.error))
                 # Said aloud once, at the control if there is one for it.
                 requested = self._bring.tell_lacking(what.error)
                 self._numbers.object = ""
@@ -276,7 +278,7 @@ class Page:
         self._cautions.object = ""
         session = self.session
         wanted = session.state.missing
-        if session.prepared is not None and "missing" not in session.state.given:
+        if session.prepared is not None and "missing" not in session.state.specified:
             holed = any(surface.missing for surface in session.prepared.surfaces)
             wanted = (*wanted, "missing") if holed else wanted
         self._trust.object = controls.missing(wanted)
@@ -373,7 +375,7 @@ class ContactView:
         self._call_draw, self._call_keep = draw, keep
         self._surface: Surface | None = None
         self._box: Box | None = None
-        self._keep = button("Crop to selection", self._kept, visible=False)
+        self._keep = button("Crop to selection", self._crop_selection, visible=False)
         self.root = pn.Column(self._keep, **style.BLOCK)
 
     @cached_property
@@ -422,7 +424,7 @@ class ContactView:
         self._box = box
         self._keep.visible = box is not None
 
-    def _kept(self) -> None:
+    def _crop_selection(self) -> None:
         surface, box = self._surface, self._box
         if surface is None or box is None:
             return

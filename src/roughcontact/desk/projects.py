@@ -146,7 +146,7 @@ class ProjectStore:
         finally:
             self._coming -= size
 
-    def kept(self) -> list[SavedProject]:
+    def saved_projects(self) -> list[SavedProject]:
         """Return the works in which something was done, the last used first."""
         result = [
             SavedProject(folder.name, folder)

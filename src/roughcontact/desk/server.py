@@ -238,7 +238,7 @@ class Server:
         self._loop = loop
         try:
             await loop.run_in_executor(None, self._import)
-            self._server = self._made(doors, http)
+            self._server = self._create_server(doors, http)
             self._server.start()
         except Exception:
             loop.stop()
@@ -257,7 +257,7 @@ class Server:
             gc.freeze()
             gc.enable()
 
-    def _made(self, doors: Doors, http: Any) -> Any:
+    def _create_server(self, doors: Doors, http: Any) -> Any:
         """Return the server of pages, to which the doors lead from now on."""
         import bokeh.settings
         from bokeh.core.validation import silence
@@ -365,7 +365,7 @@ class Server:
     def _others(self, work: SavedProject) -> list[SavedProject]:
         if self._settings.is_open:
             return []
-        return [other for other in self._works.kept() if other.key != work.key]
+        return [other for other in self._works.saved_projects() if other.key != work.key]
 
     def _peers(self, session: str) -> list[Visit]:
         own = self._visits.get(session)
@@ -461,7 +461,7 @@ class Offer(web.RequestHandler):
 
     async def get(self) -> None:
         """Send the file, piece by piece."""
-        path = self._asked()
+        path = self._requested_file()
         self.set_header("Content-Type", "application/octet-stream")
         self.set_header("Content-Disposition", f'attachment; filename="{path.name}"')
         self.set_header("Content-Length", str(path.stat().st_size))
@@ -470,7 +470,7 @@ class Offer(web.RequestHandler):
                 self.write(piece)
                 await self.flush()
 
-    def _asked(self) -> Path:
+    def _requested_file(self) -> Path:
         work = self._works.find(key_of(self.request))
         folder, name = (self.get_query_argument(key, "") for key in ("page", "file"))
         if work is None or not _FOLDER.fullmatch(folder) or not _NAME.fullmatch(name):

@@ -12,7 +12,7 @@ from typing import Any
 
 from roughcontact import files
 from roughcontact.batch.project import DESK
-from roughcontact.desk.live_solver import Failed, Live, Prepared, Told
+from roughcontact.desk.live_solver import Event, Failed, Live, Prepared
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
@@ -59,7 +59,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 class State:
     """A contact as it is asked for, and what is looked at."""
 
-    given: Given = field(default_factory=lambda: _NOTHING)
+    specified: Given = field(default_factory=lambda: _NOTHING)
     file: Path | None = None  # The measured map
     names: Mapping[str, str] = field(default_factory=lambda: _NO_NAMES)
     pinned: Given | None = None  # The options of another state, to compare with
@@ -69,15 +69,15 @@ class State:
     def missing(self) -> tuple[str, ...]:
         """What has to be told before anything can be solved, by the names of options."""
         wanted = []
-        nominal = all(name in self.given for name in ("body", "points", "size"))
+        nominal = all(name in self.specified for name in ("body", "points", "size"))
         if self.file is None and not nominal:
             wanted.append("file")
-        elastic = all(name in self.given for name in ("young", "poisson"))
-        if "material" not in self.given and not elastic:
+        elastic = all(name in self.specified for name in ("young", "poisson"))
+        if "material" not in self.specified and not elastic:
             wanted.append("material")
-        if "boundary" not in self.given:
+        if "boundary" not in self.specified:
             wanted.append("boundary")
-        if not any(name in self.given for name in LOADS):
+        if not any(name in self.specified for name in LOADS):
             wanted.append("load")
         return tuple(wanted)
 
@@ -87,7 +87,7 @@ class State:
 
     def named(self, text: str) -> str:
         """Return a text with the user's names of files, and without the folders of these."""
-        paths = (self.file, self.given.get("counter-surface"))
+        paths = (self.file, self.specified.get("counter-surface"))
         for path in (Path(str(path)) for path in paths if path is not None):
             text = text.replace(str(path.parent / "_")[:-1], "")
         for stored, name in self.names.items():
@@ -97,11 +97,11 @@ class State:
     def bringing(self, path: Path | None, name: str = "") -> State:
         """Return the state with another map; what was said of the old one's file is forgotten."""
         of_file = ("format", "channel", "unit", "size", "override-size", "points", "crop")
-        others = {key: value for key, value in self.given.items() if key not in of_file}
-        state = replace(self, file=path, given=MappingProxyType(others), line=None, pinned=None)
+        others = {key: value for key, value in self.specified.items() if key not in of_file}
+        state = replace(self, file=path, specified=MappingProxyType(others), line=None, pinned=None)
         return state if path is None else state._named(path, name)
 
-    def facing(self, path: Path | None, name: str = "") -> State:
+    def with_counter_surface(self, path: Path | None, name: str = "") -> State:
         """Return the state with another map of the counter-body, or none."""
         if path is None:
             return self.without("counter-surface", "align", "offset", "angle", "mirror")
@@ -121,13 +121,13 @@ class State:
             return self.without(name)
         SOLVE.parsed({name: value})
         others = LOADS if name in LOADS else ()
-        specified = {key: old for key, old in self.given.items() if key not in others}
-        return replace(self, given=MappingProxyType({**specified, name: value}))
+        specified = {key: old for key, old in self.specified.items() if key not in others}
+        return replace(self, specified=MappingProxyType({**specified, name: value}))
 
     def without(self, *names: str) -> State:
         """Return the state with options taken away."""
-        specified = {key: value for key, value in self.given.items() if key not in names}
-        return replace(self, given=MappingProxyType(specified))
+        specified = {key: value for key, value in self.specified.items() if key not in names}
+        return replace(self, specified=MappingProxyType(specified))
 
     def undoing(self, method: str) -> State:
         """Return the state without a step of the preparation, told by the method of `Surface`."""
@@ -143,7 +143,7 @@ class State:
         loads = () if "from_" in more else LOADS
         specified: dict[str, Any] = {
             key: value
-            for key, value in self.given.items()
+            for key, value in self.specified.items()
             if key in known and (key not in LOADS or (key in loads and known[key].default is None))
         }
         specified |= {key.replace("_", "-").strip("-"): value for key, value in more.items()}
@@ -160,7 +160,7 @@ class State:
         return self._script(lambda path: path)
 
     @property
-    def told(self) -> str:
+    def portable_script(self) -> str:
         """The state as a project file to stand beside the user's own files."""
         return self._script(lambda path: self.name_of(Path(path)))
 
@@ -169,7 +169,7 @@ class State:
             "# Written by roughcontact desk; roughcontact run with this file gives the same.",
             'folder = "results"',
         ]
-        contacts = {CONTACT: self.given, PINNED: self.pinned}
+        contacts = {CONTACT: self.specified, PINNED: self.pinned}
         for name, specified in contacts.items():
             if specified is None:
                 continue
@@ -210,7 +210,7 @@ def from_script(text: str, folder: Path) -> State:
         other = State()
         for key, value in contacts[PINNED].items():
             other = other.having(key, _word(value))
-        state = replace(state, pinned=other.given)
+        state = replace(state, pinned=other.specified)
     return state
 
 
@@ -244,8 +244,8 @@ class Session:
     def __init__(
         self,
         project: Path,
-        told: Callable[[Told], None],
-        follow: Callable[[Callable[[Told], None]], Live] = Live,
+        on_event: Callable[[Event], None],
+        follow: Callable[[Callable[[Event], None]], Live] = Live,
         share: Callable[[State], None] = lambda _: None,
     ) -> None:
         self.project = project
@@ -254,7 +254,7 @@ class Session:
         self.prepared: Prepared | None = None
         self._outcome: Outcome | None = None
         self.failure: Failed | None = None
-        self._told = told
+        self._on_event = on_event
         self._wanted: Request | None = None
         self._past: list[State] = []
         self._future: list[State] = []
@@ -296,7 +296,7 @@ class Session:
 
     def face(self, path: Path | None, name: str = "") -> None:
         """Take another map of the counter-body, or none."""
-        self._change(self._state.facing(path, name))
+        self._change(self._state.with_counter_surface(path, name))
 
     def give(self, name: str, value: Value) -> None:
         """Set an option; empty takes it away. See `State.having` for what is refused."""
@@ -316,8 +316,8 @@ class Session:
     def keep(self, rows: tuple[int, int], columns: tuple[int, int]) -> None:
         """Crop the map to some rows and columns of it as it is prepared."""
         state = self._state
-        changing = [name for name in ("rotate", "pixel", "align") if name in state.given]
-        if state.given.get("missing") == "crop":
+        changing = [name for name in ("rotate", "pixel", "align") if name in state.specified]
+        if state.specified.get("missing") == "crop":
             changing.append("missing")
         if changing:
             raise InputError(
@@ -326,14 +326,14 @@ class Session:
                 ": take that away, draw the part again, and put it back",
                 argument="crop",
             )
-        before = window(str(state.given.get("crop", ":,:")), "crop")
+        before = window(str(state.specified.get("crop", ":,:")), "crop")
         top, left = (part.start or 0 for part in before)
         bounds = (top + rows[0], top + rows[1]), (left + columns[0], left + columns[1])
         self.give("crop", ",".join(f"{first}:{last}" for first, last in bounds))
 
     def pin(self) -> None:
         """Keep the state to compare with."""
-        self._change(replace(self._state, pinned=self._state.given))
+        self._change(replace(self._state, pinned=self._state.specified))
 
     def unpin(self) -> None:
         """Forget it."""
@@ -343,8 +343,8 @@ class Session:
         """Make the pinned state that which is worked on, and pin this one."""
         if self._state.pinned is None:
             raise InputError("nothing is pinned: pin a state first")
-        specified = self._state.given
-        self._change(replace(self._state, given=self._state.pinned, pinned=specified))
+        specified = self._state.specified
+        self._change(replace(self._state, specified=self._state.pinned, pinned=specified))
 
     def draw_line(self, line: Line | None) -> None:
         """Look at another section."""
@@ -367,7 +367,7 @@ class Session:
         before = self._state
         self._remember()
         self._state = state
-        if (state.given, state.file) != (before.given, before.file):
+        if (state.specified, state.file) != (before.specified, before.file):
             self.solve()
 
     def solve(self) -> None:
@@ -379,15 +379,15 @@ class Session:
             self._live.cancel()
             self.prepared = None
             return
-        specified = {**state.given, **{name: _STAND_IN[name] for name in state.missing}}
+        specified = {**state.specified, **{name: _STAND_IN[name] for name in state.missing}}
         if state.missing:
             specified.setdefault("missing", "mask")
         try:
-            request = replace(state, given=MappingProxyType(specified)).request()
+            request = replace(state, specified=MappingProxyType(specified)).request()
         except InputError as error:
             self._live.cancel()
             self.failure = Failed(None, error)
-            self._told(self.failure)
+            self._on_event(self.failure)
             return
         self._wanted = request
         self._live.ask(request, prepare_only=bool(state.missing))
@@ -424,7 +424,7 @@ class Session:
             self.solve()
         self._share(state)
 
-    def _hear(self, what: Told) -> None:
+    def _hear(self, what: Event) -> None:
         # What was under way when something else was asked for.
         is_late = isinstance(what, (Prepared, Outcome, Failed)) and what.request is not self._wanted
         if is_late and not isinstance(what, Outcome):
@@ -436,14 +436,21 @@ class Session:
         elif isinstance(what, Failed):
             self.failure = what
             self._show_at_least(what)
-        self._told(what)
+        self._on_event(what)
 
     def _show_at_least(self, failed: Failed) -> None:
         """Have the map seen where only its holes keep it from being pressed."""
         request = failed.request
-        if request is None or "missing" in request.given or isinstance(failed.error, FormatError):
+        if (
+            request is None
+            or "missing" in request.specified
+            or isinstance(failed.error, FormatError)
+        ):
             return
-        specified = {**self._state.given, **{name: _STAND_IN[name] for name in self._state.missing}}
+        specified = {
+            **self._state.specified,
+            **{name: _STAND_IN[name] for name in self._state.missing},
+        }
         specified["missing"] = "mask"
-        self._wanted = replace(self._state, given=MappingProxyType(specified)).request()
+        self._wanted = replace(self._state, specified=MappingProxyType(specified)).request()
         self._live.ask(self._wanted, prepare_only=True)

@@ -141,7 +141,7 @@ export function render({ model }) {
   input.max = model.end;
   const show = () => {
     if (input.valueAsNumber != model.value) input.value = model.value;
-    input.setAttribute("aria-valuetext", model.said);
+    input.setAttribute("aria-valuetext", model.value_text);
   };
   input.addEventListener("input", () => { model.value = input.valueAsNumber; });
   model.on(["value", "said"], show);
@@ -246,12 +246,12 @@ class Tabs:
 
 
 class Slider(JSComponent):  # type: ignore[misc]
-    """A slider with its label; ``said`` is what its value means, for those who do not see it."""
+    """A slider with its label; screen readers read ``value_text``, the meaning of its value."""
 
     words = param.String("")
     end = param.Integer(1)
     value = param.Integer(0)
-    said = param.String("")
+    value_text = param.String("")
 
     # Milliseconds that a value waits for one that follows it: the 50 of others are half a step.
     _debounce: ClassVar[int] = 5
@@ -361,7 +361,7 @@ class Views:
 
     def __init__(self, first: Any, others: Mapping[str, Callable[[], View]]) -> None:
         self._makers = list(others.values())
-        self._made: dict[int, View] = {}
+        self._created: dict[int, View] = {}
         self._places = [pn.Column(sizing_mode="stretch_both", margin=0) for _ in others]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
         self._tabs = Tabs(parts, self.show, "stretch_both")
@@ -372,12 +372,12 @@ class Views:
         active = self._tabs.active
         if active == 0:
             return
-        if active not in self._made:
-            self._made[active] = created = self._makers[active - 1]()
+        if active not in self._created:
+            self._created[active] = created = self._makers[active - 1]()
             self._places[active - 1].append(created.root)
-        self._made[active].show()
+        self._created[active].show()
 
     def close(self) -> None:
         """End what is under way in any of them."""
-        for view in self._made.values():
+        for view in self._created.values():
             view.cancel()

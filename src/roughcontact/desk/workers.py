@@ -44,12 +44,12 @@ class Limits:
 class Stage:
     """How far a job is."""
 
-    at: Progress | str  # What the solver tells, or what is done in a few words
+    progress: Progress | str  # What the solver tells, or what is done in a few words
     share: float | None  # What part of the whole is done, where that is known
     seconds: float  # Time since the job began
 
     @property
-    def left(self) -> float | None:
+    def remaining(self) -> float | None:
         """Seconds that the rest takes if it goes on like this, where that can be told."""
         return self.seconds * (1.0 / self.share - 1.0) if self.share else None
 
@@ -64,7 +64,7 @@ class JobResult:
     seconds: float = 0.0  # Time that it took
 
 
-Told = Callable[[Stage], None]
+OnStage = Callable[[Stage], None]
 Ended = Callable[[JobResult], None]
 
 
@@ -81,7 +81,7 @@ class WorkerPool:
         self,
         work: Callable[..., Any],
         *args: Any,
-        told: Told | None = None,
+        on_stage: OnStage | None = None,
         ended: Ended | None = None,
         limits: Limits | None = None,
         folders: Sequence[Path] = (),
@@ -91,7 +91,9 @@ class WorkerPool:
             process, self._spare = self._spare, None
         if process is None or not process.is_alive():
             process = _Process()
-        job = Job(process, (work, args, limits or Limits()), told, self._parting(ended), folders)
+        job = Job(
+            process, (work, args, limits or Limits()), on_stage, self._parting(ended), folders
+        )
         with self._lock:
             self._jobs.add(job)
         job.begin()
@@ -135,12 +137,12 @@ class Job:
         self,
         process: _Process,
         task: tuple[Callable[..., Any], tuple[Any, ...], Limits],
-        told: Told | None,
+        on_stage: OnStage | None,
         ended: Callable[[Job, JobResult], None],
         folders: Sequence[Path],
     ) -> None:
         self._process, self._task = process, task
-        self._told, self._ended, self._folders = told, ended, folders
+        self._on_stage, self._ended, self._folders = on_stage, ended, folders
         self._canceled = threading.Event()
         self._over = threading.Event()
         self._share: float | None = None
@@ -205,8 +207,8 @@ class Job:
         if isinstance(state, Progress) and state.count > 1:
             done = (state.number - 1 + state.kept) / state.count
             self._share = max(self._share or 0.0, done)
-        if self._told is not None:
-            self._told(Stage(state, self._share, self._seconds))
+        if self._on_stage is not None:
+            self._on_stage(Stage(state, self._share, self._seconds))
 
 
 # Processes
@@ -223,7 +225,7 @@ class _Process:
     def __init__(self) -> None:
         self.connection, theirs = processes.pipe(duplex=True)
         self._waking, self._wake = processes.pipe()
-        self._process: SpawnProcess = processes.made(_serve, theirs)
+        self._process: SpawnProcess = processes.create_process(_serve, theirs)
         self._ending = threading.Lock()
         processes.start(self._process)
         theirs.close()

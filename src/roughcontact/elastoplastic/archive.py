@@ -299,7 +299,9 @@ class Checked:
 
     file: str  # Its path
     sealed: bool  # Whether it has checksums, which agree
-    found: Verification | None  # What it states of its contact beside what was computed again
+    verification: (
+        Verification | None
+    )  # What it states of its contact beside what was computed again
     reason: str  # Why it is no sound result, in a sentence
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact import statistics
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, of_several, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, of_several, ordered
 from roughcontact.contact import spots
 from roughcontact.contact.nominal_hertz import shape_of
 from roughcontact.contact.pair import Pair
@@ -21,7 +21,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.stiffness import local_stiffness
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.joint import law_curve
+from roughcontact.joint import law_curve, tangential
 from roughcontact.joint.conductance import conductor_of
 from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
@@ -135,6 +135,32 @@ class LawStep:
     persson_separation: float  # [m]
     resolved: bool  # Whether the maps resolve the law under this pressure
     thermal_conductance: float  # Of the contact per area [W/(m² K)]
+    tangential_stiffness: float  # dτ/dδ of a joint that sticks, mean over x and y [Pa/m]
+
+
+@dataclass(frozen=True)
+class Friction:
+    """How a joint resists a tangential force."""
+
+    coefficient: float  # μ
+    ratios: tuple[float, float]
+    shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite where no strength is known
+    sliding: float  # Shear stress over pressure at which the joint slides; less than μ by yield
+
+    @property
+    def ratio(self) -> float:
+        """Mean of `ratios`, which are tangential over unloading stiffness along y and along x."""
+        return sum(self.ratios) / 2
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Shear stress of a joint over its tangential shift, under the largest pressure."""
+
+    shift: Array  # δ [m], (n,), ascending from 0 to where the joint slides
+    shear_stress: Array  # τ [Pa], (n,), from 0 to μ p̄
+    stiffness: Array  # dτ/dδ [Pa/m], (n,), 0 at the end
+    iwan_density: Array  # -d²τ/dδ² between two points [Pa/m²], (n - 1,)
 
 
 @dataclass(frozen=True)
@@ -186,6 +212,8 @@ class InterfaceLaw(Result):
         What both bodies conduct, for decks that hold a conductance.
     thermal_film : float
         Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : Friction or None
+        How it resists a tangential force, where a coefficient of friction was given.
     coarser : LawChange or None
         How the first map changes on a coarser grid, where that is known; see `with_coarser_grid`.
     calibrated : CalibratedChange or None
@@ -201,6 +229,7 @@ class InterfaceLaw(Result):
     parts: InterfaceLaw | None = None
     bodies: tuple[Conductor, Conductor] | None = None
     thermal_film: float = 0.0
+    friction: Friction | None = None
     coarser: LawChange | None = None
     calibrated: CalibratedChange | None = None
 
@@ -317,7 +346,11 @@ class InterfaceLaw(Result):
                 persson_separation=float(theory[number]),
                 resolved=resolved.low <= pressure <= resolved.high,
                 thermal_conductance=float(conductance[number]),
-            )
+                tangential_stiffness=(
+                    math.nan if self.friction is None
+                    else self.friction.ratio * point["unloading_stiffness"].value
+                ),
+            )  # fmt: skip
 
     def curve(self, branch: str = LOADING) -> Curve:
         """Return the mean of the maps as a curve; see `Curve`."""
@@ -413,6 +446,40 @@ class InterfaceLaw(Result):
             mean: Array = np.mean(1 / (constriction + film), axis=0)
         return mean
 
+    def elastic_slip(self, branch: str = LOADING) -> Array:
+        """Return μ p̄/k_t at `pressures` [m], shape (n,): shift at which a joint would slide.
+
+        Its stiffness stays until then; k_t is about proportional to p̄, so this is about constant.
+        """
+        steps = self.of_branch(branch)
+        friction = math.nan if self.friction is None else self.friction.sliding
+        return np.array([friction * step.pressure / step.tangential_stiffness for step in steps])
+
+    def backbone(self, axis: int = 1) -> Backbone:
+        """Return shear stress over shift along y (0) or x (1) under the largest pressure.
+
+        Superposition: τ = μ (p̄ - p*), δ = μ c (ū(p*) - ū(p̄)), the separation that of the unloading
+        branch, c over the normal that of the tangential compliance (Ciavarella 1998, Jäger 1998).
+        The Iwan density is how much of the joint begins to slip at each shift (Iwan 1966).
+        """
+        if self.friction is None:
+            raise InputError("is needed for a backbone, such as 0.15", argument="friction")
+        friction, ratio = self.friction.sliding, self.friction.ratios[axis]
+        steps = self.of_branch(self.branches[-1])[::-1]
+        pressure, separation, normal = (
+            np.array([getattr(step, name) for step in steps])
+            for name in ("pressure", "separation", "unloading_stiffness")
+        )
+        touch = self.curve(self.branches[-1]).first_touch
+        shift = friction / ratio * (np.append(separation, touch) - separation[0])
+        stiffness = np.append(ratio * normal, 0.0)
+        return Backbone(
+            shift,
+            friction * (pressure[0] - np.append(pressure, 0.0)),
+            stiffness,
+            -np.diff(stiffness) / np.diff(shift),
+        )
+
     def _conductance_between(self, branch: str, log: Array) -> Array:
         """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
         own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
@@ -434,6 +501,12 @@ class InterfaceLaw(Result):
         own = [*law_curve.cautions(len(self.maps), self.resolved, self.rim)]
         if self.part_size is not None and self.part_size.caution is not None:
             own.append(self.part_size.caution)
+        if self.friction is not None and self.friction.sliding < 0.99 * self.friction.coefficient:
+            text = (
+                f"Shear yields before friction {self.friction.coefficient:g} is reached: the joint "
+                f"slides at {self.friction.sliding:.2g} of the pressure."
+            )
+            own.append(as_caution(Kind.SHEAR_YIELD, text, sliding=self.friction.sliding))
         return ordered([*self.messages, *own, *self.extra_cautions])
 
     @property
@@ -484,6 +557,7 @@ def interface_law(
     conductor: Conductor | str | None = None,
     counter_conductor: Conductor | str | None = None,
     thermal_film: Quantity = 0.0,
+    friction: float | None = None,
 ) -> InterfaceLaw:
     """Return the law of a nominally flat joint: pressure, contact and stiffness over separation.
 
@@ -501,6 +575,8 @@ def interface_law(
         conductance over pressure.
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : float, optional
+        Coefficient μ of Coulomb's law, for the tangential stiffness and the elastic slip.
 
     Returns
     -------
@@ -523,6 +599,9 @@ def interface_law(
     compression. At *first touch*, under no load, ū is the height of the highest summit above the
     mean plane. *Overclosure*, as finite-element programs have it, is -ū: zero where the mean planes
     meet, negative before.
+
+    The tangential stiffness is the unloading stiffness, that of all of the contact, times the ratio
+    of the two of the first map under its largest load, where all of it sticks.
 
     On first loading the stiffness is that of the elastic contact alone, saturated points going on
     to flow; in unloading, and loading again up to the largest load, all of the contact resists.
@@ -567,7 +646,16 @@ def interface_law(
         messages=_judged(collected),
         bodies=bodies,
         thermal_film=float(film),
+        friction=None if friction is None else _friction(collected[0].largest, friction),
     )
+
+
+def _friction(result: ContactResult, coefficient: float) -> Friction:
+    tangential.require_friction(coefficient)
+    ratios = tangential.stick_ratios(result)
+    pressure, strength = result.pressure, tangential.shear_strength(result)
+    bound = np.minimum(coefficient * pressure, strength)
+    return Friction(float(coefficient), ratios, strength, float(bound.sum() / pressure.sum()))
 
 
 @dataclass(eq=False)

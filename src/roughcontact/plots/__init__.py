@@ -2,10 +2,8 @@
 
 # First, or the module would hide the function of its name once it is loaded.
 import roughcontact.plots.comparison  # noqa: F401
-from roughcontact.plots.conductance import conductance
 from roughcontact.plots.export import save
-from roughcontact.plots.interface_law import interface_law
-from roughcontact.plots.leakage import flow_factors, leak
+from roughcontact.plots.joint import conductance, flow_factors, interface_law, leak, tangential
 from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.plots.maps import (
     close_up,
@@ -19,7 +17,6 @@ from roughcontact.plots.maps import (
 )
 from roughcontact.plots.sections import bearing_curve, pressure_histogram, section
 from roughcontact.plots.subsurface_stress import stress_depth, stress_map, stress_section
-from roughcontact.plots.tangential import tangential
 
 __all__ = [
     "bearing_curve",

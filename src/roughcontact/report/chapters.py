@@ -18,7 +18,7 @@ from roughcontact.elastoplastic.plastic_body import LayerProfile
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.plots.hertz_comparison import versus_hertz
+from roughcontact.plots.sections import versus_hertz
 from roughcontact.report import (
     contact_fields as of_profile,
     figures,

@@ -25,7 +25,6 @@ from roughcontact.report import (
     contact_fields,
     inputs,
     phrases,
-    problem,
 )
 from roughcontact.report.fields import (
     ABSENT,
@@ -90,7 +89,7 @@ def scale_of(name: str, largest: float) -> tuple[float, str]:
     return (1.0, "") if unit == "1" else prefixed(abs(largest), unit)
 
 
-def told(name: str, *values: float, digits: int = 4) -> str:
+def quantity_text(name: str, *values: float, digits: int = 4) -> str:
     """Return a number that is compared in words; of several, from the first to the last."""
     if any(map(math.isnan, values)):
         return ABSENT
@@ -100,10 +99,10 @@ def told(name: str, *values: float, digits: int = 4) -> str:
 
 def _mean(name: str, result: Mean) -> str:
     if math.isnan(result.deviation):
-        return told(name, result.value)
+        return quantity_text(name, result.value)
     # The solver leaves as much.
     if result.deviation <= _ROUNDING * abs(result.value):
-        return f"{told(name, result.value)} (all alike)"
+        return f"{quantity_text(name, result.value)} (all alike)"
     factor, unit = scale_of(name, result.value or result.deviation)
     half = result.high - result.value
     # Two digits of the half; up to three of a mean that is smaller.
@@ -163,10 +162,10 @@ def pair_of(comparison: Comparison, first: int, second: int) -> str:
 def _difference(name: str, result: Difference, base: float) -> Cells:
     # A skewness near zero has no parts.
     change = changed_by(result.value / base) if base > 0 and name != "Ssk" else ABSENT
-    value = told(name, result.value, digits=3)
+    value = quantity_text(name, result.value, digits=3)
     if not result.known:
         return value, "not known", change
-    return value, told(name, result.low, result.high, digits=3), change
+    return value, quantity_text(name, result.low, result.high, digits=3), change
 
 
 def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
@@ -176,7 +175,7 @@ def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
         result = comparison.components(name)
         if result is None or math.isnan(result.share):
             continue
-        spread = (told(name, x, digits=3) for x in (result.between, result.within))
+        spread = (quantity_text(name, x, digits=3) for x in (result.between, result.within))
         share, low, high = (f"{100 * x:.0f}" for x in (result.share, result.low, result.high))
         rows.append((name_of(name), *spread, f"{share} %", f"{low} to {high} %"))
     head = ("scatter", "between groups", "within", "share between", f"{LEVEL} interval")
@@ -329,7 +328,7 @@ def _side(area: float) -> str:
 
 
 def _error(item: SamplingError) -> str:
-    return f"{told(item.name, item.half, digits=2)} ({part(item.relative)})"
+    return f"{quantity_text(item.name, item.half, digits=2)} ({part(item.relative)})"
 
 
 def _needed(item: SamplingError) -> str:
@@ -370,7 +369,7 @@ SAMPLING_COLUMNS: Columns = (
     Column("name", "sampling", of=_each(lambda item: name_of(item.name)), stored=False),
     Column(
         "value", "this map", of=_each(lambda item: item.value),
-        shown=_each(lambda item: told(item.name, item.value)),
+        shown=_each(lambda item: quantity_text(item.name, item.value)),
     ),
     Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
     Column(
@@ -547,7 +546,7 @@ def _works(study: SamplingStudy) -> Iterator[Use]:
 
 
 def _first_problem(result: Comparison | SamplingStudy) -> str:
-    pressure = f"{problem.size(result.pressure, 'Pa')} nominal"
+    pressure = f"{phrases.size(result.pressure, 'Pa')} nominal"
     if isinstance(result, SamplingStudy):
         return f"{result.name}, {pressure}"
     groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]

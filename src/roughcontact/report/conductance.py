@@ -13,7 +13,7 @@ import numpy as np
 from roughcontact.joint import conductance as joint
 from roughcontact.material.material import Conductor
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, figures, phrases, problem, uncertainty
+from roughcontact.report import contact_fields, figures, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import CAUTIONS, Column, Columns, Quantity, Table
@@ -23,13 +23,13 @@ from roughcontact.units import changed_by, engineering, percent, plain
 
 
 def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
-    def told(result: joint.Conductance) -> dict[str, Any]:
+    def facts(result: joint.Conductance) -> dict[str, Any]:
         body = result.bodies[number]
         return {
             "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
         }  # fmt: skip
 
-    return told
+    return facts
 
 
 def _words(body: Conductor) -> str:
@@ -63,7 +63,7 @@ def _filled(result: joint.Conductance) -> bool:
 def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
     """Return h with the gap filled under the smallest and the largest load, and what it adds."""
 
-    def told(result: joint.Conductance) -> str:
+    def text(result: joint.Conductance) -> str:
         whole = result.filled_conductance(filling)
         with np.errstate(divide="ignore"):
             added = result.column(f"{filling}_gap") / result.thermal_conductance
@@ -72,7 +72,7 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
             for end in sorted({0, len(result.steps) - 1})
         )
 
-    return told
+    return text
 
 
 def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
@@ -233,7 +233,7 @@ def question(result: joint.Conductance) -> str:
     """Return the question that a conductance answers."""
     names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
     verb = "does" if len(names) == 1 else "do"
-    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.loads(result)}?"
+    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.load_range(result)}?"
 
 
 _ASSUMPTIONS = (
@@ -246,22 +246,22 @@ _ASSUMPTIONS = (
 # --- What is said first ---
 
 
-def _told(result: joint.Conductance, index: int) -> list[str]:
+def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     """Return conductance and resistance under one of the loads."""
     texts = []
     if _thermal(result):
         if _by_area(result):
             h = result.thermal_conductance[index]
-            texts.append(f"h = {problem.size(h, 'W/(m² K)')}")
+            texts.append(f"h = {phrases.size(h, 'W/(m² K)')}")
         else:
-            texts.append(f"R = {problem.size(result.thermal_resistance[index], 'K/W')} (thermal)")
+            texts.append(f"R = {phrases.size(result.thermal_resistance[index], 'K/W')} (thermal)")
     if _electrical(result):
         resistance = result.electrical_resistance[index]
         if _by_area(result):
             area = resistance * result.nominal_area
             texts.append(f"R·A = {plain(area * 1e12, 3)} Ω µm²")
         else:
-            texts.append(f"R = {problem.size(resistance, 'Ω')}")
+            texts.append(f"R = {phrases.size(resistance, 'Ω')}")
     return texts
 
 
@@ -272,19 +272,19 @@ def _interval(result: joint.Conductance) -> Interval:
 
 
 def _answer(result: joint.Conductance) -> str:
-    texts, interval = _told(result, -1), _interval(result)
+    texts, interval = _joint_texts(result, -1), _interval(result)
     if uncertainty.has_ends(interval):
         shown = [
             [text.partition(" = ")[2].removesuffix(" (thermal)")
-             for text in _told(result.with_length(length), -1)]
+             for text in _joint_texts(result.with_length(length), -1)]
             for length in (interval.low, interval.high)
         ]  # fmt: skip
         # A resistance is larger with the smaller length.
         pairs = [ends if text[0] == "h" else ends[::-1]
                  for text, *ends in zip(texts, *shown, strict=True)]  # fmt: skip
-        texts = [f"{text} ({problem.between(low, high, str)})"
+        texts = [f"{text} ({phrases.between(low, high, str)})"
                  for text, (low, high) in zip(texts, pairs, strict=True)]  # fmt: skip
-    return f"At {problem.load(result.largest)}: {', '.join(texts)}."
+    return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
 
 
 def _numbers(result: joint.Conductance) -> CellTable:
@@ -294,9 +294,12 @@ def _numbers(result: joint.Conductance) -> CellTable:
     heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
     rows = [
         (
-            problem.size(load / result.nominal_area, "Pa"),
+            phrases.size(load / result.nominal_area, "Pa"),
             contact,
-            *(text.partition(" = ")[2].removesuffix(" (thermal)") for text in _told(result, index)),
+            *(
+                text.partition(" = ")[2].removesuffix(" (thermal)")
+                for text in _joint_texts(result, index)
+            ),
         )
         for index, (load, contact) in enumerate(
             zip(result.column("load"), contact_fields.shares("contact_area")(result), strict=True)
@@ -318,13 +321,13 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
         others.append(uncertainty.under_calibrated(result, 0))
     if others:
         lines.append(f"Constriction length: {', '.join(others)}")
-    return (*lines, problem.status(result.largest))
+    return (*lines, phrases.status(result.largest))
 
 
 KIND = Kind(
     joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
     answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
+    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     assumptions=_ASSUMPTIONS, sentences=sentences, figures=figures.CONDUCTANCE,
     contact=attrgetter("largest"),
     works=lambda _: (

@@ -27,7 +27,6 @@ from roughcontact.report import (
     hertz_comparison,
     inputs,
     phrases,
-    problem,
     python_script,
     uncertainty,
 )
@@ -265,8 +264,8 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
     if smooth is not None:
         return _beside_hertz(result, smooth.area, interval)
     what = "profile" if result.pair.is_profile else "face"
-    ends = _ends(interval, lambda value: problem.share(value))
-    share = problem.share(result.contact_fraction)
+    ends = _ends(interval, lambda value: phrases.share(value))
+    share = phrases.share(result.contact_fraction)
     return f"{share} of the {what} is in contact{ends}{_yields(result)}"
 
 
@@ -276,18 +275,18 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
         return ""
     if math.isinf(interval.high):
         return " (depends on the pixel, no limit)"
-    text = problem.between(interval.low, interval.high, form)
+    text = phrases.between(interval.low, interval.high, form)
     return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
 
 
 def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | None) -> str:
     unit = "m" if result.pair.is_profile else "m²"
-    ends = _ends(interval, lambda value: problem.size(value * result.nominal_area, unit))
-    area, ratio = problem.size(result.contact_area, unit), result.contact_area / smooth
+    ends = _ends(interval, lambda value: phrases.size(value * result.nominal_area, unit))
+    area, ratio = phrases.size(result.contact_area, unit), result.contact_area / smooth
     if abs(ratio - 1) < _ALIKE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
     rough = f"Roughness carries the load on {area}{ends}"
-    return f"{rough}, {problem.share(ratio)} of the Hertz contact{_yields(result)}"
+    return f"{rough}, {phrases.share(ratio)} of the Hertz contact{_yields(result)}"
 
 
 _YIELDING = {
@@ -301,7 +300,7 @@ _YIELDING = {
 
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
-        share = problem.share(result.saturated_fraction / result.contact_fraction)
+        share = phrases.share(result.saturated_fraction / result.contact_fraction)
         return f"; {share} of that is at the pressure ceiling."
     return f"; {_YIELDING[result.regime]}."
 
@@ -309,31 +308,31 @@ def _yields(result: ContactResult) -> str:
 def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
     """Return the numbers of a contact that are said first."""
     if not result.contact_area:
-        return (), [("Load", problem.size(result.load, result.pair.load_unit))]
+        return (), [("Load", phrases.size(result.load, result.pair.load_unit))]
     if hertz_comparison.applies(result):
         return hertz_comparison.HEADS, hertz_comparison.rows(result)
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
-    nominal = problem.size(result.nominal_area, unit)
-    area = f"{problem.size(result.contact_area, unit)} of {nominal}"
+    nominal = phrases.size(result.nominal_area, unit)
+    area = f"{phrases.size(result.contact_area, unit)} of {nominal}"
     if not result.pair.is_shared:
         area += f", {counted(result.spots().count, 'spot')}"
     rows = [
         (f"Real contact {what}", area),
         (
             "Contact pressure",
-            f"{problem.size(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
+            f"{phrases.size(result.load / result.contact_area, 'Pa')} mean; {_upper(result)}",
         ),
-        ("Mean gap", problem.size(result.mean_gap, "m")),
+        ("Mean gap", phrases.size(result.mean_gap, "m")),
     ]
     if result.control == "load":
-        rows.append(("Approach", f"{problem.size(result.approach, 'm')} from first contact"))
+        rows.append(("Approach", f"{phrases.size(result.approach, 'm')} from first contact"))
     else:
-        rows.insert(0, ("Load", problem.size(result.load, result.pair.load_unit)))
+        rows.insert(0, ("Load", phrases.size(result.load, result.pair.load_unit)))
     if result.saturated_fraction:
-        depth = problem.size(result.totals.max_indentation, "m")
+        depth = phrases.size(result.totals.max_indentation, "m")
         rows.append(("Residual indentation", f"{depth} at most"))
     if result.moments is not None:
-        rows.append(("Tilt (y, x)", ", ".join(problem.size(value, "rad") for value in result.tilt)))
+        rows.append(("Tilt (y, x)", ", ".join(phrases.size(value, "rad") for value in result.tilt)))
     return (), rows
 
 
@@ -342,9 +341,9 @@ def _upper(result: ContactResult) -> str:
     if not result.saturated_fraction or isinstance(result.ceiling, np.ndarray):
         edge = result.ceiling is None and result.totals.edge_load is not None
         limit = ", no limit at the map edge" if edge else ""
-        return f"{problem.size(result.max_pressure, 'Pa')} peak{limit}"
+        return f"{phrases.size(result.max_pressure, 'Pa')} peak{limit}"
     assert result.ceiling is not None
-    return f"ceiling {problem.size(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
+    return f"ceiling {phrases.size(float(result.ceiling), 'Pa')}{_in_strengths(result)}"
 
 
 def _in_strengths(result: ContactResult) -> str:
@@ -357,10 +356,10 @@ def _in_strengths(result: ContactResult) -> str:
 def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tuple[str, ...]:
     """Return what the interval comes from, the numbers of the other ceiling, and the status."""
     if not result.converged:
-        return (problem.status(result),)
+        return (phrases.status(result),)
     interval = uncertainty.of_area(result, study) if result.load else None
     lines = [] if interval is None else [uncertainty.sources(interval)]
-    return tuple(filter(None, (*lines, _calibrated(result), problem.status(result))))
+    return tuple(filter(None, (*lines, _calibrated(result), phrases.status(result))))
 
 
 def _calibrated(result: ContactResult) -> str:
@@ -372,8 +371,8 @@ def _calibrated(result: ContactResult) -> str:
     gap = changed_by(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
     return (
         f"With the calibrated ceiling ({other.factor:.3g} σ_Y): contact "
-        f"{problem.share(other.contact_fraction)} ({area}), mean gap "
-        f"{problem.size(other.mean_gap, 'm')} ({gap})"
+        f"{phrases.share(other.contact_fraction)} ({area}), mean gap "
+        f"{phrases.size(other.mean_gap, 'm')} ({gap})"
     )
 
 
@@ -385,7 +384,7 @@ KIND = Kind(
     ),
     contact=lambda result: result, save=export.save_contact,
     dataset=archive.to_dataset,
-    problem=problem.line, answer=answer, numbers=numbers, remarks=remarks,
+    problem=phrases.problem, answer=answer, numbers=numbers, remarks=remarks,
     question=question, details=details, meaning=phrases.regime,
     checked=plausibility.checked, script=python_script.repeating,
 )  # fmt: skip

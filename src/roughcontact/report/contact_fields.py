@@ -54,7 +54,7 @@ def _status(result: Any) -> str:
     return "converged" if result.converged else f"NOT CONVERGED: {result.status}"
 
 
-def _given(quantity: str, unit: str) -> Callable[[ContactResult], str]:
+def _specified_text(quantity: str, unit: str) -> Callable[[ContactResult], str]:
     def text(result: ContactResult) -> str:
         value = engineering(getattr(result, quantity), unit)
         return f"{value} (given)" if result.control == quantity else value
@@ -103,11 +103,11 @@ CONTACT: Table = (
     Quantity("tolerance"),
     Quantity(
         "load", "load", symbol="W", unit="N", meaning="normal force that the pressure adds up to",
-        text=_given("load", "N"),
+        text=_specified_text("load", "N"),
     ),
     Quantity(
         "approach", "approach", symbol="ω", unit="m", meaning="of the bodies from the first touch",
-        text=_given("approach", "m"),
+        text=_specified_text("approach", "m"),
     ),
     Quantity("control"),
     Quantity(
@@ -640,7 +640,7 @@ PROFILE_CONTACT: Table = (
     *pick(CONTACT, "status", "certificate", "load_error", "tolerance"),
     Quantity("kind", of=lambda _: "profile"),
     _of(
-        "load", name="load per length", symbol="W′", unit=LOAD, text=_given("load", LOAD),
+        "load", name="load per length", symbol="W′", unit=LOAD, text=_specified_text("load", LOAD),
         meaning="normal force that the pressure adds up to, per meter along y",
     ),
     Quantity("load_unit", of=lambda _: LOAD),

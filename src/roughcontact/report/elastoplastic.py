@@ -19,7 +19,6 @@ from roughcontact.report import (
     figures,
     inputs,
     phrases,
-    problem,
     python_script,
 )
 from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
@@ -96,13 +95,13 @@ def _answer(result: ElastoplasticResult) -> str:
     """Return how much touches, and how deep plastic strain reaches."""
     if not result.converged:
         return "No solution: the numbers are those of the last load that was reached."
-    depth = f"plastic strain reaches {problem.size(result.plastic_depth, 'm')} deep"
+    depth = f"plastic strain reaches {phrases.size(result.plastic_depth, 'm')} deep"
     if not result.plastic_volume:
         depth = "nothing yields"
     if not result.solution.load:
-        dent = problem.size(float(result.residual_displacement.max()), "m")
+        dent = phrases.size(float(result.residual_displacement.max()), "m")
         return f"Unloaded: an indentation of {dent} remains; {depth}."
-    return f"{problem.share(result.solution.contact_fraction)} of the face is in contact; {depth}."
+    return f"{phrases.share(result.solution.contact_fraction)} of the face is in contact; {depth}."
 
 
 def _numbers(result: ElastoplasticResult) -> CellTable:
@@ -110,20 +109,20 @@ def _numbers(result: ElastoplasticResult) -> CellTable:
     contact, rows = result.solution, []
     if contact.load:
         area, mean = contact.contact_area, contact.load / contact.contact_area
-        whole = problem.size(contact.nominal_area, "m²")
+        whole = phrases.size(contact.nominal_area, "m²")
         rows = [
-            ("Real contact area", f"{problem.size(area, 'm²')} of {whole}"),
+            ("Real contact area", f"{phrases.size(area, 'm²')} of {whole}"),
             (
                 "Contact pressure",
-                f"{problem.size(mean, 'Pa')} mean; {problem.size(contact.max_pressure, 'Pa')} peak",
+                f"{phrases.size(mean, 'Pa')} mean; {phrases.size(contact.max_pressure, 'Pa')} peak",
             ),
-            ("Approach", f"{problem.size(contact.approach, 'm')} from first contact"),
+            ("Approach", f"{phrases.size(contact.approach, 'm')} from first contact"),
         ]
     strain = percent(result.max_plastic_strain)
     volume = KIND.row(result, "plastic_volume").text
     return (), [
         *rows,
-        ("Plastic depth", problem.size(result.plastic_depth, "m")),
+        ("Plastic depth", phrases.size(result.plastic_depth, "m")),
         ("Plastic strain", f"{strain} at most, in {volume}"),
         ("Residual displacement", KIND.row(result, "max_residual_displacement").text),
     ]
@@ -155,7 +154,7 @@ KIND = Kind(
     ),
     works=citations.of_volume, save=export.save_volume,
     dataset=_dataset,
-    problem=lambda result: problem.line(result.solution), answer=_answer, numbers=_numbers,
+    problem=lambda result: phrases.problem(result.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, meaning=phrases.volume_regime,
     inputs=_inputs, details=_details,
     case=assumptions.of_volume, method=method, checked=plausibility.checked,

@@ -9,7 +9,7 @@ from typing import Any
 from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
-from roughcontact.report import problem
+from roughcontact.report import phrases
 from roughcontact.report.fields import CAUTIONS, PROBLEM, Quantity, Table
 from roughcontact.report.kind import CellTable, Kind
 from roughcontact.units import engineering, percent
@@ -96,7 +96,7 @@ ESTIMATE: Table = (
 """Of an `Estimate`."""
 
 
-def _told(result: ContactResult) -> bool:
+def _has_estimate(result: ContactResult) -> bool:
     return result.estimate is not None
 
 
@@ -125,12 +125,12 @@ BESIDE: Table = (
         "estimated_contact", "real contact by formula",
         meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
         of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
-        when=_told, stored=False, brief=False,
+        when=_has_estimate, stored=False, brief=False,
     ),
     Quantity(
         "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
         of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
-        when=_told, stored=False, brief=False,
+        when=_has_estimate, stored=False, brief=False,
     ),
 )  # fmt: skip
 """Of a `ContactResult` that is nominally flat, beside what was solved."""
@@ -140,29 +140,29 @@ BESIDE: Table = (
 
 
 def _problem(result: Estimate) -> str:
-    parts = [f"Sq {problem.size(result.roughness.Sq, 'm')}"]
+    parts = [f"Sq {phrases.size(result.roughness.Sq, 'm')}"]
     if result.roughness.Sdq is not None:
         parts.append(f"Sdq {result.roughness.Sdq:.3g}")
     if result.roughness.Sal is not None:
-        parts.append(f"Sal {problem.size(result.roughness.Sal, 'm')}")
-    return f"Nominally flat surface, {', '.join(parts)}, {problem.size(result.pressure, 'Pa')}"
+        parts.append(f"Sal {phrases.size(result.roughness.Sal, 'm')}")
+    return f"Nominally flat surface, {', '.join(parts)}, {phrases.size(result.pressure, 'Pa')}"
 
 
 def _ends(result: Range, form: Callable[[float], str]) -> str:
-    return f"{form(result.value)} ({problem.between(result.low, result.high, form)})"
+    return f"{form(result.value)} ({phrases.between(result.low, result.high, form)})"
 
 
 def _answer(result: Estimate) -> str:
     """Return the contact, with its interval."""
-    return f"About {_ends(result.contact, problem.share)} of the face is in contact."
+    return f"About {_ends(result.contact, phrases.share)} of the face is in contact."
 
 
 def _numbers(result: Estimate) -> CellTable:
     """Return gap, saturated area, plastic depth and plasticity index."""
-    length = partial(problem.size, unit="m")
+    length = partial(phrases.size, unit="m")
     rows = [("Mean gap", _ends(result.gap, length))]
     if result.saturated is not None:
-        rows.append(("At the ceiling", _ends(result.saturated, problem.share)))
+        rows.append(("At the ceiling", _ends(result.saturated, phrases.share)))
     if result.plastic_volume is not None:
         rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
     if result.plasticity_index is not None:

@@ -74,14 +74,14 @@ class Quantity:
             return self.of(result)
         return attrgetter(self.of or self.key)(result)
 
-    def told(self, value: Any) -> str:
+    def format_value(self, value: Any) -> str:
         """Return a value in words."""
         return written(value, self.unit, self.digits) if self.form is None else self.form(value)
 
     def row(self, result: Any) -> Row:
         """Return the row of a result."""
         value = self.value(result)
-        text = self.told(value) if self.text is None else self.text(result)
+        text = self.format_value(value) if self.text is None else self.text(result)
         return Row(self.key, self.symbol, self.name, value, self.unit, self.meaning, text)
 
 

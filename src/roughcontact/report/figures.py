@@ -21,8 +21,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
 from roughcontact.elastoplastic.result import ElastoplasticResult, profile
 from roughcontact.plots import elastoplastic, maps, profiles, sections, subsurface_stress
-from roughcontact.plots.conductance import conductance
-from roughcontact.plots.interface_law import interface_law
+from roughcontact.plots.joint import conductance, interface_law
 from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.report.page import HALF, MIDDLE, WIDE
 from roughcontact.surface.surface import Surface

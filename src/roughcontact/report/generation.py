@@ -22,7 +22,12 @@ _HURST = "Hurst exponent"
 def rows(surface: Surface) -> list[tuple[str, str, str, str]]:
     """Return what was asked for of a generated map beside what it has."""
     return [
-        (_name(item), _told(item.name, item.asked), _told(item.name, item.found), _missed(item))
+        (
+            _name(item),
+            _value_text(item.name, item.requested),
+            _value_text(item.name, item.measured),
+            _missed(item),
+        )
         for item in compared(surface)
     ]
 
@@ -64,7 +69,7 @@ def record(surface: Surface) -> dict[str, Any]:
         "rolloff_wavelength": created.found["rolloff_wavelength"],
         "cutoff_wavelength": created.found["cutoff_wavelength"],
         "parameters": [
-            {"name": item.name, "asked": item.asked, "found": item.found, "met": item.met}
+            {"name": item.name, "asked": item.requested, "found": item.measured, "met": item.met}
             for item in compared(surface)
         ],
         "reasons": [caution.text for caution in unmet(surface)],
@@ -76,7 +81,7 @@ def _name(item: Parameter) -> str:
     return _HURST if item.name == "hurst" else item.name
 
 
-def _told(name: str, value: float) -> str:
+def _value_text(name: str, value: float) -> str:
     if math.isnan(value):
         return "not determined"
     if name in inputs.ROUGHNESS and inputs.ROUGHNESS[name][0] == "m":
@@ -94,7 +99,7 @@ def _missed(item: Parameter) -> str:
     if math.isnan(item.missed):
         return ""
     if item.name == "Ssk":
-        by = round(item.found - item.asked, 3)
+        by = round(item.measured - item.requested, 3)
         return f"{by:+.3f}".replace("-", "−") if by else "0"
     return changed_by(item.missed) if abs(item.missed) >= _LEAST else "below 0.05 %"
 
@@ -122,10 +127,10 @@ def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Cautio
     size, seed, cutoff = ArgumentRef("size"), ArgumentRef("seed"), ArgumentRef("cutoff_wavelength")
     text: tuple[Part, ...]
     said = (
-        f"{_name(item)} is {_told(item.name, item.found)}, requested "
-        f"{_told(item.name, item.asked)}: "
+        f"{_name(item)} is {_value_text(item.name, item.measured)}, requested "
+        f"{_value_text(item.name, item.requested)}: "
     )
-    if item.name == "Str" and math.isnan(item.found):
+    if item.name == "Str" and math.isnan(item.measured):
         maximum = result.get("Str_max", math.nan)
         text = (
             f"Str is at most {maximum:.2g}: correlation along the lay exceeds half the map. Use a "

@@ -11,9 +11,9 @@ from typing import Any
 from roughcontact.formats import export
 from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
-from roughcontact.plots.interface_law import interface_law
+from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
-from roughcontact.report import chapters, figures, phrases, problem, uncertainty
+from roughcontact.report import chapters, figures, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -60,6 +60,13 @@ def _tables(law: InterfaceLaw) -> dict[str, Any]:
     }
 
 
+def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
+    return {
+        name: {key: values.tolist() for key, values in vars(law.backbone(axis)).items()}
+        for axis, name in enumerate("yx")
+    }
+
+
 LAW: Table = (
     *PAIR,
     Quantity(
@@ -96,6 +103,12 @@ LAW: Table = (
         "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
     ),
     Quantity("tables", of=_tables),
+    Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
+    Quantity(
+        "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
+        when=lambda law: law.friction is not None,
+    ),
+    Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
     Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
     Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
     Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
@@ -155,6 +168,10 @@ LAW_COLUMNS: Columns = (
     Column(
         "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
         when=lambda law: law.bodies is not None,
+    ),
+    Column(
+        "tangential_stiffness", "tangential", unit="Pa/m", form=_per_length, brief=False,
+        when=lambda law: law.friction is not None,
     ),
     Column("separation_deviation", unit="m"),
     Column("contact_deviation"),
@@ -223,7 +240,7 @@ _MOST = 5
 def _problem(law: InterfaceLaw) -> str:
     contact = law.largest
     name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
-    return f"{problem.bodies(contact, name)}{problem.boundary(contact)}"
+    return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
 
 
 def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
@@ -254,16 +271,16 @@ def _with_ends(interval: Interval, form: Callable[[float], str]) -> str:
     text = form(interval.value)
     if not uncertainty.has_ends(interval):
         return text
-    return f"{text} ({problem.between(interval.low, interval.high, form)})"
+    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
 
 
 def _answer(law: InterfaceLaw) -> str:
     """Return how far the faces approach over the pressures, and how stiff the joint is then."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
-    ends = problem.between(first, last, lambda value: problem.size(value, "Pa"))
+    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
     closing, stiffness = _intervals(law)
-    by = _with_ends(closing, lambda value: problem.size(value, "m"))
+    by = _with_ends(closing, lambda value: phrases.size(value, "m"))
     stiff = _with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
     return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
@@ -272,11 +289,12 @@ def _numbers(law: InterfaceLaw) -> CellTable:
     """Return separation, contact and stiffness at some pressures while loading."""
     steps = law.of_branch(law.branches[0])
     several, flows = _several(law), _flows(law)
-    heads = ["pressure", "separation", *(["±"] * several), "contact", "stiffness"]
+    heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
+    heads.append("stiffness")
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
-        row = [problem.size(step.pressure, "Pa"), problem.size(step.separation, "m")]
+        row = [phrases.size(step.pressure, "Pa"), phrases.size(step.separation, "m")]
         row += [engineering(step.separation_half, "m", 2)] * several
         row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
         row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
@@ -287,17 +305,27 @@ def _numbers(law: InterfaceLaw) -> CellTable:
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     """Return where the maps resolve the law, and how well it is known between the pressures."""
     _, stiffness = _intervals(law)
-    lines = [uncertainty.sources(stiffness, hint=False)] if uncertainty.has_ends(stiffness) else []
+    lines: list[str] = []
+    if uncertainty.has_ends(stiffness):
+        lines.append(uncertainty.sources(stiffness, hint=False))
     lines.append(f"Resolved: {_range(law)}")
     error = max(law.curve(branch).error for branch in law.branches)
     if not math.isnan(error):
         lines[-1] += f"; interpolation error {100 * error:.2g} %"
-    if _several(law):
-        lines.append(f"±: half of the {100 * LEVEL:.0f} % interval of the mean over the maps")
+    if law.friction is not None:
+        last = law.of_branch(law.branches[0])[-1]
+        each = [
+            f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
+            for axis, ratio in zip("yx", law.friction.ratios, strict=True)
+        ]
+        lines.append(
+            f"Tangential at {phrases.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {phrases.size(float(law.elastic_slip()[-1]), 'm')}"
+        )
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(
-            f"Unloaded to {problem.size(last.pressure, 'Pa')}: {problem.size(last.separation, 'm')}"
+            f"Unloaded to {phrases.size(last.pressure, 'Pa')}: {phrases.size(last.separation, 'm')}"
             f", contact {percent(last.contact_fraction)}"
         )
     return tuple(lines)

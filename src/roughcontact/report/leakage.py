@@ -12,9 +12,9 @@ import numpy as np
 
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
-from roughcontact.plots.leakage import flow_factors, leak
+from roughcontact.plots.joint import flow_factors, leak
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, phrases, problem, uncertainty
+from roughcontact.report import contact_fields, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import (
@@ -58,7 +58,7 @@ def _coarser(result: Leakage) -> str:
 
 
 def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
-    def told(result: Leakage) -> dict[str, float] | None:
+    def constriction(result: Leakage) -> dict[str, float] | None:
         place = result.steps[-1].constriction[axis]
         if place is None:
             return None
@@ -68,7 +68,7 @@ def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
         )
         return {"gap": place.gap, "y": y, "x": x}
 
-    return told
+    return constriction
 
 
 def _place(axis: int) -> Callable[[Leakage], str]:
@@ -82,7 +82,7 @@ def _place(axis: int) -> Callable[[Leakage], str]:
     return shown
 
 
-def _asked(axis: int) -> Callable[[Leakage], bool]:
+def _has_axis(axis: int) -> Callable[[Leakage], bool]:
     return lambda result: axis in result.axes
 
 
@@ -97,7 +97,7 @@ def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], 
 
 def _along(axis: int) -> Columns:
     """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
-    name, requested = AXES[axis], _asked(axis)
+    name, requested = AXES[axis], _has_axis(axis)
     return (
         Column(
             f"permeability_{name}", f"k along {name}", unit="m³", when=requested,
@@ -139,7 +139,7 @@ _TABLE: Table = (
     *(
         Quantity(
             f"narrowest_{name}", f"narrowest place along {name}", of=_narrowest(axis),
-            text=_place(axis), when=_asked(axis),
+            text=_place(axis), when=_has_axis(axis),
         )
         for axis, name in enumerate(AXES)
     ),
@@ -242,12 +242,12 @@ def _with_ends(result: Leakage, axis: int, form: Callable[[float], str]) -> str:
     text = form(interval.value)
     if not uncertainty.has_ends(interval):
         return text
-    return f"{text} ({problem.between(interval.low, interval.high, form)})"
+    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
 
 
 def _answer(result: Leakage) -> str:
     """Return what leaks under the largest load, or that nothing does."""
-    at = problem.load(result.largest)
+    at = phrases.load(result.largest)
     closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
     if len(closed) == len(result.axes):
         return f"Sealed at {at} on this map: no open path along {' or '.join(closed)}."
@@ -264,9 +264,9 @@ def _numbers(result: Leakage) -> CellTable:
     """Return contact, gap, rate and flow factor of each load."""
     heads = ["pressure", "contact", "mean gap"]
     columns = [
-        [problem.size(load / result.nominal_area, "Pa") for load in result.column("load")],
+        [phrases.size(load / result.nominal_area, "Pa") for load in result.column("load")],
         contact_fields.shares("contact_area")(result),
-        [problem.size(gap, "m") for gap in result.column("mean_gap")],
+        [phrases.size(gap, "m") for gap in result.column("mean_gap")],
     ]
     for axis in result.axes:
         if result.seal is None:
@@ -283,11 +283,11 @@ def _numbers(result: Leakage) -> CellTable:
 
 def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return what scales the rate, the narrowest place, and how exactly it is solved."""
-    lines = []
+    lines: list[str] = []
     if result.seal is not None and None in (result.seal.width, result.seal.length):
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
-    places = [f"{problem.size(place.gap, 'm')} (along {AXES[axis]})"
+    places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
               if place is not None and axis in result.axes]  # fmt: skip
     narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
@@ -297,7 +297,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
     lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
-    return (*lines, problem.status(result.largest))
+    return (*lines, phrases.status(result.largest))
 
 
 _FIGURES: Illustrations = (
@@ -317,7 +317,7 @@ _FIGURES: Illustrations = (
 
 
 def _question(result: Leakage) -> str:
-    source, loads = phrases.source(result.largest.share.provenance), phrases.loads(result)
+    source, loads = phrases.source(result.largest.share.provenance), phrases.load_range(result)
     if result.seal is None:
         return f"How permeable is the gap of {source} {loads}?"
     return f"How much leaks past {source} {loads}?"
@@ -335,7 +335,7 @@ KIND = Kind(
     Leakage, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
     sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
     contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda result: problem.of_loads(result.largest, result.column("load").tolist()),
+    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     works=lambda _: (
         cited("flow through the gap", "Patir1978"),
         cited("gas that slips", "Burgdorfer1959"),

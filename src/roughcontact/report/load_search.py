@@ -8,7 +8,7 @@ from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
-from roughcontact.report import citations, contact_fields, phrases, problem, uncertainty
+from roughcontact.report import citations, contact_fields, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -41,16 +41,16 @@ def _unit(quantity: str) -> str:
     return "m" if quantity in (search.APPROACH, search.GAP) else "1"
 
 
-def _told(quantity: str, value: float) -> str:
+def _value_text(quantity: str, value: float) -> str:
     if quantity in search.COUNTED:
         return percent(value)
     return f"{value:.7g}" if quantity == search.YIELD else engineering(value, "m", 7)
 
 
-def _asked(loads: search.LoadSearch) -> list[str]:
+def _targets(loads: search.LoadSearch) -> list[str]:
     return [
         _NAMES[item.quantity]
-        + ("" if item.quantity == search.YIELD else f" {_told(item.quantity, item.target)}")
+        + ("" if item.quantity == search.YIELD else f" {_value_text(item.quantity, item.target)}")
         for item in loads.answers
     ]
 
@@ -117,7 +117,7 @@ FOUND: Table = (
 FOUND_COLUMNS: Columns = (
     Column("quantity", of=_each(lambda item: item.quantity)),
     Column("unit", of=_each(lambda item: _unit(item.quantity))),
-    Column("wanted", "wanted", of=_asked, stored=False),
+    Column("wanted", "wanted", of=_targets, stored=False),
     Column("target", of=_each(lambda item: item.target)),
     Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
     Column("bracket", "bracket", of=_bracket, stored=False),
@@ -125,7 +125,7 @@ FOUND_COLUMNS: Columns = (
     Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
     Column(
         "value", "there", of=_each(lambda item: item.value),
-        shown=_each(lambda item: _told(item.quantity, item.value)),
+        shown=_each(lambda item: _value_text(item.quantity, item.value)),
     ),
     Column("certificate", of=_each(lambda item: item.certificate), form=tiny, brief=False),
 )  # fmt: skip
@@ -141,19 +141,19 @@ def _wanted(item: Any) -> str:
     value = item.target
     if item.quantity in search.COUNTED:
         state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
-        return f"{problem.share(value)} {state}"
-    return f"{_NAMES[item.quantity]} {problem.size(value, 'm')}"
+        return f"{phrases.share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {phrases.size(value, 'm')}"
 
 
 def _pressure(loads: search.LoadSearch, force: float) -> str:
     contact = loads.largest
-    return problem.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
+    return phrases.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
 
 
 def _answer(loads: search.LoadSearch) -> str:
     """Return the load of the first value that was wanted."""
     first, unit = loads.answers[0], loads.largest.pair.load_unit
-    force = problem.size(first.load, unit)
+    force = phrases.size(first.load, unit)
     wanted = _wanted(first)
     subject = wanted[:1].upper() + wanted[1:]
     if loads.largest.pair.is_profile:
@@ -168,7 +168,7 @@ def _numbers(loads: search.LoadSearch) -> CellTable:
     for item in loads.answers:
         low, high = item.bracket
         half = (high - low) / 2 / item.load if item.load else 0.0
-        row = (_wanted(item), _pressure(loads, item.load), problem.size(item.load, unit))
+        row = (_wanted(item), _pressure(loads, item.load), phrases.size(item.load, unit))
         rows.append((*row, f"± {100 * half:.1g} %"))
     return ("wanted", "nominal pressure", "load", "bracket"), rows
 
@@ -182,14 +182,14 @@ def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
             ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
             lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
             break
-    most = max(item.certificate for item in loads.answers)
-    return (*lines, problem.worst(most, loads.largest.tolerance, loads.solves))
+    certificate = max(item.certificate for item in loads.answers)
+    return (*lines, phrases.worst(certificate, loads.largest.tolerance, loads.solves))
 
 
 def question(loads: search.LoadSearch) -> str:
     """Return the question that a load search answers."""
     name = phrases.source(loads.largest.share.provenance)
-    return f"Which load gives {' and '.join(_asked(loads))} of {name}?"
+    return f"Which load gives {' and '.join(_targets(loads))} of {name}?"
 
 
 def _method(_: search.LoadSearch) -> list[Block]:
@@ -210,5 +210,5 @@ def _works(loads: search.LoadSearch) -> Iterator[Use]:
 KIND = Kind(
     search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
     question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda loads: problem.bodies(loads.largest) + problem.boundary(loads.largest),
+    problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),
 )  # fmt: skip

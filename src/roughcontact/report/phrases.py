@@ -1,4 +1,4 @@
-"""Materials, laws and ceilings in a few words."""
+"""Bodies, loads, materials, laws, ceilings and progress in a few words."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.report.fields import tiny
 from roughcontact.solvers.progress import Progress, Step
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.units import changed_by, engineering, grouped, percent
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord
@@ -57,23 +58,27 @@ class Forecast:
     """How long parts that are alike will take, from those that are done."""
 
     def __init__(self) -> None:
-        self._first = self._at = self._count = 0
+        self._first = self._number = self._count = 0
         self._start = self._begun = 0.0
 
-    def __call__(self, at: Progress) -> str:
+    def __call__(self, progress: Progress) -> str:
         """Return the time that is left as text; called with every `Progress`."""
-        return time_remaining_text(self.seconds(at))
+        return time_remaining_text(self.seconds(progress))
 
-    def seconds(self, at: Progress) -> float:
+    def seconds(self, progress: Progress) -> float:
         """Return the time that is left [s], 0 where nothing is known; called as the other."""
         now = time.monotonic()
-        if at.kept or at.count != self._count or at.number < self._at:
+        if progress.kept or progress.count != self._count or progress.number < self._number:
             # What was kept tells no time.
-            self._first, self._count, self._start = at.number + at.kept, at.count, now
-            self._at, self._begun = self._first, now
-        elif at.number > self._at:
-            self._at, self._begun = at.number, now
-        done, to_do = self._at - self._first, self._count - self._at + 1
+            self._first, self._count, self._start = (
+                progress.number + progress.kept,
+                progress.count,
+                now,
+            )
+            self._number, self._begun = self._first, now
+        elif progress.number > self._number:
+            self._number, self._begun = progress.number, now
+        done, to_do = self._number - self._first, self._count - self._number + 1
         return (self._begun - self._start) / done * to_do if done else 0.0
 
 
@@ -171,7 +176,7 @@ def span(texts: Sequence[str]) -> str:
     return first if first == last else f"{first} to {last}"
 
 
-def loads(result: Any) -> str:
+def load_range(result: Any) -> str:
     """Return the loads of a row of contacts, as a question ends."""
     contact = result.largest
     if contact.specified_load is not None and isinstance(
@@ -418,3 +423,126 @@ def volume_regime(result: ElastoplasticResult) -> str:
         return text + surface
     deepest = engineering(float(result.residual_displacement.max()), "m", 3)
     return f"{text}{surface} The load is gone, and has left an indentation of up to {deepest}."
+
+
+# --- The problem of a contact in one line, and how it was solved in another ---
+
+DIGITS = 3
+"""Significant digits of what is said first."""
+
+
+def share(value: float) -> str:
+    """Return a share with two digits, as a sentence has it."""
+    text = f"{100 * value:.2g}"
+    return percent(value) if "e" in text else f"{text} %"
+
+
+def size(value: float, unit: str) -> str:
+    """Return a quantity as what is said first has it."""
+    return grouped(engineering(value, unit, DIGITS))
+
+
+def between(low: float, high: float, form: Any) -> str:
+    """Return both ends of an interval, the unit once where it is the same."""
+    first, last = form(low), form(high)
+    number, _, unit = first.partition(" ")
+    return f"{number if number and last.endswith(f' {unit}') else first} to {last}"
+
+
+def map_name(surface: Any) -> str:
+    """Return the file of a map, or its nominal form."""
+    source = str(surface.provenance.source)
+    made = source.partition(", ")[0]
+    if made.startswith("nominal "):
+        return f"a {made.removeprefix('nominal ')}"
+    if made.startswith("generated "):
+        return f"a {made}"
+    return source or "an unnamed map"
+
+
+def _name(body: Material) -> str:
+    return body.name or f"E {engineering(body.young, 'Pa', DIGITS)}"
+
+
+def _counter_body(contact: ContactResult) -> str:
+    other = contact.counter_material
+    rigid = is_rigid(other)
+    if contact.counter_surface is None:
+        return "a rigid flat" if rigid else f"a flat ({_name(other)})"
+    name = map_name(contact.counter_surface)
+    return f"{name} ({'rigid' if rigid else _name(other)})"
+
+
+def bodies(contact: ContactResult, name: str = "") -> str:
+    """Return both bodies and their materials; the first by its file, or by another name."""
+    against = "on" if contact.counter_surface is None else "against"
+    name = name or map_name(contact.share)
+    return f"{name} ({_name(contact.material)}) {against} {_counter_body(contact)}"
+
+
+def force(value: float, unit: str) -> str:
+    """Return a force, or one per length [N/m] as engineers write it."""
+    return f"{size(1e-3 * value, 'N')}/mm" if unit == "N/m" else size(value, unit)
+
+
+def load(contact: ContactResult) -> str:
+    """Return the load as it was given, and the force where that is another number."""
+    if contact.control == "approach":
+        return f"approach {size(contact.approach, 'm')}"
+    specified = contact.specified_load
+    # Of a body that is unloaded it is the largest load.
+    largest = contact.load if specified is None else specified.force
+    return load_text(specified, largest, contact.pair.load_unit)
+
+
+def load_text(specified: load_case.GivenLoad | None, load: float, unit: str) -> str:
+    """Return a load in its own form, with the force."""
+    total = force(load, unit)
+    match None if specified is None else specified.form:
+        case load_case.NominalPressure(value=value):
+            return f"{size(value, 'Pa')} nominal ({total})"
+        case load_case.HertzPressure(value=value):
+            return f"Hertz pressure {size(value, 'Pa')} ({total})"
+        case load_case.LineLoad(value=value):
+            return f"{force(value, 'N/m')} ({total})"
+    return total
+
+
+def boundary(contact: ContactResult) -> str:
+    """Return the boundary where it is not free, after a comma."""
+    return "" if str(contact.boundary) == "free" else f", {contact.boundary}"
+
+
+def problem(contact: ContactResult) -> str:
+    """Return the problem of a contact."""
+    return f"{bodies(contact)}, {load(contact)}{boundary(contact)}"
+
+
+def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:
+    """Return the problem of a contact under several loads, smallest and largest."""
+    if len(loads) == 1:
+        return problem(contact)
+    ends = (min(loads), max(loads))
+    if contact.specified_load is not None and isinstance(
+        contact.specified_load.form, load_case.NominalPressure
+    ):
+        area = contact.nominal_area
+        span = between(ends[0] / area, ends[1] / area, lambda value: size(value, "Pa"))
+        what = f"nominal pressures from {span}"
+    else:
+        unit = contact.pair.load_unit
+        what = f"loads from {between(*ends, lambda value: force(value, unit))}"
+    return f"{bodies(contact)}, {len(loads)} {what}{boundary(contact)}"
+
+
+def status(contact: ContactResult) -> str:
+    """Return how exactly a contact is solved."""
+    limit = f"{tiny(contact.certificate)} (limit {contact.tolerance:.0e})"
+    if not contact.converged:
+        return f"Not converged: certificate {limit}. Do not use these numbers."
+    return f"Solved: certificate {limit}, {size(contact.seconds, 's')}"
+
+
+def worst(certificate: float, tolerance: float, count: int) -> str:
+    """Return how exactly several contacts are solved."""
+    return f"Solved: {count} contacts, certificate {tiny(certificate)} (limit {tolerance:.0e})"

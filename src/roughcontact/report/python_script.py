@@ -40,7 +40,7 @@ def repeating(result: ContactResult) -> str:
     script.add_laws(bodies)
     script.lines += [
         "result = rc.solve(",
-        *(f"    {specified}," for specified in _given(result, bodies, ceiling)),
+        *(f"    {specified}," for specified in _solve_arguments(result, bodies, ceiling)),
         ")",
     ]
     return script.text()
@@ -222,7 +222,9 @@ class _Script:
         return ", ".join(words)
 
 
-def _given(result: ContactResult, bodies: Mapping[str, Material], ceiling: str) -> list[str]:
+def _solve_arguments(
+    result: ContactResult, bodies: Mapping[str, Material], ceiling: str
+) -> list[str]:
     """Return the arguments of `solve`, but for those that are the default."""
     value = result.load if result.control == "load" else result.approach
     specified = [

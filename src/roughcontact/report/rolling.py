@@ -21,7 +21,6 @@ from roughcontact.report import (
     elastoplastic,
     figures,
     phrases,
-    problem,
     python_script,
 )
 from roughcontact.report.fields import (
@@ -252,7 +251,7 @@ def _works(rolling: RollingResult) -> Iterator[Use]:
 
 
 def _problem(rolling: RollingResult) -> str:
-    return problem.line(rolling.result.solution)
+    return phrases.problem(rolling.result.solution)
 
 
 def _answer(rolling: RollingResult) -> str:
@@ -280,8 +279,8 @@ def _numbers(rolling: RollingResult) -> CellTable:
     rows = [
         (
             str(number), strain(item.strain_added),
-            strain(item.strain_net), problem.size(item.max_pressure, "Pa"),
-            problem.size(item.in_plane_stress, "Pa"), problem.size(item.Sq, "m"),
+            strain(item.strain_net), phrases.size(item.max_pressure, "Pa"),
+            phrases.size(item.in_plane_stress, "Pa"), phrases.size(item.Sq, "m"),
         )
         for number, item in enumerate(rolling.passes, 1)
     ]  # fmt: skip

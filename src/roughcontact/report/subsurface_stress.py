@@ -16,7 +16,6 @@ from roughcontact.report import (
     contact_fields,
     figures,
     phrases,
-    problem,
 )
 from roughcontact.report.fields import Row, rows_of
 from roughcontact.report.kind import CellTable, Kind
@@ -59,21 +58,21 @@ _AT_YIELD = 1e-3
 
 def _load(stress: StressResult) -> str:
     solution = stress.solution
-    pressure = problem.size(solution.load / solution.nominal_area, "Pa")
-    return f"{problem.size(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
+    pressure = phrases.size(solution.load / solution.nominal_area, "Pa")
+    return f"{phrases.size(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
 
 
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     """Return whether the material yields, and where the stress is largest."""
     depth = stress.max_von_mises_at[0]
-    reached = problem.size(stress.max_von_mises, "Pa")
-    where = f"{problem.size(depth, 'm')} deep" if depth else "at the surface"
+    reached = phrases.size(stress.max_von_mises, "Pa")
+    where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
     if math.isclose(stress.max_von_mises, strength, rel_tol=_AT_YIELD):
-        return f"First yield at {_load(stress)}, {where}; σ_Y = {problem.size(strength, 'Pa')}."
-    known = f"(σ_Y = {problem.size(strength, 'Pa')})"
+        return f"First yield at {_load(stress)}, {where}; σ_Y = {phrases.size(strength, 'Pa')}."
+    known = f"(σ_Y = {phrases.size(strength, 'Pa')})"
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
     return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
@@ -100,7 +99,7 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
 def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[str, ...]:
     """Return how exactly the contact is solved, and the command for what yields."""
     strength = stress.material.yield_strength
-    lines = [problem.status(stress.solution)]
+    lines = [phrases.status(stress.solution)]
     if strength is not None and stress.max_von_mises > strength * (1 + _AT_YIELD):
         lines.append(Sentence(f"Plastic depth: {ArgumentRef('rc.solve_elastoplastic')}"))
     return tuple(lines)
@@ -111,7 +110,7 @@ KIND = Kind(
     plots=(draw.stress_section, draw.stress_depth, draw.stress_map),
     contact=attrgetter("solution"), works=citations.of_stress,
     dataset=to_dataset,
-    problem=lambda stress: problem.line(stress.solution), answer=_answer, numbers=_numbers,
+    problem=lambda stress: phrases.problem(stress.solution), answer=_answer, numbers=_numbers,
     remarks=_remarks, question=question, details=_details, method=_method,
 )  # fmt: skip
 PROFILE_KIND = replace(

@@ -11,9 +11,9 @@ from pathlib import Path
 from roughcontact import netcdf
 from roughcontact.files import require_suffix
 from roughcontact.joint.tangential import Tangential, tangential_compliance, to_dataset
-from roughcontact.plots.tangential import tangential
+from roughcontact.plots.joint import tangential
 from roughcontact.references import cited
-from roughcontact.report import contact_fields, phrases, problem
+from roughcontact.report import contact_fields, phrases
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.fields import (
     PROBLEM,
@@ -102,10 +102,10 @@ _COLUMNS: Columns = (
 def _answer(result: Tangential) -> str:
     """Return shift and stick under the last force."""
     last, unit = result.last, result.solution.pair.load_unit
-    force, shift = problem.size(last.force, unit), problem.size(last.shift, "m")
+    force, shift = phrases.size(last.force, unit), phrases.size(last.shift, "m")
     if not last.stick_fraction:
         return f"The contact slides: {force} shift it {shift}."
-    stick = problem.share(last.stick_fraction)
+    stick = phrases.share(last.stick_fraction)
     return f"The joint shifts {shift} under {force}; {stick} of the contact sticks."
 
 
@@ -114,17 +114,17 @@ def _numbers(result: Tangential) -> CellTable:
     unit, last = result.solution.pair.load_unit, result.last
     if len(result.steps) > 1:
         rows = [
-            (problem.size(s.force, unit), problem.size(s.shift, "m"),
-             problem.share(s.stick_fraction), problem.size(s.max_slip, "m"),
-             problem.size(s.energy, "J"))
+            (phrases.size(s.force, unit), phrases.size(s.shift, "m"),
+             phrases.share(s.stick_fraction), phrases.size(s.max_slip, "m"),
+             phrases.size(s.energy, "J"))
             for s in result.steps
         ]  # fmt: skip
         return ("force", "shift", "stick", "largest slip", "energy"), rows
-    share = problem.share(abs(last.force) / result.capacity)
+    share = phrases.share(abs(last.force) / result.capacity)
     single = [
-        ("Force", f"{share} of the {problem.size(result.capacity, unit)} that slide it"),
+        ("Force", f"{share} of the {phrases.size(result.capacity, unit)} that slide it"),
         ("Stiffness at full stick", _initial(result)),
-        ("Largest slip", problem.size(last.max_slip, "m")),
+        ("Largest slip", phrases.size(last.max_slip, "m")),
     ]
     if math.isfinite(result.cycle_energy):
         single.append(("Energy of a cycle", _energy(result)))
@@ -137,8 +137,8 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
-            f"Superposition: shift {problem.size(curve.shift[-1], 'm')} ({changed_by(change)}), "
-            f"stick {problem.share(curve.stick_fraction[-1])}"
+            f"Superposition: shift {phrases.size(curve.shift[-1], 'm')} ({changed_by(change)}), "
+            f"stick {phrases.share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)
     lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {tiny(_normal(result))}")
@@ -196,7 +196,7 @@ KIND = Kind(
     Tangential, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
     sentences=_sentences, figures=_FIGURES, plots=(tangential,), save=_save, dataset=to_dataset,
     contact=attrgetter("solution"), answer=_answer, numbers=_numbers, remarks=_remarks,
-    problem=lambda result: f"{problem.line(result.solution)}, friction {result.friction:g}",
+    problem=lambda result: f"{phrases.problem(result.solution)}, friction {result.friction:g}",
     works=lambda _: (
         cited("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
         cited("superposition", "Jaeger1998", "Ciavarella1998"),

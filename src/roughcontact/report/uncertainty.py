@@ -153,8 +153,8 @@ def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
 
 def _ends(quantity: Quantity, interval: Interval) -> str:
     if math.isinf(interval.high):
-        return f"{quantity.told(interval.value)}, no interval"
-    low, high = (quantity.told(value) for value in (interval.low, interval.high))
+        return f"{quantity.format_value(interval.value)}, no interval"
+    low, high = (quantity.format_value(value) for value in (interval.low, interval.high))
     if interval.unknown and low == high:
         return f"{low}, no interval"
     text = low if low == high else f"{low} to {high}"

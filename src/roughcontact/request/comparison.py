@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import (
+from roughcontact.request import options, parsing
+from roughcontact.request.options import (
     EXCLUDES,
     NEEDED,
     PICTURES,
@@ -77,7 +77,7 @@ def _run(request: Request, work: Work) -> Outcome:
         )
     # All are read first: one that cannot be is told of before any is solved.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
-    result = [_found(request, surface, work.look) for surface in maps]
+    result = [_compress_map(request, surface, work.look) for surface in maps]
     return Outcome(request, _together(request, result))
 
 
@@ -93,7 +93,7 @@ def file_of(request: Request, word: str) -> Path | None:
 
 def found_of(request: Request, word: str, say: Say, look: Look) -> Found:
     """Return what is found of one map, read alone; as of all together."""
-    return _found(request, _read(request, file_of(request, word), say), look)
+    return _compress_map(request, _read(request, file_of(request, word), say), look)
 
 
 def groups(request: Request) -> dict[str, list[Path]]:
@@ -118,11 +118,11 @@ def _read(request: Request, path: Path | None, say: Say) -> Surface:
     return surface
 
 
-def _found(request: Request, surface: Surface, look: Look) -> Found:
+def _compress_map(request: Request, surface: Surface, look: Look) -> Found:
     extra_cautions = remarks_on(request, [surface])
     alone = _is_study_alone(request)
     # What cannot be compared is told of before anything is solved.
-    requested = None if alone else _asked(request)
+    requested = None if alone else _load_case(request)
     study = _studied(request, surface, look) if request[SAMPLING] else None
     if study is not None:
         study = replace(study, whole=_remarked(study.whole, extra_cautions))
@@ -146,10 +146,12 @@ def _is_study_alone(request: Request) -> bool:
     return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
 
 
-def _asked(request: Request) -> MapLoadCase:
-    from roughcontact.studies.comparison import asked
+def _load_case(request: Request) -> MapLoadCase:
+    from roughcontact.studies.comparison import build_load_case
 
-    result = asked(request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request))
+    result = build_load_case(
+        request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request)
+    )
     counts = Counter(name for name, _ in _listed(request))
     each = _QUARTERS if request[QUARTERS] else 1
     result.check({name: each * count for name, count in counts.items()}, request[PAIRED])
@@ -157,7 +159,7 @@ def _asked(request: Request) -> MapLoadCase:
 
 
 def _problem(request: Request) -> dict[str, Any]:
-    arguments = solve_arguments.arguments(request, (), *_SOLVER)
+    arguments = request.arguments((), *_SOLVER)
     del arguments["counter_surface"]
     return arguments
 
@@ -171,7 +173,7 @@ def _together(request: Request, result: list[Found]) -> Comparison | SamplingStu
     by_name: dict[str, list[Pressed]] = {}
     for (name, _), item in zip(_listed(request), result, strict=True):
         by_name.setdefault(called.get(name, name), []).extend(item.pressed)
-    return replace(_asked(request).together(by_name, request[PAIRED]), sampling=studies)
+    return replace(_load_case(request).together(by_name, request[PAIRED]), sampling=studies)
 
 
 def _remarked(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample:
@@ -230,7 +232,7 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_curve import HELD
 
-    solve_arguments.require_contact(request, shape, HELD)
+    request.require_contact(shape, HELD)
 
 
 def _last(_: Outcome) -> dict[str, Any]:

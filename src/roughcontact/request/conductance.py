@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.option import PICTURES, Option, Panel, file
+from roughcontact.request.options import PICTURES, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task

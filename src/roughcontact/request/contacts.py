@@ -13,8 +13,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from roughcontact import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
-from roughcontact.request import option, options, parsing, solve_arguments
-from roughcontact.request.option import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
+from roughcontact.request import options, parsing
+from roughcontact.request.options import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
@@ -69,6 +69,10 @@ THERMAL_FILM = Option(
     parsing.quantity("thermal film"), None,
 )  # fmt: skip
 
+FRICTION = Option(
+    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
+)  # fmt: skip
+
 PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
 )
@@ -93,7 +97,8 @@ def check_pressures(request: Request) -> None:
     if first is not None and last is not None and not 0 < first < last:
         raise InputError(
             "must be positive and below ", ArgumentRef("to"),
-            f", got {request.given[FROM.name]!r} and {request.given[TO.name]!r}", argument="from",
+            f", got {request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
+            argument="from",
         )  # fmt: skip
 
 
@@ -106,7 +111,7 @@ def check_loads(request: Request) -> None:
             "is needed, such as '1 N', or several: '1 N, 3 N, 10 N'; or ",
             ArgumentRef("from", "1 MPa"), " and ", ArgumentRef("to", "100 MPa"), argument="load",
         )  # fmt: skip
-    option.check(PRESSURE_RULES, request)
+    options.check(PRESSURE_RULES, request)
     check_pressures(request)
 
 
@@ -156,13 +161,13 @@ class Contacts:
 
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles, before anything is solved."""
-        solve_arguments.pair_of(self.request, self.maps).require_map(what)
+        self.request.pair(self.maps).require_map(what)
 
     def under(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
         """Yield the contacts under some loads, in whatever form they were given."""
-        forces = [solve_arguments.pressed(self.request, self.maps, load) for load in loads]
+        forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
-        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER)
+        arguments = self.request.arguments(self.maps, *options.SOLVER)
         for number, (force, specified) in enumerate(forces, start=1):
 
             def watch(state: Progress, number: int = number) -> None:
@@ -192,7 +197,7 @@ class Contacts:
         self, result: ContactResult, surface: Surface, label: str, changes: dict[str, Any]
     ) -> ContactResult | None:
         """Return a contact with other arguments; None where it has no solution."""
-        arguments = solve_arguments.arguments(self.request, self.maps, *options.SOLVER) | changes
+        arguments = self.request.arguments(self.maps, *options.SOLVER) | changes
 
         def watch(state: Progress) -> None:
             self.work.look(replace(state, label=label))

@@ -6,7 +6,7 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.request import options, parsing
-from roughcontact.request.option import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file
+from roughcontact.request.options import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task

@@ -10,7 +10,7 @@ from roughcontact.errors import InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.request import options, outputs, parsing
-from roughcontact.request.option import LENGTH, PICTURES, Option, Panel, file, files
+from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file, files
 from roughcontact.request.outputs import Say, Writing
 from roughcontact.request.task import Command, Given, Values
 

@@ -11,7 +11,7 @@ from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import Contacts
-from roughcontact.request.option import PICTURES, Panel, file, files, flag
+from roughcontact.request.options import PICTURES, Panel, file, files, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -82,6 +82,7 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
         conductor=body if both else None,
         counter_conductor=counter_body if both else None,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        friction=request[joints.FRICTION],
     )
 
 
@@ -113,11 +114,13 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output law.inp
 """,
     (
-        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
+        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
+        *options.OUTPUT,
     ),
     (
-        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.MISSING,
+        *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
+        options.MISSING,
         QUARTERS, OUTPUT, options.REPORT,
     ),
     run=_run,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.option import LENGTH, PICTURES, PRESSURE, Option, Panel, file
+from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task

@@ -7,8 +7,8 @@ from typing import Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
+from roughcontact.request import options, parsing
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -60,11 +60,11 @@ def _run(request: Request, work: Work) -> Outcome:
 
     control, values = _steps(request)
     if control == "load":
-        solve_arguments.pressed(request, work.maps, values[-1], "from")
+        request.force(work.maps, values[-1], "from")
     with work.keeping("step-*.npz") as (watch, reused):
         curve = sweep(
             work.maps[0],
-            **solve_arguments.arguments(request, work.maps, *options.SOLVER),
+            **request.arguments(work.maps, *options.SOLVER),
             loads=values if control == "load" else None,
             approaches=values if control == "approach" else None,
             folder=request[options.FOLDER],
@@ -80,7 +80,7 @@ def _check(request: Request) -> None:
         raise InputError(
             ArgumentRef("from"), " and ", ArgumentRef("to"),
             " must both be loads of one form or both approaches, got "
-            f"{request.given[FROM.name]!r} and {request.given[TO.name]!r}",
+            f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
         )  # fmt: skip
     _steps(request)
 
@@ -88,11 +88,11 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_curve import HELD
 
-    solve_arguments.require_contact(request, shape, HELD)
+    request.require_contact(shape, HELD)
 
 
 def _last(outcome: Outcome) -> dict[str, Any]:
-    curve = outcome.found
+    curve = outcome.result
     step, area = curve.steps[-1], curve.nominal_area
     return {
         "load": step.load,

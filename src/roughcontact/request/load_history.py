@@ -10,8 +10,8 @@ from roughcontact.errors import require_count
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
+from roughcontact.request import options, parsing
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -47,7 +47,7 @@ def _run(request: Request, work: Work) -> Outcome:
         history = load_history(
             work.maps[0],
             stages,
-            **solve_arguments.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+            **request.arguments(work.maps, *options.SOLVER_DOUBLE),
             passes=request[PASSES],
             shift=request[SHIFT],
             folder=request[options.FOLDER],
@@ -67,11 +67,11 @@ def _check(request: Request) -> None:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.studies.load_history import HELD
 
-    solve_arguments.require_contact(request, shape, HELD)
+    request.require_contact(shape, HELD)
 
 
 def _residual(outcome: Outcome, path: Path) -> None:
-    outcome.found.residual.save(path)
+    outcome.result.residual.save(path)
 
 
 TASK = Task(

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import ANY_OF, TABLES, Option, Panel, Rule, file, flag
+from roughcontact.request import options, parsing
+from roughcontact.request.options import ANY_OF, TABLES, Option, Panel, Rule, file, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -44,7 +44,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
     loads = find_load(
         work.maps[0],
-        **solve_arguments.arguments(request, work.maps, *options.SOLVER_DOUBLE),
+        **request.arguments(work.maps, *options.SOLVER_DOUBLE),
         **{option.argument: request[option] for option in _WANTED},
         progress=work.look,
     )
@@ -56,7 +56,7 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact import subsurface_stress
     from roughcontact.studies import load_search
 
-    solve_arguments.require_contact(request, shape, load_search.HELD)
+    request.require_contact(shape, load_search.HELD)
     if request[FIRST_YIELD]:
         boundary = Boundary(request[options.BOUNDARY])
         subsurface_stress.require_memory(shape, boundary=boundary, friction=0.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import read
 from roughcontact.formats.source import pixel_of
 from roughcontact.memory import require_grid
-from roughcontact.request import options, solve_arguments
+from roughcontact.request import options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Values
@@ -38,7 +37,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
     for path in request.inputs:
         say(f"reading {path.name}")
         reading: list[Any] = [requested[option] for option in options.READING]
-        fits = partial(solve_arguments.require_prepared, request)
+        fits = request.require_prepared
         surface = reader(path, fits, *reading)
         if str(path) in request.names:
             known = surface.provenance.known_as(Path(request.names[str(path)]).name)
@@ -46,7 +45,7 @@ def surfaces(request: Request, say: Say, reader: Reader = read.read_announced) -
         maps.append(_prepared(request, requested, surface, path))
     if request.file is None:
         points = requested.needed(options.POINTS)
-        solve_arguments.require(request, points)
+        request.require_memory(points)
         pixel = pixel_of(requested[options.SIZE], points)
         maps.insert(0, requested.needed(options.BODY)(shape=points, pixel=pixel))
     elif form is not None:
@@ -158,7 +157,7 @@ def _prepared(request: Request, requested: Values, surface: Surface, path: Path)
         ny, nx = map(round, grid)
         # A pixel that leaves no map is refused below, before anything is made.
         if min(ny, nx) > 0:
-            solve_arguments.require(request, (ny, nx))
+            request.require_memory((ny, nx))
         surface = surface.resampled(pixel=(pixel, pixel), method="spline")
     turn = requested[options.ROTATE]
     return surface.rotated(turn) if turn % 360 else surface

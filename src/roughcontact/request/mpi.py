@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.ranks import Ranks
-from roughcontact.request import options, outputs, run as runs, solve, solve_arguments
+from roughcontact.request import options, outputs, run as runs, solve
 from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
@@ -29,7 +29,7 @@ def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
         if not is_volume:
             return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
         # The fields by all, pictures and report by the first, which has the maps whole.
-        fields = [(path, outcome.found.save) for path in request.outputs]
+        fields = [(path, outcome.result.save) for path in request.outputs]
 
         def drawn() -> list[Path]:
             tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)
@@ -95,7 +95,7 @@ def _map(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome,
     slab = _read(request, ranks, say)
     result = solving.solve(
         slab,
-        **solve_arguments.arguments(request, (), *options.SOLVER),
+        **request.arguments((), *options.SOLVER),
         load=request.load[0],
         approach=request[options.APPROACH],
         on_failure="return",

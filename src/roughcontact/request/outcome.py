@@ -84,14 +84,14 @@ class Outcome:
     """What a request gave."""
 
     request: Request  # The request
-    found: Any  # Its result
+    result: Any  # Its result
     contact: ContactResult | None = None
     extras: Mapping[str, Any] = field(default_factory=dict)
     written: tuple[Path, ...] = ()  # Files that are complete
     failure: RoughcontactError | None = None  # Why a file could not be written
 
     @property
-    def beside(self) -> dict[str, Any]:
+    def extra_results(self) -> dict[str, Any]:
         """What console and report tell besides, by the names that its kind gives it."""
         names = {"study": "study", "first_yield": "onset"}
         return {new: self.extras[name] for name, new in names.items() if name in self.extras}
@@ -100,7 +100,7 @@ class Outcome:
     def status(self) -> str:
         """``"converged"``, or why the solver stopped."""
         # Sweeps and histories end with an error where a step does not converge.
-        status: str = getattr(self.found, "status", "converged")
+        status: str = getattr(self.result, "status", "converged")
         return status
 
     @property
@@ -118,7 +118,7 @@ class Outcome:
         """How far a solver came that did not converge, and why it stopped."""
         reached, result = "", self.contact
         # The increments of the volume that are told of have settled; the status says which did not.
-        if result is not None and self.found is result:
+        if result is not None and self.result is result:
             reached = (
                 f"certificate {result.certificate:.1e}, tolerance {result.tolerance:.0e}, "
                 f"load error {result.load_error:.1e}; "
@@ -130,7 +130,7 @@ class Outcome:
         from roughcontact.report import kinds
 
         record = self.request.task.record(self)
-        answer = kinds.of(self.found).answer(self.found, **self.beside)
+        answer = kinds.of(self.result).answer(self.result, **self.extra_results)
         return {"answer": answer, **record, "written": [str(path) for path in self.written]}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request.option import PICTURES, Option
+from roughcontact.request.options import PICTURES, Option
 
 Say = Callable[[str], None]
 Writing = tuple[Path, Callable[[Path], object]]

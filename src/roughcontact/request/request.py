@@ -5,21 +5,29 @@ from __future__ import annotations
 import glob
 import math
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact import units
 from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options as shared, outputs, parsing
-from roughcontact.request.option import PICTURES, Option, check
+from roughcontact.request.options import PICTURES, Option, check
+from roughcontact.request.outputs import Say
 from roughcontact.request.parsing import about
-from roughcontact.request.task import Given, Reading, Task
+from roughcontact.request.task import Given, Pieces, Reading, Task
 
 if TYPE_CHECKING:
+    from roughcontact.contact.load_case import GivenLoad
+    from roughcontact.contact.pair import Pair
     from roughcontact.material import hardening
     from roughcontact.material.material import Material
+    from roughcontact.surface.surface import Surface
+
+Move = Callable[[Path], Path]
+"""Returns where a file lies, for the path that was given."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +36,7 @@ class Request(Reading):
 
     task: Task  # What is asked of the maps
     file: Path | None  # The measured map
-    given: Given  # The options that were given, as text, to repeat the run
+    specified: Given  # The options that were given, as text, to repeat the run
     values: Mapping[str, Any]  # Their values
     files: tuple[Path, ...] = ()  # Maps to compare that belong to no group
     names: Mapping[str, str] = field(default_factory=dict)
@@ -80,7 +88,7 @@ class Request(Reading):
         """The command that repeats the run."""
         files = [*([] if self.file is None else [self.file]), *self.files]
         words = ["roughcontact", self.task.name, *map(str, files)]
-        for name, value in self.given.items():
+        for name, value in self.specified.items():
             for text in value if isinstance(value, list) else [value]:
                 words += [f"--{name}"] if text is True else [f"--{name}", str(text)]
         return shlex.join(self.names.get(word, word) for word in words)
@@ -214,14 +222,173 @@ class Request(Reading):
                 error.argument = f"{under}{error.argument}"
             raise
 
+    # --- What it gives to a solve ---
 
-def _hardened(material: Material, given: float | None, requested: parsing.Hardening) -> Material:
-    """Return a material that hardens; ``given`` is the yield strength that was asked for."""
+    def arguments(self, maps: Sequence[Surface], *solver: Option[Any]) -> dict[str, Any]:
+        """Return the arguments that `contact.solve` and its relatives share, but for the load."""
+        material, counter_material = self.bodies()
+        return {
+            "material": material,
+            "counter_material": counter_material,
+            "counter_surface": maps[1] if len(maps) > 1 else None,
+            "ceiling": self.get(shared.CEILING),
+            "boundary": self[shared.BOUNDARY],
+            **self.solver(*solver),
+        }
+
+    def pair(self, maps: Sequence[Surface]) -> Pair:
+        """Return the bodies that are pressed together."""
+        from roughcontact.contact.pair import Pair
+
+        material, counter_material = self.bodies()
+        counter = maps[1] if len(maps) > 1 else None
+        return Pair(maps[0], material, counter, counter_material, self._boundary)
+
+    def force(
+        self, maps: Sequence[Surface], load: Any, argument: str = "load"
+    ) -> tuple[Any, GivenLoad | None]:
+        """Return the force that a load is on the bodies, and how it was given."""
+        from roughcontact.contact import load_case
+
+        pair = self.pair(maps)
+        if pair.is_profile and isinstance(load, float):
+            raise InputError(
+                "is a force, and the file holds a profile: give a load per length such as "
+                "'600 N/mm'",
+                argument=argument,
+            )
+        return load_case.resolve_force(load, pair, argument)
+
+    @property
+    def _boundary(self) -> Boundary:
+        return Boundary(self[shared.BOUNDARY])
+
+    # --- The memory that it needs, requested before its maps are made ---
+
+    def require_prepared(self, shape: tuple[int, int]) -> None:
+        """Raise `InsufficientMemoryError` unless a map can be read, prepared and worked with."""
+        from roughcontact.surface.grid import PREPARED, require_memory
+
+        grid = self.cropped(shape)
+        require_memory(grid, PREPARED, "preparing a map")
+        # Where heights or sides decide it, the grid is known once the map is there.
+        if self[shared.MISSING] == "crop" or self[shared.PIXEL] is not None or self.aligned:
+            return
+        self.require_memory(grid)
+
+    def require_memory(self, shape: tuple[int, int]) -> None:
+        """Raise `InsufficientMemoryError` unless what is asked for can be done on a grid."""
+        if self.task.memory is None:
+            self.require_contact(shape, self.task.held)
+        else:
+            self.task.memory(self, shape)
+        if self.get(shared.REPORT) is not None:
+            from roughcontact.surface.grid import CORRELATED, require_memory
+
+            # Beside the bodies: pressure, gap, and what the roughness takes.
+            require_memory(shape, self._map_count + 2 + CORRELATED, "the report on a map")
+
+    def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
+        """Raise `InsufficientMemoryError` unless a contact fits, with so many maps beside it."""
+        from roughcontact.contact.memory import Room
+
+        precision = str(self.get(shared.PRECISION) or "double")
+        Room(shape, self._boundary, precision, self._map_count + held).require()
+
+    def require_volume(self, shape: tuple[int, int]) -> None:
+        """Raise `InsufficientMemoryError` unless plasticity of the volume fits."""
+        from roughcontact.elastoplastic import problem
+
+        precision = str(self.get(shared.PRECISION) or "single")
+        problem.require(shape, problem.LEAST_LAYERS, boundary=self._boundary, precision=precision)
+
+    @property
+    def _map_count(self) -> int:
+        return 1 + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
+
+    def cropped(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """Return the points that are kept of a map."""
+        crop = self[shared.CROP]
+        if crop is None:
+            return shape
+        rows, columns = (len(range(points)[part]) for part, points in zip(crop, shape, strict=True))
+        return rows, columns
+
+    # --- What it falls into that can be solved separately, in any order, on any machine ---
+
+    def with_relocated_files(self, read: Move, written: Move) -> Request:
+        """Return the same request of files that lie elsewhere."""
+        names: dict[str, str] = {}
+
+        def known(new: str, old: str) -> str:
+            names[new] = self.names.get(old, old)
+            return new
+
+        def word(text: str, name: str) -> str:
+            option = self.task.by_name[name]
+            if option is shared.GROUP:
+                group, words = parsing.group(text, name)
+                paths = (path for item in words for path in matching(item))
+                lie = [known(str(read(path)), str(path)) for path in paths]
+                return known(parsing.group_text(group, lie), text)
+            move = written if option.is_written else read
+            return known(str(move(Path(text))), text)
+
+        specified: dict[str, str | bool | list[str]] = {}
+        for name, value in self.specified.items():
+            if isinstance(value, bool) or not self.task.by_name[name].is_place:
+                specified[name] = value
+            elif isinstance(value, str):
+                specified[name] = word(value, name)
+            else:
+                specified[name] = [word(text, name) for text in value]
+        paths = [path for path in (self.file, *self.files) if path is not None]
+        lie = {path: Path(known(str(read(path)), str(path))) for path in paths}
+        file = None if self.file is None else lie[self.file]
+        files = tuple(lie[path] for path in self.files)
+        return replace(Request.from_text(self.task, file, specified, files), names=names)
+
+    def subtask_ids(self) -> tuple[str, ...]:
+        """Return a word for each piece; none where it is one."""
+        result = self._pieces.of(self) if self.task.pieces else ()
+        return result if len(result) > 1 else ()
+
+    def subtask_inputs(self, word: str) -> tuple[Path, ...]:
+        """Return the files that a piece reads, or without a word the rest where all are found."""
+        file_of = self._pieces.file_of
+        if file_of is None:
+            return tuple(self.inputs)
+        file = file_of(self, word) if word else None
+        return () if file is None else (file,)
+
+    def depends_on(self, word: str) -> tuple[str, frozenset[str]]:
+        """Return the name of what a piece is of, and the options that it has nothing to do with."""
+        written = {option.name for option in self.task.options if option.suffixes}
+        if self._pieces.file_of is None:
+            return word, frozenset(written)
+        file = self._pieces.file_of(self, word)
+        reference = {option.name for option in self._pieces.shared_options}
+        return "" if file is None else file.name, frozenset(written | reference)
+
+    def solve_subtask(self, word: str, say: Say, look: Callable[[Any], None]) -> Any:
+        """Return the result of a piece, which `request.run.run` takes by its word."""
+        return self._pieces.find(self, word, say, look)
+
+    @property
+    def _pieces(self) -> Pieces:
+        assert self.task.pieces is not None
+        return self.task.pieces
+
+
+def _hardened(
+    material: Material, yield_strength: float | None, requested: parsing.Hardening
+) -> Material:
+    """Return a material that hardens; ``yield_strength`` is as specified."""
     from roughcontact.material import hardening
 
     law: hardening.Isotropic
     if requested.law == "swift":
-        law = _swift(given, requested.constants)
+        law = _swift(yield_strength, requested.constants)
     elif material.yield_strength is None:
         name = requested.law or "kinematic"
         raise InputError(
@@ -240,16 +407,16 @@ def _hardened(material: Material, given: float | None, requested: parsing.Harden
     return replace(material, yield_strength=None, hardening=with_back)
 
 
-def _swift(given: float | None, constants: tuple[float, ...]) -> hardening.Swift:
-    """Return Swift's law; ``given`` is the yield strength that was asked for."""
+def _swift(yield_strength: float | None, constants: tuple[float, ...]) -> hardening.Swift:
+    """Return Swift's law; ``yield_strength`` is as specified."""
     from roughcontact.material.hardening import Swift
 
     try:
         swift = Swift(*constants)
     except InputError as error:
         raise about("hardening", error) from None
-    if given is not None and not math.isclose(given, swift.initial, rel_tol=1e-3):
-        first, other = (units.engineering(value, "Pa") for value in (swift.initial, given))
+    if yield_strength is not None and not math.isclose(yield_strength, swift.initial, rel_tol=1e-3):
+        first, other = (units.engineering(value, "Pa") for value in (swift.initial, yield_strength))
         raise InputError(
             f"starts at a yield strength of {first}, but ", ArgumentRef("yield_strength"),
             f" is {other}; leave ", ArgumentRef("yield_strength"), " out", argument="hardening",

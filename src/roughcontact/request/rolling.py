@@ -11,8 +11,8 @@ from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
-from roughcontact.request import options, parsing, solve_arguments
-from roughcontact.request.option import (
+from roughcontact.request import options, parsing
+from roughcontact.request.options import (
     LENGTH,
     ONE_OF,
     TABLES,
@@ -93,8 +93,8 @@ def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.rolling import frame, roll
     from roughcontact.plots.rolling import along_of
 
-    force, specified = solve_arguments.pressed(request, work.maps, *request.load)
-    arguments = solve_arguments.arguments(request, work.maps, *_SOLVER)
+    force, specified = request.force(work.maps, *request.load)
+    arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
     frames: list[Frame] = []
     along = along_of(request[DIRECTION])
@@ -162,7 +162,7 @@ def _check(request: Request) -> None:
     request.require_yield(ArgumentRef("task", request.task.name))
     if not 0 <= request[FRICTION] < math.inf:
         raise InputError(
-            f"must not be negative, got {request.given[FRICTION.name]!r}", argument="friction"
+            f"must not be negative, got {request.specified[FRICTION.name]!r}", argument="friction"
         )
     if request[FOLDER] is None and _leaves_series(request):
         raise InputError("is needed for .pvd, which holds its steps", argument="folder")
@@ -171,7 +171,7 @@ def _check(request: Request) -> None:
 def _movie(outcome: Outcome, path: Path) -> None:
     from roughcontact.plots import rolling
 
-    rolling.save(outcome.found, outcome.extras["frames"], path)
+    rolling.save(outcome.result, outcome.extras["frames"], path)
 
 
 def _figures(_: Request) -> tuple[str, ...]:
@@ -205,7 +205,7 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     run=_run,
     rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
     check=_check,
-    memory=solve_arguments.require_volume,
+    memory=Request.require_volume,
     writes=((MOVIE, _movie),),
     figures=_figures,
 )  # fmt: skip

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.request import contacts, outputs, solve_arguments
+from roughcontact.request import contacts, outputs
 from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
 from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
@@ -56,7 +56,7 @@ def shared_runner() -> Iterator[Callable[..., Outcome]]:
         def read(request: Request, say: Say) -> Sequence[Surface]:
             words = prepared_by(request)
             if words in known:
-                solve_arguments.require(request, known[words][0].shape)
+                request.require_memory(known[words][0].shape)
             else:
                 known[words] = prepared(request, say)
             return known[words]
@@ -86,7 +86,7 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
     """Yield the files that were asked for, with what writes them."""
     from roughcontact.report import kinds
 
-    request, result = outcome.request, outcome.found
+    request, result = outcome.request, outcome.result
     for path in request.outputs:
         yield path, result.save
     for option, save in request.task.writes:
@@ -94,7 +94,7 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        write = partial(kinds.report, edition=edition_of(request), **outcome.beside)
+        write = partial(kinds.report, edition=edition_of(request), **outcome.extra_results)
         yield report, partial(write, result)
     requested = list(request.figures())
     drawings = kinds.drawings(result) if requested else {}

@@ -9,8 +9,8 @@ from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import options, outputs, parsing, solve_arguments
-from roughcontact.request.option import (
+from roughcontact.request import options, outputs, parsing
+from roughcontact.request.options import (
     EXCLUDES,
     NEEDS,
     Option,
@@ -92,11 +92,11 @@ def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
     """Return the contact that a request asks for, or the best found."""
     from roughcontact.contact.solve import solve
 
-    force, specified = solve_arguments.pressed(request, work.maps, *request.load)
+    force, specified = request.force(work.maps, *request.load)
     point = request[options.LOAD_POINT]
     result = solve(
         work.maps[0],
-        **solve_arguments.arguments(request, work.maps, *_SOLVER),
+        **request.arguments(work.maps, *_SOLVER),
         load=force,
         approach=request[options.APPROACH],
         moments=None if point is None else (force * point[0], force * point[1]),
@@ -127,12 +127,12 @@ def _volume(request: Request, work: Work) -> Outcome:
     from roughcontact.elastoplastic.result import PathPoint
     from roughcontact.elastoplastic.solve import solve_elastoplastic
 
-    load, specified = solve_arguments.pressed(request, work.maps, *request.load)
+    load, specified = request.force(work.maps, *request.load)
     steps = request[INCREMENTS]
     way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
     loads = [point.load for point in way]
     loads += [0.0] * request[UNLOAD]
-    arguments = solve_arguments.arguments(request, work.maps, *_SOLVER)
+    arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
     with work.keeping("step-*.nc") as (watch, reused):
         result = solve_elastoplastic(
@@ -171,11 +171,11 @@ def record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
     from roughcontact.studies import uncertainty
 
-    record = tables.record(outcome.found)
+    record = tables.record(outcome.result)
     study = outcome.extras.get(STUDY.name)
     if study is not None:
         record["study"] = study.summary()
-    if outcome.contact is not None and outcome.found is outcome.contact:
+    if outcome.contact is not None and outcome.result is outcome.contact:
         result = uncertainty.uncertainty_intervals(outcome.contact, study)
         record["intervals"] = {interval.name: interval.summary() for interval in result}
     return record
@@ -190,9 +190,9 @@ def _figures(request: Request) -> tuple[str, ...]:
 
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     if request[MODEL] == VOLUME_MODEL:
-        solve_arguments.require_volume(request, shape)
+        request.require_volume(shape)
     else:
-        solve_arguments.require_contact(request, shape)
+        request.require_contact(shape)
 
 
 # --- A contact on other grids, with other filters and ceilings ---
@@ -206,7 +206,7 @@ def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
         return resolution_study.together([work.known[word] for word in part_names(request)])
     return resolution_study.resolution_study(
         work.maps[0],
-        **solve_arguments.arguments(request, work.maps, *_STUDY_SOLVER),
+        **request.arguments(work.maps, *_STUDY_SOLVER),
         load=load,
         progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
     )
@@ -231,9 +231,9 @@ def found_of(request: Request, word: str, say: Say, look: Look) -> ResolutionStu
     from roughcontact.studies.resolution_study import part_of
 
     maps = surfaces(request, say)
-    load, _ = solve_arguments.pressed(request, maps, *request.load)
+    load, _ = request.force(maps, *request.load)
     terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
-    return part_of(word, solve_arguments.pair_of(request, maps), terms, look)
+    return part_of(word, request.pair(maps), terms, look)
 
 
 # --- The task ---

@@ -9,8 +9,8 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, parsing, solve, solve_arguments
-from roughcontact.request.option import Option, Panel, file, flag
+from roughcontact.request import options, parsing, solve
+from roughcontact.request.options import Option, Panel, file, flag
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -74,7 +74,7 @@ def _naming_body() -> Iterator[None]:
 def _memory(request: Request, shape: tuple[int, int]) -> None:
     from roughcontact.contact.subsurface_stress import require_memory
 
-    solve_arguments.require_contact(request, shape)
+    request.require_contact(shape)
     boundary = Boundary(request[options.BOUNDARY])
     require_memory(shape, boundary=boundary, friction=request[FRICTION])
 
@@ -82,9 +82,9 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
 def _record(outcome: Outcome) -> dict[str, Any]:
     from roughcontact.formats import tables
 
-    if outcome.found is outcome.contact:
+    if outcome.result is outcome.contact:
         return solve.record(outcome)
-    record = {**tables.record(outcome.found.solution), "stress": outcome.found.summary()}
+    record = {**tables.record(outcome.result.solution), "stress": outcome.result.summary()}
     if "first_yield" in outcome.extras:
         record["first_yield"] = outcome.extras["first_yield"].summary()
     return record

@@ -8,8 +8,9 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, parsing, solve, solve_arguments
-from roughcontact.request.option import (
+from roughcontact.request import options, solve
+from roughcontact.request.contacts import FRICTION
+from roughcontact.request.options import (
     LENGTH,
     NEEDED,
     ONE_OF,
@@ -40,9 +41,6 @@ def _forces(text: str, argument: str) -> tuple[str, ...]:
     return parts
 
 
-FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
-)  # fmt: skip
 FORCE = Option(
     "force", Panel.BODIES, "FORCES",
     'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None,
@@ -61,7 +59,7 @@ _ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION)
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.tangential import tangential
 
-    if not solve_arguments.pair_of(request, work.maps).is_profile:
+    if not request.pair(work.maps).is_profile:
         Boundary(request[options.BOUNDARY]).require_tangential()
     contact = solve.contact(request, work, calibrated=False)
     contact = replace(contact, extra_cautions=work.extra_cautions)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from roughcontact.errors import ArgumentRef
-from roughcontact.request.option import Option, Rule
+from roughcontact.request.options import Option, Rule
 
 T = TypeVar("T")
 
@@ -137,11 +137,11 @@ class Pieces:
     of: Callable[[Any], tuple[str, ...]]  # `of(request)` returns a word for each piece
     find: Callable[..., Any]  # `find(request, word, say, look)` returns what is found of one
     file_of: Callable[[Any, str], Path | None] | None = None
-    beside: tuple[Option[Any], ...] = ()  # Options that say nothing of any one piece
+    shared_options: tuple[Option[Any], ...] = ()  # Options that say nothing of any one piece
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:
-    result: dict[str, Any] = outcome.found.summary()
+    result: dict[str, Any] = outcome.result.summary()
     return result
 
 

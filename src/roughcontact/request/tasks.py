@@ -23,7 +23,7 @@ from roughcontact.request import (
     subsurface_stress,
     tangential,
 )
-from roughcontact.request.option import Option, Panel, file, flag
+from roughcontact.request.options import Option, Panel, file, flag
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 

@@ -313,7 +313,7 @@ def compare(
         "tolerance": tolerance,
         "max_iterations": max_iterations,
     }
-    wanted = asked(pressure, steps, preload_pressure, problem)
+    wanted = build_load_case(pressure, steps, preload_pressure, problem)
     wanted.check({name: len(surfaces) for name, surfaces in groups.items()}, paired)
     pressed = {}
     for name, surfaces in groups.items():
@@ -379,7 +379,7 @@ class MapLoadCase:
         return Comparison(result, self.pressures, paired or self.before is not None, self.before)
 
 
-def asked(
+def build_load_case(
     pressure: Quantity, steps: int, preload_pressure: Quantity | None, problem: Mapping[str, Any]
 ) -> MapLoadCase:
     """Return what each map is put under; arguments and errors as of `compare`."""

@@ -536,14 +536,14 @@ class Parameter:
     """A parameter of a generated map."""
 
     name: str  # Symbol of the standard, or `"hurst"`
-    asked: float  # What was asked for, SI units
-    found: float  # What the map has
+    requested: float  # What was asked for, SI units
+    measured: float  # What the map has
 
     @property
     def missed(self) -> float:
         """By how much: relative, but for a skewness below 1; NaN where the map does not show it."""
-        scale = max(abs(self.asked), 1.0) if self.name == "Ssk" else abs(self.asked)
-        by = self.found - self.asked
+        scale = max(abs(self.requested), 1.0) if self.name == "Ssk" else abs(self.requested)
+        by = self.measured - self.requested
         return by if scale == 0 else by / scale
 
     @property

@@ -78,7 +78,7 @@ pixel : (float, float), optional
     Pixel edges ``(dy, dx)`` [m]; given with ``shape``.
 center : (float, float), optional
     Place of the axis ``(row, column)``; the middle of the grid without it.
-**given
+**sizes
     ``{size}`` without ``size``{option}.
 
 Returns
@@ -134,12 +134,12 @@ class Form:
         shape: tuple[int, int],
         pixel: Quantities,
         center: tuple[float, float] | None = None,
-        **given: Any,
+        **sizes: Any,
     ) -> Surface: ...
 
     @overload
     def __call__(
-        self, size: Any = None, /, *, center: tuple[float, float] | None = None, **given: Any
+        self, size: Any = None, /, *, center: tuple[float, float] | None = None, **sizes: Any
     ) -> NominalBody: ...
 
     def __call__(
@@ -150,18 +150,19 @@ class Form:
         shape: tuple[int, int] | None = None,
         pixel: Quantities | None = None,
         center: tuple[float, float] | None = None,
-        **given: Any,
+        **sizes: Any,
     ) -> Surface | NominalBody:
         """Return the body: on a grid, or without one."""
-        given = self._checked([*([] if size is None else [(self.size, size)]), *given.items()])
+        specified = [*([] if size is None else [(self.size, size)]), *sizes.items()]
+        sizes = self._checked(specified)
         if shape is None and pixel is None:
-            return NominalBody(self, center=center, **given)
+            return NominalBody(self, center=center, **sizes)
         if shape is None or pixel is None:
             missing = "shape" if shape is None else "pixel"
             raise InputError("is needed for a grid; leave out both for none", argument=missing)
         edges = quantity(pixel, "length", "pixel")
-        heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **given)
-        sizes = {name: given[name] for name in (self.size, self.option) if name}
+        heights: Array = getattr(shapes, self.name)(shape, edges, center=center, **sizes)
+        sizes = {name: sizes[name] for name in (self.size, self.option) if name}
         beyond = int(np.count_nonzero(np.isnan(heights)))
         origin = Operation(
             f"nominal.{self.name}",

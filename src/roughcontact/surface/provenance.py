@@ -378,7 +378,7 @@ def _sentences(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (specified["text"],)
 
 
-def _nothing(given: _Said, found: _Said) -> tuple[str, ...]:
+def _nothing(specified: _Said, result: _Said) -> tuple[str, ...]:
     return ()
 
 
