@@ -118,7 +118,7 @@ def _prepare(app: Sphinx) -> None:
     explanations = Path(roughcontact.__file__).with_name("explanations.toml")
     paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))
     (generated / "messages.md").write_text(
-        "".join(f"## {tag}\n\n{paragraphs[tag]}\n\n" for tag in sorted(paragraphs)),
+        "".join(f"## {tag}\n\n{_with_indices(paragraphs[tag])}\n\n" for tag in sorted(paragraphs)),
         encoding="utf-8",
     )
     for name, kinds in (
@@ -145,16 +145,18 @@ def _table(path: Path, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> No
 
 
 def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
-    """Set the indices of symbols, which the pages hold as they are typed."""
+    """Set the indices of symbols on pages in Markdown."""
     if app.env.doc2path(name).suffix == ".md":
-        # What a console printed stays as it was.
-        parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", source[0], flags=re.DOTALL | re.MULTILINE)
-        for letter, index in ("σ", "Y"), ("P", "c"), ("p", "y"):
-            parts[::2] = (
-                part.replace(f"{letter}_{index}", f"{letter}{{sub}}`{index}`")
-                for part in parts[::2]
-            )
-        source[0] = "".join(parts)
+        source[0] = _with_indices(source[0])
+
+
+def _with_indices(text: str) -> str:
+    """Set the indices of symbols, which pages hold as they are typed, but not in code."""
+    parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", text, flags=re.DOTALL | re.MULTILINE)
+    for letter, index in ("σ", "Y"), ("P", "c"), ("p", "y"):
+        set_as = f"{letter}{{sub}}`{index}`"
+        parts[::2] = (part.replace(f"{letter}_{index}", set_as) for part in parts[::2])
+    return "".join(parts)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

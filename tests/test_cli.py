@@ -831,6 +831,15 @@ def test_info_tells_size_and_roughness(holed: Path, capsys: Capture) -> None:
     assert len(told["channels"]) == 1
 
 
+def test_info_advises_options_of_solve(tmp_path: Path, capsys: Capture) -> None:
+    waves, (pixel, _) = roughcontact.reference_map(64)
+    noise = 0.02 * waves.std() * np.random.default_rng(3).normal(size=waves.shape)
+    np.save(tmp_path / "noisy.npy", waves + noise)
+    size = f"{64 * pixel} m"
+    assert app.main(["info", str(tmp_path / "noisy.npy"), "--unit", "m", "--size", size]) == 0
+    assert "Use --s-filter '" in capsys.readouterr().out
+
+
 @needs_reader
 def test_info_prints_the_table_of_a_measured_file(capsys: Capture) -> None:
     assert app.main(["info", measurement("uncd_afm.001"), "--verbose"]) == app.SOLVED

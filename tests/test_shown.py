@@ -12,6 +12,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import plots
+from roughcontact.report import phrases
 from roughcontact.result import Displayable
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
@@ -64,6 +65,37 @@ def test_a_notebook_shows_the_same_numbers_and_a_picture(
     assert ("data:image/png;base64," in shown) == (kind != "LoadSearch")
     # The name of a file is no markup.
     assert "<ground>" not in shown
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_session_is_advised_in_the_words_of_python(kind: str, objects: dict[str, Any]) -> None:
+    assert "--" not in repr(objects[kind])
+
+
+def test_a_leak_rate_names_the_arguments_that_scale_it(objects: dict[str, Any]) -> None:
+    leak = rc.leakage(objects["ContactResult"], viscosity="1 mPa s", pressure_difference="1 bar")
+    assert "of the land: seal_width, seal_length" in repr(leak)
+    assert "--" not in repr(leak)
+
+
+def test_the_load_of_first_yield_is_the_answer() -> None:
+    first = rc.first_yield_load(surface(), material=STEEL)
+    load = phrases.size(first.solution.load, "N")
+    assert repr(first).splitlines()[1].startswith(f"  First yield at {load} (")
+
+
+def test_a_study_answers_first() -> None:
+    study = rc.resolution_study(rc.Surface(*rc.reference_map(64)), material=STEEL, load=1.0)
+    assert repr(study).splitlines()[1].strip().startswith(("Independent", "Not converged"))
+
+
+def test_shares_above_all_have_no_exponent() -> None:
+    rough = [rc.Surface(*rc.reference_map(32, seed)) for seed in range(3)]
+    rougher = [rc.Surface(4.5 * one.heights, one.pixel) for one in rough]
+    groups = {"a": rough, "b": rougher}
+    shown = repr(rc.compare(groups, material=STEEL, pressure="50 MPa", steps=1))
+    assert "+350 % (" in shown
+    assert "e+0" not in shown
 
 
 def test_what_makes_numbers_wrong_stands_beside_them() -> None:

@@ -82,69 +82,66 @@ def solve(
     calibrated: bool = True,
     workers: int | None = None,
 ) -> ContactResult:
-    """Press a rough body against another one and return pressure, contact and gap.
+    """Solve the contact of two bodies: pressure, real contact area and gap.
 
     Parameters
     ----------
     surface : Surface or Slab
-        Heights of the rough body, without unhandled holes. Of a map that several processes hold
-        each gives its `Slab`, and all call this; moments, a measured counter-surface, a map of
-        ceilings, a recommended or calibrated one and a start need the map in one process.
+        Heights of the rough body, without missing points. Under MPI every process calls this with
+        its `Slab`. Moments, a measured counter-surface, a map of ceilings, a calibrated ceiling
+        and ``initial_guess`` need the map in one process.
     material, counter_material : Material
-        Of the rough body and of its counter-body.
+        Material of the rough body and of its counter-body, or its name in the catalog, as
+        ``"42CrMo4"``; the counter-body is rigid by default.
     load : float, str, quantity of pint, NominalPressure, LineLoad or HertzPressure
-        Normal load W: a number in N, or with its unit, as ``"50 N"``; give either this or
-        ``approach``. All lengths, forces and pressures are taken like this. A pressure, as
-        ``"20 MPa"``, acts on the area of the whole map, a load per length, as ``"600 N/mm"``, on
-        the length of the map along a nominal cylinder, and ``"hertz 1.5 GPa"`` is the load at
-        which the nominal bodies, smooth, would have that peak pressure. Of a profile the load per
-        length, in N/m or as ``"600 N/mm"``.
+        Normal load W: a number in N, or a text with its unit, as all quantities. Give either this
+        or ``approach``. ``"50 N"`` is a force, ``"20 MPa"`` a pressure on the area of the whole
+        map, ``"600 N/mm"`` a load per length of the map along a nominal cylinder.
+        ``"hertz 1.5 GPa"`` is the load at which the smooth nominal bodies have this peak
+        pressure. A profile takes a load per length, in N/m or as ``"600 N/mm"``.
     approach : float, str or quantity of pint
         Approach ω of the bodies from the first touch [m].
     moments : (float, float), optional
-        Moments ``(W y, W x)`` [N·m] of the load about the map center: a load that acts at
-        the point (y, x) away from it, ``(0, 0)`` for one in the middle. The bodies then tilt
-        until the pressure balances them. Without it they do not tilt, whatever the moments.
+        Moments ``(W y, W x)`` [N·m] of a load at the point (y, x) from the map center. The
+        bodies tilt until the pressure balances them. Without it they do not tilt.
     counter_surface : Surface or nominal body, optional
-        Heights of the counter-body on the same grid, laid on the first map point by point
-        (mirror a map that was measured from its own front), or a body such as
-        ``rc.sphere("6 mm")``; a flat without it.
+        Heights of the counter-body on the same grid, point by point over the first map (mirror a
+        map that was measured from its own front), or a body such as ``rc.sphere("6 mm")``; a
+        flat by default.
     ceiling : "auto", "calibrated", float, str, quantity of pint, array_like or None
-        Largest pressure [Pa], one for all or one a pixel; or a hardness, as ``"62 HRC"``.
-        ``"auto"`` is the smaller of the bodies' ceilings, three times the yield strength or,
-        without one, the hardness; no ceiling where none is known. ``"calibrated"`` begins with
-        that and solves again until the ceiling
-        is the one that gives the contact area of plasticity in the volume, see
-        `recommended_ceiling`; a contact below first yield keeps the first. ``None`` is purely
-        elastic.
+        Largest pressure [Pa], a number or an array of one per pixel; or a hardness, as
+        ``"62 HRC"``. ``"auto"`` is the smaller ceiling of the bodies: three times the yield
+        strength or, without one, the hardness; none if neither is known. ``"calibrated"`` starts
+        with that and repeats the solve until the ceiling reproduces the contact area of the
+        elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic.
     boundary : {"free", "periodic", "periodic-x", "periodic-y"}
-        Whether the map is all there is, or one period of an endless surface, or of a strip that
-        is endless along one axis and ends along the other; see `Boundary`.
+        Whether the body ends with the map, or the map is one period of an endless surface, or of
+        a strip that is endless along one axis; see `Boundary`.
     tolerance : float, optional
         Certificate ε at which the result counts as converged; 1e-6, or 1e-4 in single precision.
     max_iterations : int
-        Most convolutions on any one grid (two more may be needed to judge the best pressure).
+        Maximum number of convolutions per grid (two more may be needed to check the result).
     precision : {"double", "single"}
-        Arithmetic of the transforms; single needs about two thirds of the memory and promises a
-        certificate of 1e-4 (it usually reaches some 1e-6).
+        Arithmetic of the transforms; single needs about two thirds of the memory, with a
+        certificate of 1e-4 (it usually reaches a few 1e-6).
     initial_guess : ContactResult or array_like of shape (ny, nx), optional
-        Solution of a nearby problem on the same grid, or its pressure [Pa], to start from.
+        Solution of a similar problem on the same grid, or its pressure [Pa].
     on_failure : {"raise", "return"}
-        What to do with a result above the tolerance.
+        Response to a result above the tolerance.
     on_interrupt : {"raise", "return"}
-        What to do at Ctrl-C: raise ``KeyboardInterrupt``, or return the best found so far, which
-        has not converged.
+        Response to Ctrl-C: raise ``KeyboardInterrupt``, or return the best result so far, marked
+        as not converged.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`, whose step is a `Step`, every time the solver has checked the
         whole map.
     calibrated : bool
-        Whether to solve again under the calibrated ceiling, see `recommended_ceiling`, where it
-        changes the contact area. ``calibrated`` of the result holds its areas and gap. It takes
-        about half as long as the solve itself.
+        Whether to solve again under the calibrated ceiling (`recommended_ceiling`) if it changes
+        the contact area, for ``calibrated`` of the result. It takes about half as long as the
+        solve itself.
     workers : int, optional
-        Threads; by default the cores that the process may use, shared with other processes
-        it on the machine that hold the same map.
+        Threads; by default the cores available to the process, shared among MPI processes of one
+        machine.
 
     Returns
     -------
@@ -156,12 +153,12 @@ def solve(
     InputError
         If an argument cannot be used; the message names it and its value.
     CapacityError
-        If the load exceeds the ceiling times the area, the recommended one included, nothing can
-        touch, or no pressure balances the moments.
+        If the load exceeds the ceiling times the area, no contact is possible, or no pressure
+        balances the moments.
     InsufficientMemoryError
-        If the problem does not fit into the memory that is free.
+        If the problem does not fit into the free memory.
     ConvergenceError
-        If the tolerance was not reached; its ``result`` is the best found.
+        If the tolerance was not reached; its ``result`` is the best one.
 
     Examples
     --------

@@ -455,7 +455,7 @@ def first_yield_load(
     initial_load: Quantity | None = None,
     tolerance: float = 1e-3,
 ) -> StressResult:
-    """Return the contact at the load at which the first point of a body yields.
+    """Return the contact and the stress at the load of first yield.
 
     Parameters
     ----------

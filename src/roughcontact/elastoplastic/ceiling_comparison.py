@@ -47,7 +47,7 @@ _NOTHING = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class ModelComparison:
-    """The same loads by ceilings and by plasticity of the volume.
+    """Results of the ceiling model and the elastoplastic model at the same loads.
 
     Arrays over ceilings and loads have the shape (k, n).
 
@@ -236,7 +236,7 @@ def compare_models(
     increments: int | str = AUTO,
     progress: Tell = None,
 ) -> ModelComparison:
-    """Solve the same loads with ceilings and with plasticity of the volume.
+    """Solve the same loads with several ceilings and with the elastoplastic model.
 
     Parameters
     ----------

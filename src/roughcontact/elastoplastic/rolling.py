@@ -357,7 +357,7 @@ def roll(
     progress: Tell = None,
     on_step: Callable[[int, int, ElastoplasticResult], object] | None = None,
 ) -> RollingResult:
-    """Pass a counter-body over a body again and again, both of which may yield.
+    """Move a counter-body repeatedly over a body; both may yield.
 
     Parameters
     ----------
@@ -368,35 +368,35 @@ def roll(
     counter_surface : Surface or nominal body
         Heights of the counter-body at the start of a pass, or its form.
     load : float, str or quantity of pint
-        Normal load on the whole way [N].
+        Normal load during the whole pass [N].
     passes : int
         Maximum number; forward and backward count as two. Passes end with the first that adds no
-        plastic strain, or the second in a row of reciprocating ones.
+        plastic strain, or with the second in a row if reciprocating.
     steps : int
         Steps of a pass.
     travel : float, str or quantity of pint
         Length of a pass [m]; by default one period of the map along ``direction``.
     direction : float
-        Where the counter-body moves [degrees], counter-clockwise from x as seen in the map.
+        Travel direction of the counter-body [degrees], counterclockwise from x as seen in the
+        map.
     reciprocating : bool
-        Whether every other pass goes back, instead of starting again.
+        Whether the travel direction alternates, instead of each pass starting again.
     start_at_center : bool
-        Whether the way lies half before and half behind the place of the counter-surface, in place
-        of all of it before.
+        Whether the counter-surface starts at the center of the travel, instead of its start.
     friction : float
-        Coefficient μ of full sliding; the traction on the rough body points to where the
-        counter-body moves.
+        Coefficient μ of full sliding; the traction on the rough body points in the travel
+        direction.
     folder : path, optional
         Folder for the state after every step, one folder per pass; the same call resumes from
         there and ends with the same numbers.
     on_step : callable, optional
-        ``on_step(number, step, state)`` is called after each step of each pass, with those that
-        whole in the folder, too. The folder then keeps all of them whole.
+        ``on_step(number, step, state)`` is called after each step of each pass, and for the
+        complete states of an earlier run. The folder then keeps every state complete.
 
     Returns
     -------
     Rolling
-        The last state, and what each pass did.
+        The last state, and a summary of each pass.
 
     Raises
     ------
@@ -555,7 +555,7 @@ def shakedown_load(
     passes: int = 6,
     **options: Any,
 ) -> tuple[float, float]:
-    """Return a bracket of the largest load that repeated passes shake down under.
+    """Return a bracket of the largest load of elastic shakedown.
 
     Parameters
     ----------

@@ -262,7 +262,7 @@ def solve_elastoplastic(
     on_step: Callable[[int, ElastoplasticResult], object] | None = None,
     ranks: Any = None,
 ) -> ElastoplasticResult:
-    """Press bodies together that yield in their volume, along a path of loads.
+    """Solve a contact with plastic strain below the surface, along a path of loads.
 
     Parameters
     ----------
@@ -285,7 +285,7 @@ def solve_elastoplastic(
     counter_surface : Surface or nominal body, optional
         Heights of the counter-body on the same grid, or its form; a flat without it.
     boundary : {"free", "periodic"}
-        Whether the map is all there is, or one period of an endless surface.
+        Whether the body ends with the map, or the map is one period of an endless surface.
     increments : int or "auto"
         Equal steps to ``load``; ``loads`` are then visited in order. "auto": to each of them
         enough to keep the step error below 1 % of approach and contact area,
@@ -306,7 +306,7 @@ def solve_elastoplastic(
     start : ElastoplasticResult, optional
         Result to resume from: same bodies, same boundary.
     on_failure : {"raise", "return"}
-        What to do if the path cannot be followed to its end.
+        Response to a path that cannot be followed to its end.
     folder : path, optional
         Where the state at every requested load is saved as soon as it is reached, as
         ``step-0001.nc`` and so on; made if it does not exist. Where the counter-surface moves or
@@ -318,10 +318,10 @@ def solve_elastoplastic(
         called with a `Progress` after every iteration, and once for what stood in the folder; its
         ``step`` is a `roughcontact.elastoplastic.increments.IterationInfo`.
     on_step : callable, optional
-        ``each(number, state)`` is called at every requested load, with those that stand whole in
-        the folder, too. The folder then keeps all of them whole.
+        ``on_step(number, state)`` is called at every requested load, and for the complete states
+        in the folder. The folder then keeps every state complete.
     ranks : mpi4py.MPI.Comm, optional
-        Of processes that share the volume, each with every so many-th layer of it. All of them
+        Communicator of processes that share the layers of the volume. All of them
         call this with the same arguments and a load or loads, without a folder, and get the same
         numbers, to the bit those of one process; of the fields of the volume each has its layers,
         see `roughcontact.elastoplastic.plastic_body.SharedBody`.

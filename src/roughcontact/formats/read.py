@@ -65,36 +65,34 @@ def read_surface(
         ``.txt``, ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
         SurfaceTopography; packed by gzip or not.
     format : str, optional
-        Name of the format or one of its suffixes, see `SUFFIXES`; by default the suffix
-        of the file, unless its content is plainly another.
+        Name of the format or one of its suffixes, see `SUFFIXES`; by default that of the
+        suffix of the file, unless its content is plainly another.
     channel : str or int, optional
-        Name or index of the height channel; by default the one the file proposes, or its first
-        height channel.
+        Name or index of the height channel; by default the default channel of the file, or its
+        first height channel.
     unit : str, optional
-        Unit of the heights, such as ``"um"``; for files that do not give it, and only these, but
-        for texts of other programs, whose own it replaces. If a map gives lengths of its sides,
-        or coordinates, but no unit, they are in this unit as well. Two columns of a profile need
-        both, positions first, ``"mm, um"``, unless the file gives that of the positions.
+        Unit of the heights, such as ``"um"``, for files without one. It replaces the unit of a
+        text of another program, and is rejected for other files with a unit. Sides or
+        coordinates without a unit are in this unit, too. Two columns of a profile need two,
+        positions first, ``"mm, um"``, unless the file gives the unit of the positions.
     size : (float, float) or str, optional
         Lengths of the sides ``(y, x)`` [m], or with their units, ``"0.1 mm x 0.2 mm"``;
-        one length for a square grid. For files that do not give it, and only these unless
-        ``override_size``.
+        one length for a square map. For files without a size, or with ``override_size``.
     override_size : bool
-        Whether ``size`` counts although the file gives one itself, as is needed where that is
-        wrong; the provenance keeps both.
+        Whether ``size`` replaces a wrong size in the file; the provenance lists both.
 
     Returns
     -------
     Surface
-        Heights [m] and pixel ``(dy, dx)`` [m], NaN where the file marks a point as missing. Rows
-        run along y in the direction in which the reader delivers them.
+        Heights [m] and pixel ``(dy, dx)`` [m], NaN where the file marks a point as missing. The
+        first index is y, in the order of the reader.
 
     Raises
     ------
     FormatError
-        If the file is missing, empty, damaged, of another type, or holds no height map.
+        If the file is missing, empty, damaged, of another type, or contains no height map.
     InputError
-        If unit, size or channel are needed and not given, or given and contradicted.
+        If unit, size or channel are missing, or contradict the file.
 
     Notes
     -----
@@ -221,15 +219,15 @@ def _suffix(path: Path) -> str:
 def read_result(
     path: str | os.PathLike[str], *, verify: bool = False
 ) -> ContactResult | ElastoplasticResult | RollingResult:
-    """Read the result that a NetCDF file holds.
+    """Read a result from a NetCDF file.
 
     Parameters
     ----------
     path : str or path
         A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
     verify : bool
-        Whether to compute load, gap and certificate of the contact again from its pressures and
-        heights, with one application of the operator.
+        Whether to recompute load, gap and certificate from pressures and heights, with one
+        application of the operator.
 
     Returns
     -------
@@ -239,8 +237,8 @@ def read_result(
     Raises
     ------
     FormatError
-        If the file is missing, damaged, changed or not a result of this program, or does not hold
-        the solution that it claims to be.
+        If the file is missing, damaged, changed or not a result of this program, or its solution
+        fails the verification.
     InsufficientMemoryError
         If there is not enough memory to verify it.
 

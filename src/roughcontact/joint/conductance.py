@@ -433,15 +433,15 @@ def conductance(
     electrical_film: Quantity = 0.0,
     thermal_film: Quantity = 0.0,
 ) -> Conductance:
-    """Return the electrical and thermal resistance of a contact.
+    """Return electrical resistance and thermal conductance of a contact.
 
     Parameters
     ----------
     contacts : ContactResult or iterable of ContactResult
-        Solutions of one pair of bodies under one load or several. One at a time is used, and
-        that under the largest load is kept.
+        Solutions of one pair of bodies under one or several loads; an iterator needs memory for
+        one at a time.
     conductor, counter_conductor : Conductor or str
-        Conductors of the bodies, or their names in the catalog of materials.
+        Conductors of the bodies, or their names in the catalog.
     electrical_film : float, str or quantity of pint
         Electrical resistance of a film on the contact times its area [Ω m²].
     thermal_film : float, str or quantity of pint
@@ -455,8 +455,8 @@ def conductance(
     Raises
     ------
     InputError
-        If neither the resistivity nor the conductivity of both bodies is known, a film lacks that
-        which it needs, the contacts are of different bodies, or the bodies are profiles.
+        If neither the resistivity nor the conductivity of both bodies is known, a film has no
+        matching property, the contacts belong to different bodies, or the bodies are profiles.
     ConvergenceError, InsufficientMemoryError
         As for `roughcontact.contact.stiffness.unloading_stiffness`.
 

@@ -358,7 +358,7 @@ def estimate(
     Parameters
     ----------
     surface : Surface, optional
-        A map, leveled and without holes, whose parameters count where none is given below.
+        A leveled map without missing points; its parameters replace those that are not given.
     pressure : float, str or quantity of pint
         Load over nominal area [Pa].
     material, counter_material : Material

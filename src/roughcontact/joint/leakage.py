@@ -292,33 +292,33 @@ def leakage(
     seal_width: Quantity | None = None,
     seal_length: Quantity | None = None,
 ) -> Leakage:
-    """Return the leakage through the gap of a contact.
+    """Return leak rate, permeability and flow factors of the gap of a contact.
 
     Parameters
     ----------
     contacts : ContactResult or iterable of ContactResult
-        Solutions of one pair of bodies under one load or several. One at a time is used, and
-        that under the largest load is kept.
+        Solutions of one pair of bodies under one or several loads; an iterator needs memory for
+        one at a time.
     flow_axis : {"y", "x"}, optional
-        Along which the fluid flows; by default both, one after the other.
+        Axis of the flow; by default both, separately.
     viscosity : float, str or quantity of pint, optional
         η of the fluid [Pa s].
     pressure_difference : float, str or quantity of pint, optional
         Between inlet and outlet [Pa].
     seal_width, seal_length : float, str or quantity of pint, optional
-        Of the face that leaks, across the flow and along it [m], of which the map is a part; by
-        default those of the map.
+        Dimensions of the sealing face across the flow and along it [m]; by default those of the
+        map.
 
     Returns
     -------
     Leakage
-        Permeability, flow factors, narrowest place and leak rate under each load.
+        Permeability, flow factors, narrowest constriction and leak rate under each load.
 
     Raises
     ------
     InputError
         If a quantity is not positive, only one of viscosity and pressure difference is given, the
-        direction is none, the contacts are of different maps, or the bodies are profiles.
+        axis is unknown, the contacts belong to different maps, or the bodies are profiles.
     ConvergenceError
         As for `roughcontact.joint.flow.flow`.
 

@@ -50,11 +50,11 @@ class Material(Renamed):
         such as ``"62 HRC"``, see `hardness.ceiling`; the ceiling where there is no yield strength,
         as for ceramics.
     hardening : Perfect, Linear, Swift, Tabulated or Kinematic, optional
-        How the yield strength grows with the plastic strain; its first value is taken for
+        Growth of the yield strength with the plastic strain; its first value is the
         ``yield_strength``. Without it see ``law``.
     caveat : str
-        What the material is that no contact here includes, such as ``viscoelastic``; every result
-        has a caution about it.
+        Behavior that the model does not include, such as ``viscoelastic``; every result has a
+        caution about it.
 
     Raises
     ------
@@ -267,7 +267,7 @@ def softer(first: Material, second: Material) -> Material | None:
 
 @dataclass(frozen=True)
 class Conductor:
-    """How well an isotropic body conducts.
+    """Electrical resistivity and thermal conductivity of an isotropic body.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Step:
-    """One look at the whole map while the solver runs.
+    """State of the solver after a check of the whole map.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a calculation of several parts stands.
+    """Progress of a calculation in several parts.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ class Progress:
         The load, stage or variant at work, from 1 on.
     count : int
         How many there are.
-    step : Step, volume.loop.Look or None
+    step : Step, IterationInfo or None
         Last check of its solver.
     label : str
-        A name of the part for whoever reads along.
+        Name of the part.
     kept : bool
-        Whether this part was in a folder already, and those before it that are not reported.
+        Whether this part, and earlier ones that are not reported, were already in the folder.
     """
 
     number: int

@@ -261,21 +261,20 @@ def compare(
     Parameters
     ----------
     maps : mapping of str to sequence of Surface, or sequence of Surface
-        Maps by the names of their groups, or those of one surface. Several maps of one group are
-        several places, pieces or measurements, or the parts of one map
-        (`roughcontact.partition`).
+        Maps by group name, or the maps of one group. Maps of a group are several places, pieces
+        or measurements, or the parts of one map (`roughcontact.partition`).
     material, counter_material, ceiling, boundary, tolerance, max_iterations
         As for `solve`.
     pressure : float, str or quantity of pint
         Nominal pressure [Pa]: load over the area of each map.
     steps : int
-        Pressures of the load curve, from a hundredth of ``pressure`` to it in equal ratios; with
-        1 there is none but the last.
+        Number of pressures of the load curve, in equal ratios from a hundredth of ``pressure`` to
+        ``pressure``; 1 for ``pressure`` alone.
     preload_pressure : float, str or quantity of pint, optional
-        Nominal pressure [Pa] of a first loading: the maps are compared in pairs with those after
-        it (`history`).
+        Nominal pressure [Pa] of a first loading; each map is compared with itself after it
+        (`history`).
     paired : bool
-        Whether the maps of two groups belong together one by one, in their order.
+        Whether the maps of two groups are pairs, in their order.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`, the name of the map as its label.
@@ -283,7 +282,7 @@ def compare(
     Returns
     -------
     Comparison
-        Means with their intervals, differences, and how the scatter splits.
+        Means with their intervals, differences, and contributions to the scatter.
 
     Raises
     ------

@@ -83,7 +83,7 @@ _FIELDS = tuple(item.name for item in fields(LoadStep))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadCurve(Result):
-    """Contact against load, and what the simple laws say about it.
+    """Contact over load, with the fitted simple laws.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def sweep(
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
 ) -> LoadCurve:
-    """Solve a contact under one load after the other.
+    """Compute a load curve: the contact under ascending loads.
 
     Parameters
     ----------
@@ -261,8 +261,8 @@ max_iterations, precision
     approaches : sequence of float, str or quantity of pint
         Approaches ω [m], ascending.
     folder : path, optional
-        Where every finished step is saved at once; made if it does not exist. The same call on
-        the same folder resumes after the last finished step with the same numbers.
+        Folder in which every step is saved; created if missing. The same call resumes after the
+        last finished step, with the same numbers.
     progress : callable or bool, optional
         ``True`` draws a bar on standard error; a function is
         called with a `Progress`: the number of the load and the solver's `Step`.

@@ -140,7 +140,7 @@ def indented(body: Surface, indentation: Array) -> Surface:
 
 @checked
 def indented_surface(result: ContactResult) -> Surface:
-    """Return the surface of a contact with the permanent indentation that the contact leaves.
+    """Return the surface with the permanent indentation of a contact.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ VOLUME_ACCOUNT = (
 
 @dataclass(frozen=True)
 class Stage:
-    """One point of a path: a load or an approach, at a lateral position.
+    """Point of a load path: a load or an approach, at a lateral position.
 
     Parameters
     ----------
@@ -474,7 +474,7 @@ def history(
     folder: str | os.PathLike[str] | None = None,
     progress: Tell = None,
 ) -> LoadHistory:
-    """Follow a path of loads and positions with a ceiling that indents for good.
+    """Follow loading and unloading, with permanent indentation at the ceiling.
 
     Parameters
     ----------
@@ -482,11 +482,11 @@ def history(
         As for `solve`. A path has one ceiling: ``"calibrated"`` is that of a first loading to the
         largest load of the path.
     path : sequence of Stage, float, str, quantity of pint or `Load`
-        The stages one after the other; a load in any form that `solve` takes is one at the first
+        Stages in order; a load in any form that `solve` takes is a stage at the first
         position.
     passes : int
-        How often the path is followed. Without a shift the last pass is the first that adds no
-        more than 1e-5 of the indented volume: all further ones would repeat it.
+        Number of times the path is followed. Without a shift the passes end with the first that
+        adds no more than 1e-5 of the indented volume.
     shift : (float, float)
         Lateral shift ``(y, x)`` of the counter-body from pass to pass [m].
     tolerance : float

@@ -85,7 +85,7 @@ class Variant:
 
 @dataclass(frozen=True, repr=False)
 class ResolutionStudy(Result):
-    """How far the results of a contact depend on grid, filter and ceiling.
+    """Dependence of a contact on grid, filter and ceiling.
 
     Parameters
     ----------
@@ -314,10 +314,10 @@ precision
 
     Notes
     -----
-    Coarser grids hold the means of blocks of points, as an instrument with larger pixels would
-    measure; the finer one is interpolated by cubic splines (free) or by its own waves
-    (periodic) and adds no roughness: it shows the error of the grid alone. Whether peaks below
-    the pixel would change the result can only be read from the trend over the coarser grids.
+    Coarser grids contain block means, as an instrument with larger pixels would measure; the
+    finer one is interpolated by cubic splines (free) or by its own waves (periodic).
+    It adds no roughness and shows the error of the grid alone. The trend over the coarser grids
+    shows whether peaks below the pixel would change the result.
     All grids cover the same outline, which may lose up to three rows and columns of a free map.
     Along a periodic axis a map keeps its outline, and its own waves make all grids.
 

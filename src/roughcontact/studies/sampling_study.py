@@ -168,7 +168,7 @@ class SamplingError:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SamplingStudy(Result):
-    """A map, its parts, and what their scatter says of the area that is needed.
+    """A map, its parts, and the area needed according to their scatter.
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ def sampling_study(
     Returns
     -------
     SamplingStudy
-        4, 16 and 64 parts, as far as they keep 16 points a side, and what their scatter says.
+        4, 16 and 64 parts, with at least 16 points per side, and the errors from their scatter.
 
     Raises
     ------

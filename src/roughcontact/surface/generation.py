@@ -187,11 +187,11 @@ def generate(
         Skewness and kurtosis; by default those of a Gaussian surface, with Ssk alone the
         kurtosis of a gamma distribution, 3 + 1.5 Ssk².
     honing : float, optional
-        Angle [degrees] between the two families of grooves of a honed surface, either side of
-        the lay.
+        Angle [degrees] between the two groove families of a honed surface, symmetric to the
+        lay.
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
-        lay; see `turned`. What of Sq the grooves do not make is random roughness.
+        lay; see `turned`. Random roughness supplies the rest of Sq.
     seed : int
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
         on every machine.

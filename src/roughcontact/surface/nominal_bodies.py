@@ -66,7 +66,7 @@ _OPTIONS = {
     "edge_radius": "; ``edge_radius`` [m], 0 by default",
 }
 
-_CONTRACT = """Return a nominal {word}, on a grid or to be put on that of a rough map.
+_CONTRACT = """Return a nominal {word}, with its own grid or for that of a rough map.
 
 Parameters
 ----------

@@ -28,21 +28,21 @@ LEAST_POINTS = 16
 
 @checked
 def partition(surface: Surface, divisions: int = 2, level: str = "plane") -> tuple[Surface, ...]:
-    """Return the equal parts of a map: of two divisions its quarters.
+    """Return equal parts of a map, its quarters by default.
 
     Parameters
     ----------
     surface : Surface
         The map.
     divisions : int
-        Parts along each side; points that are left over at the far edges belong to none.
+        Parts along each side; remaining points at the far edges are left out.
     level : {"plane", "quadric", "mean", "robust", "none"}
         What is fitted to each part and subtracted, as from a map of that size.
 
     Returns
     -------
     tuple of Surface
-        Row by row. Holes that were accepted stay so; a part that is half holes is left out.
+        Row by row. Masked points stay masked; a part with half of its points missing is left out.
 
     Raises
     ------

@@ -45,7 +45,7 @@ class Operation:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a map came from and what was done to it.
+    """Source of a map, and the steps of its preparation.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ class Provenance:
     channel : str
         Height channel that was read; empty if there is only one.
     steps : iterable of str
-        What else was done before, each in one sentence; such steps cannot be repeated.
+        Earlier steps, each in one sentence; they cannot be repeated.
     origin : Operation, optional
-        What made the map.
+        Operation that created the map.
     operations : tuple of Operation
-        What was done to it, in order; ``steps`` come before these.
+        Steps of the preparation, in order, after ``steps``.
     """
 
     source: str

@@ -160,7 +160,7 @@ class Surface(Displayable):
         -------
         dict
             ``Sq``, ``Sa``, ``Ssk``, ``Sku``, ``Sp``, ``Sv``, ``Sz``, ``Sdq``, ``Sdr``, ``Sal``,
-            ``Str``, ``Str_max`` (what Str can be at most), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
+            ``Str``, ``Str_max`` (upper bound of Str), ``Sk``, ``Spk``, ``Svk``, ``Smr1``,
             ``Smr2``, ``Vmp``, ``Vmc``, ``Vvc``, ``Vvv``: see
             `roughcontact.surface.surface.summary`. Nothing is leveled or filtered first;
             missing points are left out. Of a profile those of ISO 21920-2: see
@@ -214,11 +214,11 @@ class Surface(Displayable):
         Parameters
         ----------
         form : {"plane", "quadric", "mean", "robust", "three-point"}
-            What is fitted to the valid points, and subtracted: by least squares a plane,
-            a quadric or the mean; a plane that outliers do not tilt; or the plane through three
+            Form that is fitted to the valid points and subtracted: a least-squares plane, quadric
+            or mean; a plane insensitive to outliers ("robust"); or the plane through three
             points. See `form.level`.
         points : three pairs of int, optional
-            Indices ``(y, x)`` of the points of "three-point", and only of that.
+            Indices ``(y, x)`` of the points for "three-point".
 
         Returns
         -------
@@ -272,18 +272,18 @@ class Surface(Displayable):
         return self._after(step, heights, holes_masked=self.holes_masked and not count)
 
     def filled(self, most: float = cleaning.MOST_FILLED) -> Surface:
-        """Return a copy with its holes filled smoothly; measured points keep their bits.
+        """Return a copy with its missing points filled smoothly; measured points do not change.
 
         Parameters
         ----------
         most : float
-            Largest share of missing points that is filled; `InputError` above it.
+            Largest fraction of missing points that is filled; `InputError` above it.
 
         Returns
         -------
         Surface
-            Each hole holds the solution of Laplace's equation with the measured rim as its
-            boundary values, hence stays between the lowest and the highest of them.
+            Each hole is filled by Laplace's equation with the measured points around it as
+            boundary values, so its heights stay between the lowest and the highest of them.
         """
         if self.missing == 0:
             return self
@@ -438,7 +438,7 @@ class Surface(Displayable):
         s: Quantity | None = None,
         l: Quantity | None = None,  # noqa: E741 - the standard's letter
     ) -> Surface:
-        """Return a copy without its short waves, its long waves, or both (ISO 16610-61).
+        """Return a copy without short waves, long waves, or both (ISO 16610-61).
 
         Parameters
         ----------
