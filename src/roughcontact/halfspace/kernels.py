@@ -101,8 +101,7 @@ def _closed_form(rows: Array, columns: Array, pixel: tuple[float, float]) -> Arr
     radius = np.hypot(x_corner, y_corner)
     along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
     along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)
-    integral: Array = along_y[:, 1:] - along_y[:, :-1] + along_x[1:] - along_x[:-1]
-    return integral
+    return along_y[:, 1:] - along_y[:, :-1] + along_x[1:] - along_x[:-1]
 
 
 def _corners(offsets: Array) -> Array:

@@ -228,8 +228,7 @@ def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     count = reduced(np.add, there, blocks, np.float64)
     total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
     maximum = cell_points(values.shape, blocks)
-    mean: Array = np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
-    return mean
+    return np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
 
 
 def draw_map(

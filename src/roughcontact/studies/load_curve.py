@@ -174,12 +174,11 @@ class LoadCurve(Result):
     def low_loads(self) -> NDArray[np.bool_]:
         """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
         area, load = self.column("perimeter_corrected_area"), self.column("load")
-        low: NDArray[np.bool_] = (
+        return (
             (area <= LOW_LOAD * self.nominal_area)
             & (self.column("saturated_area") <= LOW_SATURATION * area)
             & (load > 0)
         )
-        return low
 
     @cached_property
     def low_load_slope(self) -> float:

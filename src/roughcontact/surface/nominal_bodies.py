@@ -267,8 +267,7 @@ def parse(text: str, name: str = "body") -> NominalBody:
             measured = _slope if form.size == "slope" else _measured
             values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
             size = values[0] if form.count == 1 else tuple(values)
-            body: NominalBody = form(size, **specified)
-            return body
+            return form(size, **specified)
     raise wrong
 
 

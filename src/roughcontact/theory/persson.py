@@ -267,5 +267,4 @@ def _inner(argument: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
     beyond = np.concatenate([np.cumsum(pieces[::-1])[::-1], [0.0]])
     log = np.log(np.maximum(argument, 1e-300))
     second = np.interp(log, edges, beyond)
-    result: NDArray[np.float64] = gamma * exp1(argument**2) / 2 + second
-    return result
+    return gamma * exp1(argument**2) / 2 + second
