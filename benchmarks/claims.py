@@ -163,7 +163,7 @@ def conductance_of_unloading(asked: Asked) -> Found:
         rc.solve(left, material=STEEL, load=w, ceiling=None, boundary="periodic")
         for w in loads[:-1]
     ]
-    law = rc.interface_law(loading, falling, body="42CrMo4", counter_body="6061-T6")
+    law = rc.interface_law(loading, falling, conductor="42CrMo4", counter_conductor="6061-T6")
     for name in ("law.inp", "law.json"):
         law.save(asked.folder / name)
     right = [

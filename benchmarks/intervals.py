@@ -141,7 +141,7 @@ def _cell(counted: list[tuple[float, float]]) -> str:
         share, half = np.mean([b[0] for b in bounded]), np.median([b[1] for b in bounded])
         text = f"{100 * share:.0f} % of {len(bounded)}, ±{100 * half:.2g} %"
     without = len(counted) - len(bounded)
-    return f"{text}; {without} not bounded" if without else text
+    return f"{text}; {without} without interval" if without else text
 
 
 def main() -> None:

@@ -401,7 +401,7 @@ def conductance(folder: Path) -> dict[str, Any]:
 def law(folder: Path) -> dict[str, Any]:
     loading = pressed(pressures=(1e7, 3e7, 9e7))
     unloading = pressed(rc.indented_surface(loading[-1]), (1e7, 3e7), ceiling=None)
-    found = rc.interface_law(loading, unloading, body="42CrMo4", counter_body="6061-T6")
+    found = rc.interface_law(loading, unloading, conductor="42CrMo4", counter_conductor="6061-T6")
     for suffix in ("npz", "csv", "json", "inp", "ccx", "txt"):
         found.save(folder / f"law.{suffix}")
     maps = (rough((32, 32), seed) for seed in (5, 6))

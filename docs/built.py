@@ -47,7 +47,7 @@ def _read(path: Path) -> _Page:
 
 
 def dead(folder: Path) -> list[str]:
-    """Return the links that lead nowhere, and what is fetched from elsewhere.
+    """Return the links that lead nowhere, and roles that are shown as they are typed.
 
     Parameters
     ----------
@@ -72,6 +72,8 @@ def dead(folder: Path) -> list[str]:
             elif target in pages and parts.fragment:
                 if unquote(parts.fragment) not in pages[target].places:
                     told.append(f"{path.relative_to(folder.resolve())}: no place {link}")
+        if mark := re.search(r"\{[\w:]+\}`[^`<]*`", path.read_text(encoding="utf-8")):
+            told.append(f"{path.relative_to(folder.resolve())}: {mark[0]} is shown as it is typed")
     return told
 
 

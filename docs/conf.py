@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
+from SurfaceTopography.IO import lookup_reader_by_format as readers
 
 import roughcontact
-from roughcontact.formats import export, read
+from roughcontact.formats import export, instruments, read
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -103,8 +106,21 @@ def _prepare(app: Sphinx) -> None:
     subprocess.run(
         [sys.executable, str(HERE / "pages.py"), str(generated)], check=True, timeout=600
     )
-    rows = [(f"`{suffix}`", name) for suffix, name in sorted(read.SUFFIXES.items())]
-    _table(generated / "suffixes.md", ("suffix", "read as"), rows)
+    rows = sorted(
+        (
+            readers[known.name].name() if known.name in instruments.SUFFIXES else known.name,
+            ", ".join(f"`{suffix}`" for suffix in known.suffixes),
+            f"`{known.name}`",
+        )
+        for known in read.FORMATS
+    )
+    _table(generated / "suffixes.md", ("maker or program", "suffixes", "`--format`"), rows)
+    explanations = Path(roughcontact.__file__).with_name("explanations.toml")
+    paragraphs = tomllib.loads(explanations.read_text(encoding="utf-8"))
+    (generated / "messages.md").write_text(
+        "".join(f"## {tag}\n\n{paragraphs[tag]}\n\n" for tag in sorted(paragraphs)),
+        encoding="utf-8",
+    )
     for name, kinds in (
         ("maps", {"holds": export.Kind.SURFACE}),
         ("results", {"of a contact": export.Kind.CONTACT, "with the volume": export.Kind.VOLUME}),
@@ -131,8 +147,14 @@ def _table(path: Path, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> No
 def _typeset(app: Sphinx, name: str, source: list[str]) -> None:
     """Set the indices of symbols, which the pages hold as they are typed."""
     if app.env.doc2path(name).suffix == ".md":
+        # What a console printed stays as it was.
+        parts = re.split(r"(^```.*?^```$|`[^`\n]+`)", source[0], flags=re.DOTALL | re.MULTILINE)
         for letter, index in ("σ", "Y"), ("P", "c"), ("p", "y"):
-            source[0] = source[0].replace(f"{letter}_{index}", f"{letter}{{sub}}`{index}`")
+            parts[::2] = (
+                part.replace(f"{letter}_{index}", f"{letter}{{sub}}`{index}`")
+                for part in parts[::2]
+            )
+        source[0] = "".join(parts)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

@@ -959,9 +959,9 @@ def test_study_is_told_in_plain_words(tmp_path: Path, capsys: Capture) -> None:
 
 
 def sweep(path: Path, *options: str) -> int:
-    return app.main(
-        ["sweep", str(path), *SCALE, *STEEL, "--from", "10 mN", "--to", "1 N", *options]
-    )
+    ends = {"--from": "10 mN", "--to": "1 N"}
+    missing = [word for end in ends.items() if end[0] not in options for word in end]
+    return app.main(["sweep", str(path), *SCALE, *STEEL, *missing, *options])
 
 
 def test_sweep_writes_what_the_library_returns(
@@ -1014,6 +1014,10 @@ def test_bad_sweeps_end_in_one_sentence(
     options: tuple[str, ...], words: tuple[str, ...], rough: Path, capsys: Capture
 ) -> None:
     refused(capsys, sweep(rough, *options), *words)
+
+
+def test_an_option_of_one_value_is_given_once(rough: Path, capsys: Capture) -> None:
+    refused(capsys, solve(rough, *STEEL, "--load", "1 N"), "--load is given 2 times", "0.1 N, 1 N")
 
 
 def test_sweep_needs_both_ends(rough: Path, capsys: Capture) -> None:

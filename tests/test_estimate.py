@@ -220,7 +220,7 @@ def test_a_result_is_told_beside_its_estimate() -> None:
     surface = rc.Surface(*rc.reference_map(128, 3))
     periodic = rc.solve(surface, material=STEEL, load="500 MPa", boundary="periodic")
     told = {row.key: row.text for row in rows_of(BESIDE, periodic)}
-    assert "without rim excess this one is" in told["estimated_contact"]
+    assert "perimeter-corrected, this one is" in told["estimated_contact"]
     assert "of Sq" in told["estimated_gap"]
     free = rc.solve(surface, material=STEEL, load="500 MPa")
     assert free.estimate is None

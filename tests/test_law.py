@@ -39,8 +39,8 @@ AGAIN = [solved(rc.indented_surface(contacts[-1]), ceiling=None) for contacts in
 LAW = rc.interface_law(
     (one for contacts in CONTACTS for one in reversed(contacts)),
     (one for contacts in AGAIN for one in contacts),
-    body="42CrMo4",
-    counter_body=rc.Conductor(conductivity=400),
+    conductor="42CrMo4",
+    counter_conductor=rc.Conductor(conductivity=400),
 )
 
 
@@ -182,7 +182,9 @@ def test_parts_tell_whether_a_map_is_large_enough() -> None:
 
 def test_conductance_is_that_of_the_contacts() -> None:
     found = rc.conductance(CONTACTS[0], "42CrMo4", rc.Conductor(conductivity=400))
-    own = rc.interface_law(CONTACTS[0], body="42CrMo4", counter_body=rc.Conductor(conductivity=400))
+    own = rc.interface_law(
+        CONTACTS[0], conductor="42CrMo4", counter_conductor=rc.Conductor(conductivity=400)
+    )
     assert own.conductance == pytest.approx(found.thermal_conductance, rel=1e-6)
     assert np.isnan(rc.interface_law(CONTACTS[0]).conductance).all()
 
@@ -210,7 +212,7 @@ def test_a_closed_joint_resists_no_more() -> None:
         rc.solve(MAPS[0], load=rc.NominalPressure(x), material=SOFT, ceiling=None,
                  boundary="periodic") for x in p
     ]  # fmt: skip
-    law = rc.interface_law(contacts, body="42CrMo4", counter_body="42CrMo4")
+    law = rc.interface_law(contacts, conductor="42CrMo4", counter_conductor="42CrMo4")
     assert contacts[-1].contact_fraction == 1
     assert law.conductance[-1] == math.inf
     between = law.table().thermal_conductance
@@ -334,12 +336,14 @@ def test_what_has_no_law_gets_its_sentence() -> None:
 
 
 def command(folder: Path, *more: str) -> list[str]:
+    defaults = {"--from": "30 MPa", "--to": "600 MPa", "--boundary": "periodic"}
     for number, surface in enumerate(MAPS):
         np.save(folder / f"map{number}.npy", surface.heights * 1e6)
     return [
         "law", *(str(folder / f"map{number}.npy") for number in range(2)), "--unit", "um",
-        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--from", "30 MPa", "--to", "600 MPa",
-        "--steps", "2", "--material", "42CrMo4", "--boundary", "periodic", *more,
+        "--size", "0.1 mm x 0.1 mm", "--level", "none", "--steps", "2", "--material", "42CrMo4",
+        *(word for name, value in defaults.items() if name not in more for word in (name, value)),
+        *more,
     ]  # fmt: skip
 
 
@@ -416,3 +420,88 @@ def test_a_project_may_ask_for_it(tmp_path: Path, capsys: pytest.CaptureFixture[
     project.write_text(re.sub(r"files = .*\n", "", text), encoding="utf-8")
     assert app.main(["run", str(project)]) == app.BAD_INPUT
     assert 'task = "law" needs a file, or files, a list' in capsys.readouterr().err
+
+
+def test_the_variants_tell_what_closing_and_stiffness_change() -> None:
+    contact = CONTACTS[0][-1]
+    stiffer, last = contact.stiffness() / 1e-8, LAW.maps[0].loading[-1]
+    same = LAW.with_coarser_grid(contact)
+    assert same.coarser is not None
+    assert same.coarser.closing == pytest.approx(0, abs=1e-9)
+    assert stiffer / last.stiffness == pytest.approx(1 + same.coarser.stiffness)
+    lower = rc.solve(MAPS[0], load=contact.load, boundary="periodic", material=SOFT, ceiling=2e9)
+    changed = LAW.with_calibrated_ceiling(lower).calibrated
+    assert changed is not None
+    closing = LAW.maps[0].loading[0].separation - last.separation
+    shift = float(contact.gap.mean() - lower.gap.mean())
+    assert shift > 0
+    assert changed.numbers[0] == pytest.approx(shift / closing)
+    assert changed.numbers[1] == pytest.approx(lower.stiffness() / contact.stiffness() - 1)
+    assert changed.contact_area == pytest.approx(lower.contact_area / contact.contact_area - 1)
+
+
+def test_the_tangential_stiffness_is_that_of_all_that_sticks() -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.2)
+    assert found.friction is not None
+    last = found.steps[-1]
+    shear = {
+        axis: rc.tangential(CONTACTS[0][-1], friction=0.2, force="1 mN", direction=angle)
+        for axis, angle in (("y", 90.0), ("x", 0.0))
+    }
+    for ratio, axis in zip(found.friction.ratios, "yx", strict=True):
+        exact = shear[axis].stiffness_per_area / last.unloading_stiffness
+        assert ratio == pytest.approx(exact, rel=1e-4)
+    # Mindlin's ratio of a circle; a few spots on a small map are off by some percent.
+    assert found.friction.ratio == pytest.approx(2 * (1 - 0.3) / (2 - 0.3), rel=0.03)
+    # At the ceiling the traction is at most σ_Y/√3: 0.192 of the pressure.
+    assert 1 / (3 * math.sqrt(3)) < found.friction.sliding < 0.2
+    slip = found.friction.sliding * last.pressure / last.tangential_stiffness
+    assert found.elastic_slip()[-1] == pytest.approx(slip)
+    assert Kind.SHEAR_YIELD in [item.kind for item in found.cautions]
+    assert found.friction.shear_strength == pytest.approx(1e9 / math.sqrt(3))
+
+
+def test_the_decks_hold_friction_and_elastic_slip(tmp_path: Path) -> None:
+    found = rc.interface_law(CONTACTS[0], friction=0.15)
+    for suffix in (".inp", ".ccx"):
+        found.save(tmp_path / f"law{suffix}")
+    first, second = ((tmp_path / f"law{suffix}").read_text() for suffix in (".inp", ".ccx"))
+    slip, limit, friction = re.findall(
+        r"\*FRICTION, ELASTIC SLIP=(\S+), TAUMAX=(\S+)\n(\S+)\n", first
+    )[0]
+    assert float(slip) == pytest.approx(found.elastic_slip()[-1] * 1e3)
+    assert float(limit) == pytest.approx(1e3 / math.sqrt(3))
+    friction_too, slope = re.findall(r"\*FRICTION\n(\S+), (\S+)\n", second)[0]
+    assert float(friction) == float(friction_too) == 0.15
+    last = found.steps[-1]
+    # The same stiffness at the largest pressure.
+    assert float(slope) == pytest.approx(0.15 * last.pressure * 1e-6 / float(slip))
+    with pytest.raises(rc.InputError, match="friction"):
+        rc.interface_law(CONTACTS[0], friction=-1.0)
+
+
+def test_the_backbone_is_that_of_the_solved_contact() -> None:
+    # Ridges along x: along them and across them the stiffness differs by a third.
+    ridged = rc.generate(128, "2 um", Sq="0.4 um", Sal="10 um", Str=0.1, seed=1)
+    steel = {"material": "42CrMo4", "counter_material": "42CrMo4", "boundary": "periodic"}
+    pressures = [rc.NominalPressure(p) for p in ("10 MPa", "60 MPa", "200 MPa", "300 MPa")]
+    contacts = [rc.solve(ridged, load=p, **steel) for p in pressures]
+    left = rc.indented_surface(contacts[-1])
+    after = [rc.solve(left, load=p, ceiling=None, **steel) for p in pressures]
+    law, last = rc.interface_law(contacts, after, friction=0.15), contacts[-1]
+    for axis, direction in enumerate((90.0, 0.0)):
+        backbone = law.backbone(axis)
+        assert backbone.shift[0] == backbone.shear_stress[0] == 0
+        assert np.all(np.diff(backbone.shift) > 0)
+        assert backbone.shear_stress[-1] == pytest.approx(0.15 * last.load / last.nominal_area)
+        assert np.all(backbone.iwan_density > 0)
+        # All of the joint slips in the end.
+        lost = (backbone.iwan_density * np.diff(backbone.shift)).sum()
+        assert lost == pytest.approx(backbone.stiffness[0])
+        for shift, stress in zip(backbone.shift[1:-1], backbone.shear_stress[1:-1], strict=True):
+            force = stress * last.nominal_area
+            exact = rc.tangential(last, friction=0.15, force=force, direction=direction)
+            # The superposition knows nothing of the traction across the force.
+            assert shift == pytest.approx(exact.last.shift, rel=0.03)
+    with pytest.raises(rc.InputError, match="friction"):
+        LAW.backbone()

@@ -87,7 +87,7 @@ def test_text_that_is_no_matrix(tmp_path: Path, text: str | bytes, words: str) -
         ({"unit": "um", "size": (1e-3, -1e-3)}, "size must be positive"),
         ({"unit": "um", "size": (1e-3, float("nan"))}, "size must be positive"),
         ({"unit": "um", "size": ("a", "b")}, "size needs a length with its unit"),
-        ({"unit": "um", "size": {"y": 1e-3}}, "pair (y, x) in metres"),
+        ({"unit": "um", "size": {"y": 1e-3}}, "pair (y, x) in meters"),
         ({"unit": "um", "size": (1, 2, 3)}, "both sides"),
         ({"unit": "um", "size": (1e-3, 1e-3), "channel": 0}, "no channels"),
     ],

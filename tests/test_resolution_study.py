@@ -29,7 +29,7 @@ def test_everything_is_converged_on_a_smooth_ball() -> None:
     assert [grid.value for grid in found.grids] == [4, 2, 1, 0.5]
     assert all(found.independent(name) for name in resolution_study.QUANTITIES)
     assert (
-        "contact area, contact area without rim excess, maximum pressure, mean pressure"
+        "contact area, perimeter-corrected area, maximum pressure, mean pressure"
         in found.sentences[0]
     )
     assert not any("Not converged" in sentence for sentence in found.sentences)

@@ -86,7 +86,7 @@ def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
     )
     assert corrected > 1.001 * all_elastic
     page = told(pressed)
-    assert f"Contact area without rim excess {engineering(corrected, 'm²')}" in page
+    assert f"Perimeter-corrected area {engineering(corrected, 'm²')}" in page
     change = 100 * (corrected / pressed.contact.contact_area - 1)
     assert f"spot perimeter {change:.2g} % of the area" in page
 

@@ -84,17 +84,29 @@ def face() -> str:
     objects = {name: getattr(rc, name) for name in rc.__all__} | {
         name: value for name, value in vars(rc.results).items() if isinstance(value, type)
     }
-    lines = [".. currentmodule:: roughcontact", "", ".. autosummary::", ""]
-    wings = []
-    for name, value in objects.items():
+    lines = [".. list-table::", ""]
+    packages = []
+    # Functions before classes, and these before errors.
+    for name, value in sorted(objects.items(), key=lambda item: _place(item[1])):
         if isinstance(value, ModuleType) and hasattr(value, "__path__"):
-            wings.append(f"``rc.{name}``")
-        elif isinstance(value, ModuleType):
-            lines.append(f"   {value.__name__.removeprefix('roughcontact.')}")
-        elif callable(value) and hasattr(value, "__module__"):
-            lines.append(f"   {value.__module__.removeprefix('roughcontact.')}.{name}")
-    lines += ["", f"Wings with rooms of their own, all below: {', '.join(wings)}."]
+            packages.append(f"``rc.{name}``")
+            continue
+        if not (isinstance(value, ModuleType) or (callable(value) and value.__doc__)):
+            continue
+        module = getattr(value, "__module__", "")
+        place = value.__name__ if not module else f"{module}.{name}"
+        shown = f"rc.{name}" if name in rc.__all__ else f"rc.results.{name}"
+        first = (value.__doc__ or "").partition("\n\n")[0]
+        lines += [f"   * - :py:obj:`{shown} <{place}>`", f"     - {' '.join(first.split())}"]
+    lines += ["", f"Packages with modules of their own, all below: {', '.join(packages)}."]
     return "\n".join(lines) + "\n"
+
+
+def _place(value: object) -> int:
+    """Return the place of a public object in the table by its kind."""
+    if not isinstance(value, type):
+        return 0
+    return 1 + issubclass(value, Exception)
 
 
 def between() -> Counter[tuple[str, str]]:

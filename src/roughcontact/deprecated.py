@@ -56,6 +56,7 @@ ARGUMENTS = {
     },
     "contact_modulus": {"first": "material", "second": "counter_material"},
     "find_load": {"contact": "contact_fraction", "saturated": "saturated_fraction"},
+    "interface_law": {"body": "conductor", "counter_body": "counter_conductor"},
     "first_yield_load": {"start": "initial_load"},
     "leakage": {"direction": "flow_axis"},
     "read_slab": {"holes_masked": "mask_missing"},

@@ -44,6 +44,8 @@ BLOCKS = """*NODE, NSET=ALL
 1,2,3,4
 *NSET, NSET=HEAD
 13,14,15,16
+*NSET, NSET=TOP
+9,10,11,12,13,14,15,16
 *MATERIAL, NAME=STEEL
 *ELASTIC
 210000.,0.
@@ -73,7 +75,18 @@ RF
 """
 
 
-def law() -> rc.results.InterfaceLaw:
+SHEAR = """*STEP, NLGEOM, INC=1000
+*STATIC
+1.,1.,1e-9
+*BOUNDARY
+TOP,1,1,{along:.10e}
+*NODE PRINT, NSET=TOP, TOTALS=ONLY
+RF
+*END STEP
+"""
+
+
+def law(friction: float | None = None) -> rc.results.InterfaceLaw:
     surface = rc.Surface(*rc.reference_map(128, 3))
     pressures = np.geomspace(20e6, 1e9, 8).tolist()
     contacts = [
@@ -87,7 +100,9 @@ def law() -> rc.results.InterfaceLaw:
         )
         for p in pressures
     ]  # fmt: skip
-    return rc.interface_law(contacts, again, body=COPPER, counter_body=COPPER)
+    return rc.interface_law(
+        contacts, again, conductor=COPPER, counter_conductor=COPPER, friction=friction
+    )
 
 
 def pressed(folder: Path, branch: str, overclosures: list[float]) -> list[tuple[float, float]]:
@@ -134,3 +149,29 @@ def test_two_blocks_give_the_table_back(branch: str, tmp_path: Path) -> None:
             reached = (curve.first_touch - curve.separation_at(middle * 1e6)) * 1e3
             low, high = (middle, high) if reached < overclosure else (low, middle)
         assert pressure == pytest.approx(low, rel=0.01)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("part", "slides"), [(0.1, False), (10.0, True)])
+def test_two_blocks_stick_with_the_slope_of_the_deck(
+    part: float, slides: bool, tmp_path: Path
+) -> None:
+    # CalculiX rounds the corner between stick and slip: far on either side of it.
+    friction = 0.2
+    found = law(friction)
+    found.save(tmp_path / "law.ccx")
+    pressure, slope = 500e6, found.of_branch(LOADING)[-1].tangential_stiffness
+    curve = found.curve(LOADING)
+    closed = (curve.first_touch - float(curve.separation_at(np.array([pressure]))[0])) * 1e3
+    along = part * friction * pressure / slope * 1e3
+    deck = BLOCKS.format(branch="LOADING") + STEP.format(down=-closed - 2 * pressure / 210e9)
+    (tmp_path / "blocks.inp").write_text(deck + SHEAR.format(along=along), encoding="ascii")
+    done = subprocess.run(
+        ["ccx", "blocks"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert "Job finished" in done.stdout, done.stdout[-500:]
+    totals = re.findall(r"total force.*?\n\n(.*)\n", (tmp_path / "blocks.dat").read_text())
+    shear, _, down = (float(word) for word in totals[-1].split())
+    assert -down == pytest.approx(pressure * 1e-6, rel=0.02)
+    expected = friction * pressure * 1e-6 if slides else slope * along * 1e-9
+    assert abs(shear) == pytest.approx(expected, rel=0.02)

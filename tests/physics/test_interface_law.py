@@ -140,7 +140,9 @@ def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
     surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, seed=1)
     pressures, metal = [20e6, 80e6], rc.Conductor(conductivity=40)
     contacts = pressed(surface, pressures, SOFT)
-    law = rc.interface_law(contacts, after(contacts, pressures), body=metal, counter_body=metal)
+    law = rc.interface_law(
+        contacts, after(contacts, pressures), conductor=metal, counter_conductor=metal
+    )
     area = surface.size[0] * surface.size[1]
     history = load_history(
         surface, [p * area for p in (80e6, 20e6)], material=SOFT, boundary="periodic"

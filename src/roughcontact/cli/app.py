@@ -188,7 +188,7 @@ def _root(
 def _reported(command: Command, work: Act, subject: Subject, specified: Given) -> None:
     """Do the work of a command; end every expected failure with one sentence and a status."""
     try:
-        work(subject, specified)
+        work(subject, _once(command, specified))
         sys.stdout.flush()
     except RoughcontactError as error:
         terminal.complain(f"error: {error.worded(command.spelled)}")
@@ -202,6 +202,22 @@ def _reported(command: Command, work: Act, subject: Subject, specified: Given) -
     except KeyboardInterrupt:
         # Versions of Typer differ in what they make of it; `main` says what happened.
         raise UnfinishedError(()) from None
+
+
+def _once(command: Command, specified: Given) -> Given:
+    """Return the value of each option; refuse one that is repeated and holds one value."""
+    values = dict(specified)
+    for option in command.options:
+        given = values.get(option.name)
+        if not given or option.many or option.is_flag:
+            continue
+        if len(given) > 1:
+            raise InputError(
+                f"is given {len(given)} times ({', '.join(given)}); give it once",
+                argument=option.argument,
+            )
+        values[option.name] = given[0]
+    return values
 
 
 def _unwritten(error: OSError) -> int:
@@ -246,7 +262,8 @@ def _identifier(option: str) -> str:
 
 
 def _parameter(option: Option[Any]) -> inspect.Parameter:
-    value = bool if option.is_flag else list[str] if option.many else str
+    # Where only the last of several counted, the others would be dropped without a word.
+    value = bool if option.is_flag else list[str]
     words = typer.Option(
         f"--{option.name}",
         metavar=option.metavar or None,

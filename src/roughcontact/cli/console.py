@@ -241,7 +241,7 @@ def show_info(measured: Measured, channels: Sequence[Channel], file: str, displa
     from roughcontact.contact.plausibility import implausible_slope
     from roughcontact.report import inputs
 
-    _print_headline(inputs.headline(measured, Path(file).name), INFO)
+    _print_headline(inputs.headline(measured, Path(file).name))
     if display is Display.VERBOSE:
         _print_parameters(measured, channels)
     else:

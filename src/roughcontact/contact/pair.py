@@ -236,7 +236,7 @@ class Pair:
 
     def material_of(self, body: str) -> Material:
         """Return the material of ``"body"`` or ``"counter_body"``."""
-        require_choice(tuple(BODIES), body=body)
+        require_choice(tuple(BODIES), in_body=body)
         return self.material if body == "body" else self.counter_material
 
     def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:

@@ -71,7 +71,7 @@ def indentation_caution(advice: CalibratedCeiling, ceiling: float) -> Caution | 
     return (as_warning if severe else as_caution)(
         Kind.INDENTATION,
         f"Indentation is about {depth:.1f}, energy {energy:.1f} times that of the elastoplastic "
-        "model. Exact: solve --model elastoplastic --unload.",
+        f"model. Exact: {ArgumentRef('rc.solve_elastoplastic, then unload')}.",
         indentation_over_volume=depth,
         energy_over_volume=energy,
         load_ratio=advice.load_ratio,

@@ -372,8 +372,8 @@ class ContactResult(Result):
 
     @cached_property
     def center_of_pressure(self) -> tuple[float, float]:
-        """Where the pressure acts: (y, x) from the centre of the map [m]; NaN without load."""
-        self.require_whole("the centre of pressure")
+        """Where the pressure acts: (y, x) from the center of the map [m]; NaN without load."""
+        self.require_whole("the center of pressure")
         return area.center_of_pressure(self.pressure, self.pair.pixel)
 
     @property

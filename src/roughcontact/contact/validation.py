@@ -232,7 +232,7 @@ def check_balance(
         what = "points that can touch" if ceiling is None else "pressures up to the ceiling"
         raise CapacityError(
             f"= ({target[0] * load * side:.6g}, {target[1] * load * side:.6g}) N m put the "
-            f"load of {load:.6g} N at ({at_y:.6g}, {at_x:.6g}) m from the centre of the map, "
+            f"load of {load:.6g} N at ({at_y:.6g}, {at_x:.6g}) m from the center of the map, "
             f"{outside:.3g} m beyond what {what} can balance; move it inwards",
             argument="moments",
         )

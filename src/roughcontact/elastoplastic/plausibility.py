@@ -186,7 +186,8 @@ def _residual(result: ElastoplasticResult) -> Caution | None:
         return None
     return as_caution(
         Kind.RESIDUAL_YIELD,
-        "Bodies would yield again on unloading. End the load path at zero (--unload).",
+        "Bodies would yield again on unloading. End the load path at zero "
+        f"({ArgumentRef('unload')}).",
     )
 
 

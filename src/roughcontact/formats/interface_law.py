@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import textwrap
 from collections.abc import Callable, Iterator
@@ -56,7 +57,20 @@ def abaqus(law: InterfaceLaw) -> str:
     def rows(branch: str) -> list[str]:
         return ["*GAP CONDUCTANCE, PRESSURE", *_conductance(law, branch)]
 
-    return _deck(law, text, lambda table: table.overclosure, rows)
+    def friction(branch: str) -> list[str]:
+        assert law.friction is not None
+        slip, strength = law.elastic_slip(branch)[-1] * _LENGTH, law.friction.shear_strength
+        limit = f", TAUMAX={strength * _PRESSURE:.9e}" if math.isfinite(strength) else ""
+        return [
+            *_comments(
+                "While it sticks, the shear stress is friction p/(elastic slip) times the shift. "
+                "The elastic slip is that of the largest pressure."
+            ),
+            f"*FRICTION, ELASTIC SLIP={slip:.9e}{limit}",
+            f"{law.friction.sliding:.9g}",
+        ]
+
+    return _deck(law, text, lambda table: table.overclosure, rows, friction)
 
 
 def calculix(law: InterfaceLaw) -> str:
@@ -78,7 +92,19 @@ def calculix(law: InterfaceLaw) -> str:
             *(f"** {row}" for row in _conductance(law, branch)),
         ]
 
-    return _deck(law, text, lambda table: table.separation[0] - table.separation, rows)
+    def friction(branch: str) -> list[str]:
+        assert law.friction is not None
+        steps = law.of_branch(branch)
+        slopes = [step.tangential_stiffness * _PRESSURE / _LENGTH for step in steps]
+        return [
+            *_comments("Stick slope over pressure. The last row is taken: give that which fits."),
+            *(f"** {slope:.9e}, {step.pressure * _PRESSURE:.9e}"
+              for slope, step in zip(slopes, steps, strict=True)),
+            "*FRICTION",
+            f"{law.friction.sliding:.9g}, {slopes[-1]:.9e}",
+        ]  # fmt: skip
+
+    return _deck(law, text, lambda table: table.separation[0] - table.separation, rows, friction)
 
 
 def lubrication(law: InterfaceLaw) -> str:
@@ -161,8 +187,9 @@ def _deck(
     notes: tuple[str, ...],
     overclosure: Callable[[LawTable], Array],
     conductance: Callable[[str], list[str]],
+    friction: Callable[[str], list[str]],
 ) -> str:
-    """Return a surface interaction for each branch, with its conductance if that is known."""
+    """Return a surface interaction for each branch, with what else is known of it."""
     lines = [
         *_head(law, "**"),
         "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
@@ -180,6 +207,7 @@ def _deck(
             f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
             "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
             *_rows(table.pressure[separately] * _PRESSURE, across[separately]),
+            *(friction(table.branch) if law.friction is not None else ()),
             *(conductance(table.branch) if law.bodies is not None else ()),
         ]
     return "\n".join(lines) + "\n"

@@ -177,7 +177,7 @@ class Asked:
     announced: Callable[[tuple[int, int]], None] | None = None
 
     def __post_init__(self) -> None:
-        """Keep a text as it was given, and anything else in metres."""
+        """Keep a text as it was given, and anything else in meters."""
         if not isinstance(self.size, str):
             object.__setattr__(self, "size", quantity(self.size, "length", "size"))
 
@@ -444,7 +444,7 @@ def pixel_of(
             specified = np.asarray(units.quantity(size, "length", "size"), dtype=float)
             sides = tuple(float(side) for side in np.atleast_1d(specified))
         except (TypeError, ValueError):
-            raise input_error("size", size, "must be a pair (y, x) in metres") from None
+            raise input_error("size", size, "must be a pair (y, x) in meters") from None
     if ny == 1:
         # The one side of a profile. A map that was cut off in its first row is none.
         if len(sides) == 2 and sides[0] != WIDTH:
@@ -471,7 +471,7 @@ def pixel_of(
 
 
 def in_metres(values: NDArray[Any], metre: float) -> Array:
-    """Return values of some unit in metres, locked: a `Surface` takes them as they are."""
+    """Return values of some unit in meters, locked: a `Surface` takes them as they are."""
     # Damaged numbers overflow, or are NaN of the signalling kind: `Surface` judges the outcome.
     with np.errstate(all="ignore"):
         heights: Array = np.array(values, dtype=np.float64, order="C")

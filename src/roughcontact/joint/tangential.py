@@ -18,6 +18,7 @@ from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
+from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
 from roughcontact.halfspace import tangential as halfspace
 from roughcontact.material.material import CEILING_FACTOR
@@ -248,6 +249,27 @@ def shear_strength(result: ContactResult) -> float:
     return ceiling / CEILING_FACTOR / math.sqrt(3)
 
 
+def stick_ratios(result: ContactResult) -> tuple[float, float]:
+    """Return tangential over unloading stiffness of a contact that sticks, along y and along x.
+
+    2 (1 - ν)/(2 - ν) of a circle (Mindlin 1949); less along a lay, 1 across long narrow spots.
+    """
+    result.boundary.require_tangential()
+    operator, index = _operator(result.pair), np.flatnonzero(result.pressure)
+    normal = unloading_stiffness(result)
+    along_y, along_x = (
+        partial_slip.stiffness(operator, index, unit) * result.pixel_area / normal
+        for unit in np.eye(2)
+    )
+    return along_y, along_x
+
+
+def _operator(pair: Pair) -> TangentialOperator:
+    return halfspace.operator(
+        pair.boundary, pair.shape, pair.pixel, pair.contact_modulus, joint_poisson(pair)
+    )
+
+
 # --- The public function ---
 
 
@@ -325,7 +347,7 @@ def tangential(
     _check(result, friction, direction)
     requested = {"force": force, "shift": shift, "stages": stages}
     if sum(value is not None for value in requested.values()) != 1:
-        raise InputError("give a force, a shift or stages, and only one of them", argument="force")
+        raise InputError("give one of force, shift and stages, such as force='0.1 N'")
     path = _Path(result, friction, direction, tolerance)
     if stages is None:
         path.contact = path.heaviest = result
@@ -339,10 +361,7 @@ def tangential(
 def _check(result: ContactResult, friction: float, direction: float) -> None:
     """Refuse what has no tangential loading here."""
     result.require_whole("tangential loading")
-    if not 0 < friction < math.inf:
-        raise InputError(
-            f"must be positive, such as 0.15, got {friction!r}", argument="friction", value=friction
-        )
+    require_friction(friction)
     if result.moments is not None:
         raise InputError("tangential loading needs a contact without tilt", argument="result")
     if result.pair.is_profile:
@@ -352,6 +371,14 @@ def _check(result: ContactResult, friction: float, direction: float) -> None:
         result.boundary.require_tangential()
     if not result.contact.any():
         raise CapacityError("the bodies do not touch: nothing carries a tangential force")
+
+
+def require_friction(friction: float) -> None:
+    """Refuse a coefficient of friction that is none."""
+    if not 0 < friction < math.inf:
+        raise InputError(
+            f"must be positive, such as 0.15, got {friction!r}", argument="friction", value=friction
+        )
 
 
 def _number(value: Any, dimension: str, argument: str) -> float:
@@ -393,10 +420,7 @@ class _Path:
         # Rows count downwards, angles counter-clockwise.
         self.along = np.round([-math.sin(angle), math.cos(angle)], 15)
         self.across = np.array([-self.along[1], self.along[0]])
-        pair = result.pair
-        self.operator: TangentialOperator = halfspace.operator(
-            pair.boundary, pair.shape, pair.pixel, pair.contact_modulus, joint_poisson(pair)
-        )
+        self.operator = _operator(result.pair)
         points = result.pressure.size
         self.contact: ContactResult | None = None
         self.heaviest: ContactResult | None = None

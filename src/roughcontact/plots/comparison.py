@@ -123,7 +123,7 @@ def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, uni
             axes.fill_between(
                 pressures * across, low * up, high * up, color=colour, alpha=0.2, linewidth=0
             )
-    axes.set_xscale("log")
+    style.log_scale(axes, "x")
     _plain_ticks(axes.xaxis, between=False)
     axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
     style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
@@ -217,8 +217,8 @@ def sampling(study: SamplingStudy, title: Name) -> Figure:
         axes.plot(side * factor, 100 * item.relative, "s", color=colour, markersize=7)
     axes.axhline(100 * WANTED, color=style.NEUTRAL, linewidth=1.0, linestyle="--")
     axes.axvline(side * factor, color=style.NEUTRAL, linewidth=1.0, linestyle=":")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    style.log_scale(axes, "x")
+    style.log_scale(axes, "y")
     _plain_ticks(axes.xaxis)
     _plain_ticks(axes.yaxis)
     style.plain_axes(

@@ -423,7 +423,7 @@ def convergence(result: ElastoplasticResult) -> Figure:
     figure, axes = style.panels(7.6, 4.4)
     largest = max((max(step.residuals) for step in result.increments), default=1.0)
     # Where nothing yields the residual is 0, which no logarithm shows.
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     axes.set_ylim(result.tolerance / 10, 3 * max(largest, result.tolerance))
     first = 1
     for number, step in enumerate(result.increments):

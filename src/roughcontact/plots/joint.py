@@ -77,9 +77,9 @@ def conductance(result: Conductance) -> Figure:
             if not np.isnan(values).all():
                 line = marker if load.size > 1 else "o"
                 axes.plot(load * factor, values, line, color=colour, label=label)
-                axes.set_yscale("log")
+                style.log_scale(axes, "y")
         _band(axes, load * factor, result.resistance(kind, "correlation_length"))
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.plain_axes(axes, f"load [{load_unit}]", f"resistance [{unit}]", title)
         if axes.lines:
             style.plain_legend(axes)
@@ -150,10 +150,10 @@ def flow_factors(result: Leakage) -> Figure:
         (right, f"load [{load_unit}]", f"gap [{unit}]", "Gap at the narrowest place"),
     ):
         if any(np.isfinite(line.get_ydata()).any() for line in axes.lines):
-            axes.set_yscale("log")
+            style.log_scale(axes, "y")
         style.plain_axes(axes, x, y, title)
         style.plain_legend(axes)
-    right.set_xscale("log")
+    style.log_scale(right, "x")
     return figure
 
 
@@ -230,7 +230,7 @@ def interface_law(law: InterfaceLaw) -> Figure:
     _draw_law_gap(grid[1, 1], law)
     factor, unit = _pressure(law)
     for axes in (grid[0, 1], grid[1, 0], grid[1, 1]):
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.name_axes(axes, f"nominal pressure [{unit}]")
         axes.set_xlim(*(law.pressures()[[0, -1]] * factor * np.array([0.9, 1.1])))
     for axes in grid.ravel():
@@ -264,7 +264,7 @@ def _draw_separation(axes: Axes, law: InterfaceLaw) -> None:
             theory * scale, fine * factor, "--", color=style.NEUTRAL, label="Persson, elastic"
         )
     _shade(axes.axhspan, law)
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(
         axes,
         f"separation of the mean planes [{length}]",
@@ -312,7 +312,7 @@ def _draw_areas(axes: Axes, law: InterfaceLaw) -> None:
             axes, law, UNLOADING, "contact_fraction", 100, color=style.ELASTIC, marker="o",
             label="contact, unloading",
         )  # fmt: skip
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(axes, y="share of the area [%]", title="Contact and saturated area")
 
 
@@ -336,7 +336,7 @@ def _draw_stiffness(axes: Axes, law: InterfaceLaw) -> None:
     if np.isfinite(law.persson_length):
         line = law.pressures() / law.persson_length * scale
         axes.plot(law.pressures() * factor, line, "--", color=style.NEUTRAL, label="p̄/u₀, Persson")
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     style.name_axes(axes, y=f"stiffness per area [{unit}]", title="Stiffness")
 
 

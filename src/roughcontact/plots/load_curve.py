@@ -101,14 +101,14 @@ def load_curve(curve: LoadCurve) -> Figure:
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
     grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
     if np.isfinite(stiffness).any():
-        grid[1, 0].set_yscale("log")
+        style.log_scale(grid[1, 0], "y")
     style.name_axes(grid[1, 0], y="stiffness dW/dω [N/m]", title="Contact stiffness")
     number = curve.column("spots")
     grid[1, 1].plot(load * factor, number, "o-", color=style.SERIES[0])
     grid[1, 1].set_ylim(0, 1.1 * max(float(number.max()), 1.0))
     style.name_axes(grid[1, 1], y="number of contact spots", title="Contact spots")
     for axes in grid.ravel():
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.plain_axes(axes, f"load [{unit}]")
     for axes in grid[0]:
         style.plain_legend(axes)
@@ -140,7 +140,7 @@ def _draw_areas(axes: Axes, curve: LoadCurve, factor: float) -> None:
         share[~((share > 0) & (share <= 100 * (1 + 1e-9)))] = np.nan
         if (share >= lowest).any():
             axes.plot(load * factor, share, marker, color=colour, label=name)
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     if computed.size:
         axes.set_ylim(lowest, min(2.5 * float(computed.max()), 150.0))
     style.name_axes(axes, y="share of the map [%]", title="Contact and saturated area")

@@ -353,8 +353,8 @@ def spots(result: ContactResult) -> Figure:
             linewidth=1.6,
             label=f"mean area {style.in_unit(mean, (factor, unit), 'm²')}",
         )
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    style.log_scale(axes, "x")
+    style.log_scale(axes, "y")
     axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
     axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
     style.name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")

@@ -119,7 +119,7 @@ def load_curve(curve: LoadCurve) -> Figure:
         share[share == 0] = np.nan
         if np.isfinite(share).any():
             grid[0, 0].plot(load * factor, share, "o-", color=colour, label=name)
-    grid[0, 0].set_yscale("log")
+    style.log_scale(grid[0, 0], "y")
     scale, length_unit = style.prefixed(
         float(max(curve.column("approach").max(), curve.column("mean_gap").max())), "m"
     )
@@ -131,7 +131,7 @@ def load_curve(curve: LoadCurve) -> Figure:
     stiffness[~(np.isfinite(stiffness) & (stiffness > 0))] = np.nan
     grid[1, 0].plot(load * factor, stiffness, "o-", color=style.SERIES[0])
     if np.isfinite(stiffness).any():
-        grid[1, 0].set_yscale("log")
+        style.log_scale(grid[1, 0], "y")
     grid[1, 1].plot(load * factor, curve.column("spots"), "o-", color=style.SERIES[0])
     grid[1, 1].set_ylim(bottom=0)
     for axes, title, label in zip(
@@ -143,7 +143,7 @@ def load_curve(curve: LoadCurve) -> Figure:
         ),
         strict=True,
     ):  # fmt: skip
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
         style.plain_axes(axes, f"load per length [{unit}]", label, title)
     for axes in grid[0]:
         style.plain_legend(axes)

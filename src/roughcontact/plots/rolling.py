@@ -95,7 +95,7 @@ def _draw_strains(axes: Axes, rolling: RollingResult, number: Array) -> None:
     axes.axhline(
         minimum, color=style.NEUTRAL, linewidth=1.2, linestyle="-.", label="counts as none"
     )
-    axes.set_yscale("log")
+    style.log_scale(axes, "y")
     top = max(item.strain_added for item in rolling.passes)
     axes.set_ylim(minimum / 100, 3 * max(top, minimum))
     style.name_axes(axes, y="plastic strain by the pass")

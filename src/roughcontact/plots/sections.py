@@ -339,7 +339,7 @@ def draw_histogram(
             color=style.NEUTRAL,
         )
     if scale == "log":
-        axes.set_xscale("log")
+        style.log_scale(axes, "x")
     else:
         begin, end = bins.limits
         axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)

@@ -142,10 +142,34 @@ def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
         axes.set_title(title, fontsize=TITLE)
 
 
+# Ends of an axis over each other up to which 1, 2 and 5 of each decade are named, or every line.
+_FEW_DECADES, _PART_OF_ONE = 300, 6
+
+
+def log_scale(axes: Axes, way: str) -> None:
+    """Make an axis, "x" or "y", logarithmic; name its lines by plain numbers where it is short."""
+    from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation
+
+    axes.set(**{f"{way}scale": "log"})
+    axis = getattr(axes, f"{way}axis")
+    power = LogFormatterSciNotation(labelOnlyBase=True)
+    power.set_axis(axis)
+
+    def named(value: float, _: Any = None) -> str:
+        low, high = sorted(axis.get_view_interval())
+        if not high < _FEW_DECADES * low:
+            return str(power(value))
+        first = f"{value:e}"[0]
+        return f"{value:g}" if first in "125" or high < _PART_OF_ONE * low else ""
+
+    axis.set_major_formatter(FuncFormatter(named))
+    axis.set_minor_formatter(FuncFormatter(named))
+
+
 def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
     """Give axes of lines their grid and ticks, and their names."""
     name_axes(axes, x, y, title)
-    axes.tick_params(labelsize=TICK)
+    axes.tick_params(which="both", labelsize=TICK)
     axes.grid(True, color="#dddddd", linewidth=0.8)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
@@ -263,7 +287,7 @@ def draw_map(
     axes.set_xlim(left, left + width)
     axes.set_ylim(top + height, top)
     name_axes(axes, f"x [{unit}]", f"y [{unit}]")
-    axes.tick_params(labelsize=TICK)
+    axes.tick_params(which="both", labelsize=TICK)
     few_ticks(axes, height / width)
     return image
 

@@ -181,7 +181,7 @@ def steps(kind: Kind, result: Any, count: int = _MANY) -> list[Block]:
     chosen = spaced(rows, count)
     blocks = table(chosen, head)
     if len(chosen) < len(rows):
-        blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; --output writes all."))
+        blocks.append(Block("small", f"{len(chosen)} of {len(rows)} steps; files have all."))
     return blocks
 
 

@@ -99,7 +99,7 @@ def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     if yields:
         yield cited("first yield", "Green2005" if is_profile else "Jackson2005")
     if not is_profile:
-        yield cited("contact area without the excess of its rim", "Yastrebov2017")
+        yield cited("perimeter-corrected contact area", "Yastrebov2017")
     yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact import statistics
 from roughcontact._version import __version__
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.plots.comparison import (
     curves,
     numbers as draw_numbers,
@@ -558,7 +559,8 @@ def _change(result: Comparison, name: str) -> str:
     if not (difference.known and base > 0):
         return ""
     value, low, high = (
-        f"{100 * end / base:+.2g}" for end in (difference.value, difference.low, difference.high)
+        f"{float(f'{100 * end / base:.2g}'):+g}"
+        for end in (difference.value, difference.low, difference.high)
     )
     mark = " *" if result.is_significant(name) else ""
     return f"{value} % ({low} to {high} %){mark}".replace("-", "−")
@@ -610,7 +612,8 @@ def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
         return ()
     count = len(result.names)
     mark = f"* significant ({LEVEL}, Holm); " if len(result.groups) > 1 else ""
-    return (f"{mark}±: half the interval; {count} quantities: --verbose",)
+    rest = f"{count} quantities: {ArgumentRef('to_pandas()')}"
+    return (Sentence(f"{mark}±: half the interval; {rest}"),)
 
 
 KIND = Kind(

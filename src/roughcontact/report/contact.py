@@ -15,7 +15,7 @@ import numpy as np
 from roughcontact.contact import archive, plausibility
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
-from roughcontact.errors import ConvergenceError, InsufficientMemoryError
+from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
 from roughcontact.plots import cells, maps, profiles as draw
 from roughcontact.plots.sections import pressure_histogram, section
@@ -92,8 +92,8 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
     table = kind_of(result).table
     keys = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
     others = [quantity_of(table, key).name for key in keys if key not in known]
-    hint = "" if study is not None else " The pixel was not studied (--study)."
-    blocks.append(Block("small", f"No interval is known of: {', '.join(others)}.{hint}"))
+    hint = "" if study is not None else f" The pixel was not studied ({uncertainty.STUDY_REF})."
+    blocks.append(Block("small", Sentence(f"No interval is known of: {', '.join(others)}.{hint}")))
     formula = chapters.cells(rows_of(estimate.BESIDE, result))
     blocks += chapters.table([(name, text) for name, text, _ in formula])
     if study is not None:

@@ -164,8 +164,8 @@ CONTACT: Table = (
         part=HEADLINE,
     ),
     Quantity(
-        "perimeter_corrected_area", "contact area without rim excess", unit="m²",
-        meaning="less what whole pixels at the rim of spots add",
+        "perimeter_corrected_area", "perimeter-corrected area", unit="m²",
+        meaning="without what whole pixels at the perimeter of spots add",
     ),
     Quantity(
         "saturated_fraction", "saturated area", meaning="share of the map at the ceiling",
@@ -288,7 +288,7 @@ VOLUME: Table = (
     _of_contact("contact_area", when=_loaded),
     _of_contact("contact_fraction"),
     Quantity(
-        "perimeter_corrected_area", "contact area without rim excess", unit="m²",
+        "perimeter_corrected_area", "perimeter-corrected area", unit="m²",
         meaning="less what whole pixels at the elastic rim of spots add", when=_loaded,
         stored=False, brief=False,
     ),

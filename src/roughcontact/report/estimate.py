@@ -109,7 +109,7 @@ def _beside_contact(result: ContactResult) -> str:
     assert answer is not None
     nominal = result.pressure.size * result.pixel_area
     by = result.perimeter_corrected_area / nominal / answer.contact.value - 1
-    own = f"without rim excess this one is {percent(abs(by))} {_side(by)} it"
+    own = f"perimeter-corrected, this one is {percent(abs(by))} {_side(by)} it"
     return f"{_share(answer.contact)}; {own}"
 
 

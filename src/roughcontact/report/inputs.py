@@ -355,4 +355,4 @@ def parameter(name: str, values: Mapping[str, float]) -> str:
         return f"{plain(100 * value)} %"
     if unit == "ml/m²":
         return f"{plain(1e6 * value)} ml/m²"
-    return engineering(value, unit)
+    return grouped(engineering(value, unit))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, replace
 from operator import attrgetter
 from typing import Any
 
@@ -13,7 +13,7 @@ from roughcontact.joint.interface_law import InterfaceLaw
 from roughcontact.joint.law_curve import ERROR
 from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
-from roughcontact.report import chapters, figures, phrases
+from roughcontact.report import chapters, figures, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR
 from roughcontact.report.fields import (
     CAUTIONS,
@@ -24,7 +24,8 @@ from roughcontact.report.fields import (
     Table,
 )
 from roughcontact.report.kind import CellTable, Kind, Use
-from roughcontact.statistics import LEVEL
+from roughcontact.statistics import LEVEL, Mean, mean
+from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval
 from roughcontact.units import counted, engineering, percent, plain
 
 
@@ -56,6 +57,13 @@ def _tables(law: InterfaceLaw) -> dict[str, Any]:
     return {
         branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
         for branch, table in tables.items()
+    }
+
+
+def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
+    return {
+        name: {key: values.tolist() for key, values in vars(law.backbone(axis)).items()}
+        for axis, name in enumerate("yx")
     }
 
 
@@ -95,6 +103,15 @@ LAW: Table = (
         "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
     ),
     Quantity("tables", of=_tables),
+    Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
+    Quantity(
+        "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
+        when=lambda law: law.friction is not None,
+    ),
+    Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
+    Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
+    Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
+    Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
     Quantity(
         "thermal_conductance", of=lambda law: law.conductance.tolist(),
     ),
@@ -151,6 +168,10 @@ LAW_COLUMNS: Columns = (
     Column(
         "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
         when=lambda law: law.bodies is not None,
+    ),
+    Column(
+        "tangential_stiffness", "tangential", unit="Pa/m", form=_per_length, brief=False,
+        when=lambda law: law.friction is not None,
     ),
     Column("separation_deviation", unit="m"),
     Column("contact_deviation"),
@@ -222,21 +243,54 @@ def _problem(law: InterfaceLaw) -> str:
     return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
 
 
+def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
+    """Return the intervals of closing and stiffness under the largest pressure."""
+    separation = law.values(law.branches[0], "separation")
+    means = (
+        mean(separation[:, 0] - separation[:, -1]), law.mean(law.branches[0], "stiffness")[-1],
+    )  # fmt: skip
+    coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
+    changes = coarser or (math.nan, math.nan)
+    closing, stiffness = (
+        _with_scatter(uncertainty.of_joint(law, name, item.value, index, changes[index]), item)
+        for index, (name, item) in enumerate(zip(("closing", "stiffness"), means, strict=True))
+    )
+    return closing, stiffness
+
+
+def _with_scatter(interval: Interval, over: Mean) -> Interval:
+    """Return an interval with the scatter of the mean over several maps."""
+    if over.count < 2 or not over.value:
+        return interval
+    half = (over.high - over.value) / over.value
+    scatter = ErrorSource(Cause.MAPS, -min(half, 1.0), half)
+    return replace(interval, doubts=(*interval.doubts, scatter))
+
+
+def _with_ends(interval: Interval, form: Callable[[float], str]) -> str:
+    text = form(interval.value)
+    if not uncertainty.has_ends(interval):
+        return text
+    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
+
+
 def _answer(law: InterfaceLaw) -> str:
-    """Return how far the faces approach over the pressures, and how stiff the joint is."""
+    """Return how far the faces approach over the pressures, and how stiff the joint is then."""
     steps = law.of_branch(law.branches[0])
-    first, last = steps[0], steps[-1]
-    ends = phrases.between(first.pressure, last.pressure, lambda value: phrases.size(value, "Pa"))
-    by = phrases.size(first.separation - last.separation, "m")
-    stiffness = f"{_per_length(first.stiffness)} to {_per_length(last.stiffness)} GPa/µm"
-    return f"From {ends} the faces approach by {by}; stiffness {stiffness}."
+    first, last = steps[0].pressure, steps[-1].pressure
+    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
+    closing, stiffness = _intervals(law)
+    by = _with_ends(closing, lambda value: phrases.size(value, "m"))
+    stiff = _with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+    return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
 
 def _numbers(law: InterfaceLaw) -> CellTable:
     """Return separation, contact and stiffness at some pressures while loading."""
     steps = law.of_branch(law.branches[0])
     several, flows = _several(law), _flows(law)
-    heads = ["pressure", "separation", *(["±"] * several), "contact", "stiffness"]
+    heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
+    heads.append("stiffness")
     heads += ["unloading"] * flows
     rows = []
     for step in steps:
@@ -250,12 +304,24 @@ def _numbers(law: InterfaceLaw) -> CellTable:
 
 def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
     """Return where the maps resolve the law, and how well it is known between the pressures."""
-    lines = [f"Resolved: {_range(law)}"]
+    _, stiffness = _intervals(law)
+    lines: list[str] = []
+    if uncertainty.has_ends(stiffness):
+        lines.append(uncertainty.sources(stiffness, hint=False))
+    lines.append(f"Resolved: {_range(law)}")
     error = max(law.curve(branch).error for branch in law.branches)
     if not math.isnan(error):
-        lines[0] += f"; interpolation error {100 * error:.2g} %"
-    if _several(law):
-        lines.append(f"±: half of the {100 * LEVEL:.0f} % interval of the mean over the maps")
+        lines[-1] += f"; interpolation error {100 * error:.2g} %"
+    if law.friction is not None:
+        last = law.of_branch(law.branches[0])[-1]
+        each = [
+            f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
+            for axis, ratio in zip("yx", law.friction.ratios, strict=True)
+        ]
+        lines.append(
+            f"Tangential at {phrases.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {phrases.size(float(law.elastic_slip()[-1]), 'm')}"
+        )
     if len(law.branches) > 1:
         last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
         lines.append(

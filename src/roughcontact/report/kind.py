@@ -137,13 +137,14 @@ class Kind:
     def to_pandas(self, result: Any) -> pandas.DataFrame:
         """Return the steps of a result as a table of pandas."""
         if not self.columns:
-            raise InputError(f"a {self.result.__name__} has no steps: use summary()")
+            raise InputError(f"{self.result.__name__} has no steps: use summary()")
         return frame_of(self.columns, result)
 
     def to_xarray(self, result: Any) -> xarray.Dataset:
         """Return a result as a dataset of xarray."""
         if self.dataset is None:
-            raise InputError(f"a {self.result.__name__} has no NetCDF form: use summary()")
+            other = "to_pandas()" if self.columns else "summary()"
+            raise InputError(f"{self.result.__name__} has no NetCDF form: use {other}")
         return self.dataset(result)
 
     def summary(self, result: Any) -> dict[str, Any]:

@@ -42,7 +42,7 @@ from roughcontact.report import (
     tangential,
     uncertainty,
 )
-from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
+from roughcontact.report.fields import ANSWER, TRUST, Headline, Quantity, Row, some
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
 from roughcontact.surface.surface import Surface
@@ -52,7 +52,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MAP = Kind(
-    Surface, inputs.SURFACE, brief=False, plots=(maps.surface, sections.bearing_curve),
+    Surface, (*inputs.SURFACE, Quantity("Sq", "Sq", unit="m"), Quantity("Sdq", "Sdq")),
+    brief=False, plots=(maps.surface, sections.bearing_curve),
     save=export.save_surface,
 )  # fmt: skip
 _PROFILE = replace(
@@ -372,7 +373,7 @@ class Plots:
 
     def __init__(self, shown: object, figures: tuple[Draw, ...]) -> None:
         if not figures:
-            raise AttributeError(f"a {type(shown).__name__} has no figures")
+            raise AttributeError(f"{type(shown).__name__} has no figures")
         self._shown = shown
         self._figures = {figure.__name__: figure for figure in figures}
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
 from roughcontact.plots.joint import flow_factors, leak
 from roughcontact.references import cited
@@ -282,17 +283,16 @@ def _numbers(result: Leakage) -> CellTable:
 
 def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return what scales the rate, the narrowest place, and how exactly it is solved."""
-    lines = []
+    lines: list[str] = []
     if result.seal is not None and None in (result.seal.width, result.seal.length):
-        lines.append("Rate scales with width/length of the land: --seal-width, --seal-length")
+        edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
+        lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
               if place is not None and axis in result.axes]  # fmt: skip
     narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
     if places:
         lines.append(narrowest)
-    if result.coarser is not None:
-        lines.append(f"Grid of twice the pixel: {_coarser(result).partition(': ')[2]}")
     flowing = [axis for axis in result.axes if _flows(result, axis)]
     lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
 from roughcontact.contact.subsurface_stress import StressResult, to_dataset
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.plots import subsurface_stress as draw
 from roughcontact.report import (
     chapters,
@@ -50,6 +52,16 @@ def _method(_: StressResult) -> list[Block]:
 # --- What is said first ---
 
 
+# As close to the yield strength as `first_yield_load` comes.
+_AT_YIELD = 1e-3
+
+
+def _load(stress: StressResult) -> str:
+    solution = stress.solution
+    pressure = phrases.size(solution.load / solution.nominal_area, "Pa")
+    return f"{phrases.size(solution.load, solution.pair.load_unit)} ({pressure} nominal)"
+
+
 def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     """Return whether the material yields, and where the stress is largest."""
     depth = stress.max_von_mises_at[0]
@@ -58,6 +70,8 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
+    if math.isclose(stress.max_von_mises, strength, rel_tol=_AT_YIELD):
+        return f"First yield at {_load(stress)}, {where}; σ_Y = {phrases.size(strength, 'Pa')}."
     known = f"(σ_Y = {phrases.size(strength, 'Pa')})"
     if stress.max_von_mises > strength:
         return f"The material yields: the von Mises stress reaches {reached} {known}, {where}."
@@ -66,17 +80,14 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
 
 def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTable:
     """Return where the stress is largest, the shear of a pass, and the load of first yield."""
-    kind, solution = _kind(stress), stress.solution
-    unit = solution.pair.load_unit
+    kind = _kind(stress)
     rows = [
         ("Maximum von Mises", kind.row(stress, "max_von_mises").text),
         ("At", kind.row(stress, "max_von_mises_place").text),
     ]
     if onset is not None:
-        force = phrases.size(onset.solution.load, unit)
-        pressure = onset.solution.load / solution.nominal_area
-        rows.append(("Yields from", f"{force} ({phrases.size(pressure, 'Pa')} nominal)"))
-    if not solution.pair.is_profile:
+        rows.append(("Yields from", _load(onset)))
+    if not stress.solution.pair.is_profile:
         shear = (
             f"±{kind.row(stress, f'max_orthogonal_shear_along_{axis}').text} along {axis}"
             for axis in "yx"
@@ -89,8 +100,8 @@ def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[s
     """Return how exactly the contact is solved, and the command for what yields."""
     strength = stress.material.yield_strength
     lines = [phrases.status(stress.solution)]
-    if strength is not None and stress.max_von_mises > strength:
-        lines.append("Plastic depth: solve … --model elastoplastic")
+    if strength is not None and stress.max_von_mises > strength * (1 + _AT_YIELD):
+        lines.append(Sentence(f"Plastic depth: {ArgumentRef('rc.solve_elastoplastic')}"))
     return tuple(lines)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import contact_fields
 from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
 from roughcontact.report.kind import Kind
@@ -34,7 +35,7 @@ STUDY_COLUMNS: Columns = (
     Column("case", "case", of=lambda study: [name for name, _ in study.named()]),
     Column("contact_fraction", "contact", of=_cases("contact_fraction"), form=percent),
     Column(
-        "corrected_fraction", "without rim", of=_cases("corrected_fraction"), form=percent
+        "corrected_fraction", "perimeter-corrected", of=_cases("corrected_fraction"), form=percent
     ),
     Column("saturated_fraction", "saturated", of=_cases("saturated_fraction"), form=percent),
     Column("max_pressure", "largest pressure", unit="Pa", of=_cases("max_pressure")),
@@ -44,7 +45,9 @@ STUDY_COLUMNS: Columns = (
 
 
 # Its papers are those of the contact in the same report.
-KIND = Kind(ResolutionStudy, STUDY, STUDY_COLUMNS)
+KIND = Kind(
+    ResolutionStudy, STUDY, STUDY_COLUMNS, answer=lambda study: "".join(study.sentences[:1])
+)
 
 
 # --- How sure the headline numbers are, in rows ---
@@ -78,10 +81,15 @@ def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Inte
 _SHORT = {
     Cause.RIM: "spot perimeter", Cause.GRID: "pixel", Cause.EDGE: "map edge",
     Cause.WAVES: "shorter waves", Cause.YIELDING: "ceiling",
+    Cause.MAPS: "maps",
 }  # fmt: skip
 
 
-def sources(interval: Interval, hint: bool = True) -> str:
+STUDY_REF = ArgumentRef("rc.resolution_study")
+"""What studies the pixel."""
+
+
+def sources(interval: Interval, hint: bool = True) -> Sentence:
     """Return in one line what an interval comes from."""
     known, unknown = [], []
     for item in interval.doubts:
@@ -95,12 +103,14 @@ def sources(interval: Interval, hint: bool = True) -> str:
         else:
             ends = dict.fromkeys(changed_by(end) for end in (item.low, item.high) if end)
             known.append(f"{name} {' to '.join(ends)}" if ends else f"{name} none")
-    head = "No interval, known are" if Cause.YIELDING in interval.unknown else "Interval from"
-    text = f"{head}: {', '.join(known)}" if known else ""
     other = f"{' and '.join(unknown)} not studied" if unknown else ""
     if hint and "pixel" in unknown:
-        other += " (--study)"
-    return "; ".join(filter(None, (text, other)))
+        other += f" ({STUDY_REF})"
+    lacking = Cause.YIELDING in interval.unknown
+    text = f"{'Known' if lacking else 'Interval from'}: {', '.join(known)}" if known else ""
+    if lacking:
+        return Sentence(". ".join(filter(None, (f"No interval: {other}", text))))
+    return Sentence("; ".join(filter(None, (text, other))))
 
 
 def of_joint(joint: Any, name: str, value: float, index: int, coarser: float) -> Interval:

@@ -69,6 +69,10 @@ THERMAL_FILM = Option(
     parsing.quantity("thermal film"), None,
 )  # fmt: skip
 
+FRICTION = Option(
+    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
+)  # fmt: skip
+
 PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
 )

@@ -42,7 +42,7 @@ def _run(request: Request, work: Work) -> Outcome:
     contacts = Contacts(request, work, work.maps[:first], work.maps[first:])
     contacts.require_map(OF)
     maps = list(contacts.each())
-    result = _law_of(request, maps)
+    result = maps[0].with_variants(_law_of(request, maps))
     if request[QUARTERS]:
         level = request[options.LEVEL]
         parts = [item.of(part) for item in maps for part in partition(item.maps[0], 2, level)]
@@ -79,9 +79,10 @@ def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
     return interface_law(
         loading(),
         unloading(),
-        body=body if both else None,
-        counter_body=counter_body if both else None,
+        conductor=body if both else None,
+        counter_conductor=counter_body if both else None,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        friction=request[joints.FRICTION],
     )
 
 
@@ -113,11 +114,13 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output law.inp
 """,
     (
-        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE, *options.OUTPUT,
+        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
+        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
+        *options.OUTPUT,
     ),
     (
-        *joints.RANGE, options.MATERIAL, options.CEILING, options.BOUNDARY, options.MISSING,
+        *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
+        options.MISSING,
         QUARTERS, OUTPUT, options.REPORT,
     ),
     run=_run,

@@ -8,7 +8,8 @@ from typing import Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, parsing, solve
+from roughcontact.request import options, solve
+from roughcontact.request.contacts import FRICTION
 from roughcontact.request.options import (
     LENGTH,
     NEEDED,
@@ -40,9 +41,6 @@ def _forces(text: str, argument: str) -> tuple[str, ...]:
     return parts
 
 
-FRICTION = Option(
-    "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
-)  # fmt: skip
 FORCE = Option(
     "force", Panel.BODIES, "FORCES",
     'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None,

@@ -15,6 +15,14 @@ from roughcontact.request.options import Option, Rule
 
 T = TypeVar("T")
 
+# What the command line has in place of a function of Python.
+_FUNCTIONS = {
+    "rc.resolution_study": "--study",
+    "rc.solve_elastoplastic": "solve … --model elastoplastic",
+    "rc.solve_elastoplastic, then unload": "solve --model elastoplastic --unload",
+    "to_pandas()": "--verbose",
+}
+
 Given = Mapping[str, str | bool | list[str]]
 """Options as text by their names: True for a flag, a list for what may be repeated."""
 
@@ -67,7 +75,7 @@ class Command:
             return "FILE"
         option = self.named(mention.name)
         if option is None:
-            return str(mention)
+            return _FUNCTIONS.get(mention.name, str(mention))
         if mention.value is None or mention.value is True:
             return f"--{option.name}"
         return f"--{option.name} {shlex.quote(option.text(mention.value))}"

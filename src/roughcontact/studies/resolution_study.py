@@ -45,7 +45,7 @@ STEADY = 0.05
 
 QUANTITIES = {
     "contact_fraction": "contact area",
-    "corrected_fraction": "contact area without rim excess",
+    "corrected_fraction": "perimeter-corrected area",
     "saturated_fraction": "saturated area",
     "max_pressure": "maximum pressure",
     "mean_pressure": "mean pressure",
@@ -330,7 +330,7 @@ precision
     >>> study = rc.resolution_study(rc.Surface(ball, (1e-6, 1e-6)), material=steel, load=0.5)
     >>> print(study.sentences[0])
     Independent of the grid (less than 5 % change at each step over pixels of 2 µm, 1 µm, 500 nm): \
-contact area, contact area without rim excess, maximum pressure, mean pressure.
+contact area, perimeter-corrected area, maximum pressure, mean pressure.
     """
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     terms = LoadCase(

@@ -54,6 +54,7 @@ class Cause(StrEnum):
     EDGE = "edge of the map"
     WAVES = "shorter waves"
     YIELDING = "ceiling against plasticity of the volume"
+    MAPS = "scatter of the maps"
     TOLERANCE = "tolerance"
 
 

@@ -201,7 +201,7 @@ def common_rectangle(
     if best == 0:
         raise InputError(
             "the maps do not overlap: they have no 2 × 2 points in common; check "
-            f"{ArgumentRef('offset')} and {ArgumentRef('angle')}, and that the sizes are in metres"
+            f"{ArgumentRef('offset')} and {ArgumentRef('angle')}, and that the sizes are in meters"
         )
     return rows, columns
 
@@ -251,7 +251,7 @@ def _checked_offset(offset: tuple[float, float]) -> tuple[float, float]:
     try:
         y, x = (float(shift) for shift in offset)
     except (TypeError, ValueError):
-        raise input_error("offset", offset, "must be a pair (y, x) in metres") from None
+        raise input_error("offset", offset, "must be a pair (y, x) in meters") from None
     if not (math.isfinite(y) and math.isfinite(x)):
         raise input_error("offset", offset, "must be finite (y, x) [m]")
     return y, x

@@ -251,7 +251,7 @@ def generate(
 
 
 def _in_metres(**specified: Any) -> dict[str, Any]:
-    """Return arguments with their lengths in metres."""
+    """Return arguments with their lengths in meters."""
     lengths = ("Sq", "Sal", "rolloff_wavelength", "cutoff_wavelength", "turning")
     return {
         name: quantity(value, "length", name) if name in lengths else value
@@ -315,7 +315,7 @@ def _feed(specified: dict[str, Any]) -> float | None:
     if turning is None:
         return None
     if not isinstance(turning, Sequence) or len(turning) != 2:
-        raise input_error("turning", turning, "must be a pair (feed, nose radius) in metres")
+        raise input_error("turning", turning, "must be a pair (feed, nose radius) in meters")
     for name in ("Sal", "Sdq", "Str", "Sku", "honing"):
         if specified[name] is not None:
             raise InputError(

@@ -61,7 +61,7 @@ def _real(heights: ArrayLike) -> NDArray[Any]:
         ) from None
     if array.dtype.kind not in "fiu":
         raise InputError(
-            f"must be real numbers in metres, got dtype {array.dtype}", argument="heights"
+            f"must be real numbers in meters, got dtype {array.dtype}", argument="heights"
         )
     return array
 
@@ -102,7 +102,7 @@ def _edges(pixel: Any) -> tuple[float, float]:
     try:
         dy, dx = (float(edge) for edge in quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
-        raise input_error("pixel", pixel, "must be a pair (dy, dx) in metres") from None
+        raise input_error("pixel", pixel, "must be a pair (dy, dx) in meters") from None
     if not (0 < dy < np.inf and 0 < dx < np.inf):
         raise input_error("pixel", pixel, "must be positive and finite (dy, dx) [m]")
     return dy, dx
@@ -113,7 +113,7 @@ def _spacing(pixel: Any) -> float:
         spacing = float(quantity(pixel, "length", "pixel"))
     except (TypeError, ValueError):
         raise input_error(
-            "pixel", pixel, "of a profile must be the one distance of its points in metres"
+            "pixel", pixel, "of a profile must be the one distance of its points in meters"
         ) from None
     if not 0 < spacing < np.inf:
         raise input_error("pixel", pixel, "must be positive and finite [m]")

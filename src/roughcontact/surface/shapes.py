@@ -196,7 +196,7 @@ def _pair(name: str, values: tuple[float, float]) -> tuple[float, float]:
     try:
         along_y, along_x = values
     except (TypeError, ValueError):
-        raise input_error(name, values, "must be a pair (y, x) in metres") from None
+        raise input_error(name, values, "must be a pair (y, x) in meters") from None
     require_positive(**{f"{name}[0]": along_y, f"{name}[1]": along_x})
     return along_y, along_x
 
