@@ -152,11 +152,7 @@ class Control:
 
 
 def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
-    about: dict[str, Any] = {
-        "label": option.label,
-        "description": option.help,
-        **style.CONTROL,
-    }
+    about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
         return Check(words=option.label, **style.BLOCK)
     if choices is not None:

@@ -224,8 +224,7 @@ class Stress:
         names = ("depth", "mises", "tresca", "shear")
         self.source: Any = style.source(*names)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(field_colours()(np.linspace(0, 1, 256))),
-            high_color=OVER,
+            palette=style.palette(field_colours()(np.linspace(0, 1, 256))), high_color=OVER
         )
         self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
         self.level: Any = models.Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")

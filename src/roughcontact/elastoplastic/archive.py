@@ -164,9 +164,7 @@ def load_elastoplastic(
     return result
 
 
-def load_step(
-    path: str | os.PathLike[str],
-) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
+def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
     """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
     dataset = archive.opened(path)
     with archive.refused(path, "ElastoplasticResult"):

@@ -23,10 +23,7 @@ _STEP = 0.25
 
 
 def love(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    first_row: int = 0,
+    shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float, first_row: int = 0
 ) -> Array:
     """Return the displacement of pixels under unit pressure on the pixel ``[0, 0]``.
 
@@ -129,13 +126,7 @@ def _expansion(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array
     return fourth
 
 
-def _log_ratio(
-    center: Array,
-    edge: float,
-    near: Array,
-    far: Array,
-    other: Array,
-) -> Array:
+def _log_ratio(center: Array, edge: float, near: Array, far: Array, other: Array) -> Array:
     """Return ln[(c + e/2 + r_far) / (c - e/2 + r_near)] without cancellation."""
     # r_far - r_near = (r_far² - r_near²) / (r_far + r_near) = 2 c e / (r_far + r_near)
     ratio = edge * (1 + 2 * center / (near + far)) / (center - edge / 2 + near)

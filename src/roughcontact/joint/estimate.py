@@ -626,10 +626,7 @@ def _volume(
     outside = [_range_text(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
-            as_note(
-                Kind.ESTIMATE_DOMAIN,
-                f"No plastic depth: its formula holds for {outside[0]}.",
-            )
+            as_note(Kind.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}.")
         ]
     result = _ranged(VOLUME, groups, roughness)
     return result.times(roughness.Sq / roughness.Sdq), []

@@ -16,15 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.cautions import (
-    FEW_MAPS,
-    Caution,
-    Kind,
-    as_caution,
-    as_note,
-    as_warning,
-    few_maps,
-)
+from roughcontact.cautions import FEW_MAPS, Caution, Kind, as_caution, as_note, as_warning, few_maps
 from roughcontact.units import engineering, percent
 
 Array = NDArray[np.float64]

@@ -417,11 +417,7 @@ def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "")
     if cell == (1, 1):
         return
     text = f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown}."
-    figure.supxlabel(
-        f"{text}\n{more}" if more else text,
-        fontsize=NOTE,
-        color=NEUTRAL,
-    )
+    figure.supxlabel(f"{text}\n{more}" if more else text, fontsize=NOTE, color=NEUTRAL)
 
 
 # --- Words that several figures share: load, doubt, names of results ---

@@ -18,14 +18,7 @@ from roughcontact.plots.comparison import (
 )
 from roughcontact.plots.style import prefixed
 from roughcontact.references import cited
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    contact_fields,
-    inputs,
-    phrases,
-)
+from roughcontact.report import assumptions, chapters, citations, contact_fields, inputs, phrases
 from roughcontact.report.fields import (
     ABSENT,
     CAUTIONS,

@@ -438,10 +438,7 @@ def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple
 
 
 def _solved_step(
-    sweep: _Sweep,
-    number: int,
-    start: Array | None,
-    progress: Tell,
+    sweep: _Sweep, number: int, start: Array | None, progress: Tell
 ) -> tuple[LoadStep, Array, Array]:
     """Return a step and its pressure, and the pressure from which the next one starts."""
     result = press(

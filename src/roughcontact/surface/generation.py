@@ -361,10 +361,7 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
 
 
 def _translated(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    requested: _Asked,
-    seed: int,
+    shape: tuple[int, int], pixel: tuple[float, float], requested: _Asked, seed: int
 ) -> tuple[Array, Spectrum]:
     """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)

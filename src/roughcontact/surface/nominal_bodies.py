@@ -39,10 +39,7 @@ class NominalBody(partial[Surface]):
 
 
 def flat(
-    *,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
+    *, shape: tuple[int, int], pixel: Quantities, center: tuple[float, float] | None = None
 ) -> Surface:
     """Return a flat body."""
     edges = quantity(pixel, "length", "pixel")

@@ -13,10 +13,7 @@ Array = NDArray[np.float64]
 
 
 def persson_fractions(
-    mean_pressure: float,
-    contact_modulus: float,
-    rms_gradient: float,
-    ceiling: float | None = None,
+    mean_pressure: float, contact_modulus: float, rms_gradient: float, ceiling: float | None = None
 ) -> tuple[float, float]:
     """Return Persson's fractions of the nominal area in contact and at the ceiling.
 
