@@ -456,11 +456,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
             str(file), tasks.RUN.read(specified), say, display is Display.QUIET
         )
     if display is Display.JSON:
-        contacts = [
-            {"name": item.name, "state": item.state, "told": item.summary, "reason": item.reason}
-            for item in reports
-        ]
-        print(to_json({"contacts": contacts}))
+        print(to_json({"contacts": [report.record() for report in reports]}))
     elif display is not Display.QUIET:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
@@ -556,15 +552,7 @@ def _verify(files: Subject, specified: Given) -> None:
             say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
     if display is Display.JSON:
-        listed = [
-            {
-                "file": item.file, "sealed": item.sealed,
-                "found": item.verification and dataclasses.asdict(item.verification),
-                "reason": item.reason,
-            }
-            for item in checked
-        ]  # fmt: skip
-        print(to_json({"files": listed}))
+        print(to_json({"files": [item.record() for item in checked]}))
     elif display is not Display.QUIET:
         console.show_verified(checked)
     failed = [item for item in checked if item.reason]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -301,6 +301,11 @@ class Checked:
         Verification | None
     )  # What it states of its contact beside what was computed again
     reason: str  # Why it is no sound result, in a sentence
+
+    def record(self) -> dict[str, Any]:
+        """Return its entry in JSON."""
+        found = self.verification and asdict(self.verification)
+        return {"file": self.file, "sealed": self.sealed, "found": found, "reason": self.reason}
 
 
 def check_file(path: str | os.PathLike[str]) -> Checked:
