@@ -7,7 +7,10 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cautions import Kind
-from roughcontact.solvers.progress import Bar, Progress, Step
+from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
+from roughcontact.solvers import progress
+from roughcontact.solvers.progress import Bar, Forecast, Progress, Step, one_of_several
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 
@@ -16,11 +19,11 @@ def rough():
     return rc.Surface(*rc.reference_map(96, 3))
 
 
-def test_errors_fall_by_about_as_much_each_time():
+def test_a_bar_shows_the_share_that_is_done():
     stream = io.StringIO()
     bar = Bar(stream)
-    for certificate in (1e-1, 1e-2, 1e-4, 1e-6):
-        bar(Progress(1, 2, Step((8, 8), 0, 1, certificate, 1e-5)))
+    for certificate, done in ((1e-1, 0.0), (1e-2, 0.25), (1e-4, 0.75), (1e-6, 1.0)):
+        bar(Progress(1, 2, Step((8, 8), 0, 1, certificate, 1e-5, done)))
     bar(Progress(2, 2, None, "map", kept=True))
     bar.close()
     drawn = stream.getvalue().split("\r")[1:]
@@ -103,3 +106,91 @@ def _width(line):
     stream = io.StringIO()
     Bar(stream)(Progress(2, 2, None, kept=True))
     return stream.getvalue().count("█")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Return what sets the time."""
+    times = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: times[-1])
+    return times.append
+
+
+def test_time_left_is_known_from_the_first_finished_part_on(clock):
+    forecast = Forecast()
+
+    def left(now, number, count, kept=False):
+        clock(now)
+        return forecast(Progress(number, count, None, kept=kept))
+
+    # What was kept takes no time and tells none.
+    assert left(100, 4, 10, kept=True) == 0
+    assert left(100, 5, 10) == 0
+    assert left(150, 5, 10) == 0
+    assert left(200, 6, 10) == 500
+    assert left(250, 6, 10) == 450
+    assert left(500, 6, 10) == 400
+    assert left(500, 7, 10) == 800
+    # Another series.
+    assert left(505, 1, 3) == 0
+    assert left(512, 2, 3) == 14
+
+
+@pytest.mark.parametrize(("boundary", "ceiling"), [("free", "auto"), ("periodic", None)])
+def test_the_time_left_of_a_solve_is_known_within_a_factor_of_two(clock, boundary, ceiling):
+    forecast, told = Forecast(), []
+    work = at = 0
+
+    def look(state):
+        nonlocal work, at
+        # A convolution takes a time in proportion to the points of its grid.
+        step = state.step
+        work += (step.convolutions - (at if step.iteration else 0)) * np.prod(step.shape)
+        at = step.convolutions
+        clock(float(work))
+        told.append((float(work), step.done, forecast(state)))
+
+    surface = rc.Surface(*rc.reference_map(256, 3))
+    rc.solve(surface, material=STEEL, load=0.5, boundary=boundary, ceiling=ceiling, progress=look)
+    shares = [done for _, done, _ in told]
+    assert shares[-1] == 1
+    assert all(0 <= done <= 1 for done in shares)
+    known = [(left, work - now) for now, done, left in told if left and done < 0.9]
+    assert len(known) > 5
+    assert all(0.5 < left / true < 2 for left, true in known), known
+    # It is known in the first tenth of the work.
+    assert known[0][1] > 0.9 * work
+
+
+def test_the_parts_of_a_calculation_are_as_long_as_the_first_seems_to_be(clock):
+    forecast = Forecast()
+
+    def left(now, iteration, done):
+        clock(now)
+        return forecast(Progress(1, 5, Step((8, 8), iteration, 1, 0.1, 1e-6, done)))
+
+    assert left(100, 0, 0.0) == 0
+    assert left(101, 1, 0.1) == 0
+    assert left(102, 2, 0.25) == pytest.approx(6 + 4 * 8)
+
+
+def test_the_parts_of_several_calculations_are_counted_together():
+    told = []
+    look = one_of_several(told.append, 2, 3)
+    look(Progress(1, 4, None, "honed", kept=True))
+    assert told == [Progress(5, 12, None, "honed", kept=True)]
+
+
+def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
+    heights, pixel = rc.reference_map(32, 3)
+    names = [str(tmp_path / f"{number}.npz") for number in range(3)]
+    for name in names:
+        rc.Surface(heights, pixel).save(name)
+    given = {"group": [f"a={names[0]}", f"b={names[1]}", f"c={names[2]}"], "load": "20 MPa",
+             "material": "100Cr6", "steps": "2"}  # fmt: skip
+    told = []
+    run(from_text("compare", None, given), lambda text: None, told.append)
+    numbers = [state.number for state in told]
+    assert {state.count for state in told} == {6}
+    assert sorted(numbers) == numbers
+    assert set(numbers) == {1, 2, 3, 4, 5, 6}

@@ -16,7 +16,7 @@ from roughcontact.cautions import Caution, Kind as CautionKind, as_caution
 from roughcontact.cli import console
 from roughcontact.cli.terminal import Display
 from roughcontact.references import cited
-from roughcontact.report import kinds
+from roughcontact.report import kinds, surface
 from roughcontact.report.fields import PROBLEM, Column, Quantity
 from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import Kind
@@ -77,7 +77,8 @@ KIND = Kind(
 
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
-    monkeypatch.setattr(kinds, "KINDS", (*kinds.KINDS, KIND))
+    monkeypatch.setattr(surface, "SQUEAKING_KIND", KIND, raising=False)
+    monkeypatch.setitem(kinds.KINDS, "Squeaking", ("surface:SQUEAKING_KIND",))
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)
@@ -149,16 +150,19 @@ def test_a_kind_without_a_question_has_no_report(
     squeaking: Squeaking, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mute = replace(KIND, question=lambda _: "")
-    monkeypatch.setattr(kinds, "KINDS", (mute,))
+    monkeypatch.setattr(surface, "SQUEAKING_KIND", mute)
     with pytest.raises(rc.InputError, match="no report on a Squeaking alone"):
         squeaking.report(tmp_path / "out.html")
 
 
 def test_every_kind_is_listed_once_and_the_narrower_first() -> None:
-    assert len(set(map(id, kinds.KINDS))) == len(kinds.KINDS)
+    listed = kinds.every()
+    assert len(set(map(id, listed))) == len(listed)
+    for name, places in kinds.KINDS.items():
+        assert {kinds._loaded(place).result.__name__ for place in places} == {name}
     usual = Kind(object, ()).when
-    for at, kind in enumerate(kinds.KINDS):
-        later = [other for other in kinds.KINDS[at + 1 :] if other.result is kind.result]
+    for at, kind in enumerate(listed):
+        later = [other for other in listed[at + 1 :] if other.result is kind.result]
         # Only the last of a class takes all that is left of it.
         assert bool(later) == (kind.when is not usual)
     trace = rc.Surface(np.array([0.0, 1e-7, 0.0]), 1e-6)

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
 from hypothesis import example, given, strategies as st
 
 from roughcontact.batch.plan import spell_key
@@ -66,7 +65,7 @@ def words(given: dict[str, str]) -> list[str]:
 def test_a_command_offers_the_options_that_fit_it_and_no_other(
     command: str, capsys: Capture
 ) -> None:
-    known = typer.main.get_command(app._app).commands[command]  # type: ignore[attr-defined]
+    known = app._commands(command).commands[command]  # type: ignore[attr-defined]
     there = {word for parameter in known.params for word in parameter.opts if word.startswith("--")}
     assert there - {"--help-all"} == {f"--{name}" for name in COMMANDS[command].by_name}
     subject = [] if command in ("generate", "materials", "demo") else ["subject"]

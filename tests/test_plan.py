@@ -227,6 +227,6 @@ def test_no_number_has_a_name_that_the_file_keeps_for_itself() -> None:
     assert plan.sealed(told, "digest", []).keys() == {"load", *plan.OWN}
     with pytest.raises(ValueError, match="keeps seal"):
         plan.sealed({**told, "seal": 2.0}, "digest", [])
-    told = [quantity for kind in kinds.KINDS for quantity in (*kind.table, *kind.columns)]
+    told = [quantity for kind in kinds.every() for quantity in (*kind.table, *kind.columns)]
     assert len(told) > 100
     assert not plan.OWN & {quantity.key for quantity in told}

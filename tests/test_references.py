@@ -262,13 +262,13 @@ def compared() -> rc.results.Comparison:
 
 def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
     assert {kind.__name__ for kind in Displayable.__subclasses__()} == {"Result", "Surface"}
-    told = {kind.result for kind in kinds.KINDS}
+    told = {kind.result for kind in kinds.every()}
     # Tests have kinds of their own.
     own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
     assert told == {*own, rc.Surface}
     # A study of the resolution is told with its contact, and a surface by its parameters.
     none = surface_kind.KIND.works
-    citing = {kind.result for kind in kinds.KINDS if kind.contact or kind.works is not none}
+    citing = {kind.result for kind in kinds.every() if kind.contact or kind.works is not none}
     assert {kind.__name__ for kind in told - citing} == {"ResolutionStudy", "Surface"}
 
 

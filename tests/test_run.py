@@ -16,7 +16,7 @@ import pytest
 from roughcontact.cli import app
 from roughcontact.report import phrases
 from roughcontact.request.outcome import last_contact
-from roughcontact.request.outputs import UnfinishedError
+from roughcontact.request.outputs import Saved, UnfinishedError
 from roughcontact.request.run import run
 from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
@@ -77,6 +77,7 @@ def test_an_interrupted_sweep_tells_its_steps_and_goes_on(tmp_path: Path) -> Non
     kept = sorted(folder.glob("step-*.npz"))
     assert len(kept) == 2
     assert caught.value.written == kept
+    assert caught.value.saved == Saved(2, 3, "load", folder)
     seen: list[Progress] = []
     outcome = run(request, lambda text: None, seen.append)
     assert {at.number for at in seen if not at.kept} == {3}
@@ -196,27 +197,3 @@ def test_the_report_on_a_nominal_pressure_names_it_and_repeats_it(tmp_path: Path
     assert "20 MPa on the whole map, 2400 µm², are 48 mN" in text
     assert "--load '20 MPa'" in text
     assert "Compared with the smooth bodies" in text
-
-
-def test_time_left_is_told_from_the_first_finished_part_on(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    now = 100.0
-    monkeypatch.setattr(phrases.time, "monotonic", lambda: now)
-    left = phrases.Forecast()
-
-    def told(number: int, count: int, after: float, kept: bool = False) -> str:
-        nonlocal now
-        now += after
-        return left(Progress(number, count, None, kept=kept))
-
-    # What was kept takes no time and tells none.
-    assert told(4, 10, 0.0, kept=True) == ""
-    assert told(5, 10, 0.0) == ""
-    assert told(5, 10, 50.0) == ""
-    assert told(6, 10, 50.0) == phrases.time_remaining_text(500.0)
-    assert told(6, 10, 300.0) == phrases.time_remaining_text(500.0)
-    assert told(7, 10, 0.0) == phrases.time_remaining_text(800.0)
-    # Another series.
-    assert told(1, 3, 5.0) == ""
-    assert told(2, 3, 7.0) == phrases.time_remaining_text(14.0)

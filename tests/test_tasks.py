@@ -152,8 +152,7 @@ def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) 
         (package / wing / "height.py").write_text(text, encoding="utf-8")
     add(package / "request" / "tasks.py", "from roughcontact.request import height\n",
         FIRST_GROUP, "height.TASK, ")  # fmt: skip
-    add(package / "report" / "kinds.py", "from roughcontact.report import height\n",
-        "KINDS = (", "height.KIND, ")  # fmt: skip
+    add(package / "report" / "kinds.py", "", "KINDS = {", '"Height": ("height:KIND",), ')
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
     shown = python(house, "-m", "roughcontact", *words)
     assert "height" in shown

@@ -1,10 +1,12 @@
 """Standard streams, interruptions and settings of the process, as a terminal or a pipe has them."""
 
 import os
+import re
 import shlex
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,6 +32,23 @@ class Finder:
             os.kill(os.getpid(), signal.SIGINT)
 
 sys.meta_path.insert(0, Finder())
+"""
+
+# Has every load take a while, and sends Ctrl-C during the fourth.
+SLOW = """
+import os, signal, time
+from roughcontact.cli import terminal
+from roughcontact.solvers import bounded
+
+terminal.EVERY, solve, solved = 0.5, bounded.solve, []
+
+def slowly(*given, **options):
+    solved.append(time.sleep(0.3))
+    if len(solved) == 4:
+        os.kill(os.getpid(), signal.SIGINT)
+    return solve(*given, **options)
+
+bounded.solve = slowly
 """
 
 Ran = subprocess.CompletedProcess[str]
@@ -178,20 +197,52 @@ def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None
     assert done.returncode == app.SIGNALED + signal.SIGTERM
 
 
-def test_a_line_of_progress_every_ten_seconds_where_there_is_no_terminal(
+def test_a_line_of_progress_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    now = 0.0
-    monkeypatch.setattr(terminal, "EVERY", 10.0)
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now)
-    with terminal.progress() as say:
-        for second in range(35):
-            now = float(second)
-            say(f"{second} of 35")
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.split() == "progress: 10 of 35 progress: 20 of 35 progress: 30 of 35".split()
-    with terminal.progress(quiet=True) as say:
-        now = 1000.0
-        say("nothing")
+    monkeypatch.setattr(terminal, "EVERY", 0.5)
+    with terminal.progress() as line:
+        # As long as nothing takes long, nothing is said; what takes long need say nothing.
+        line.say("a map")
+        time.sleep(0.3)
+        assert capsys.readouterr() == ("", "")
+        line.say("a solve", 40.4)
+        time.sleep(0.3)
+    assert capsys.readouterr() == ("", "progress: a solve, about 40 s left\n")
+    with terminal.progress() as line:
+        line.say("a map")
+        time.sleep(1.3)
+    assert set(capsys.readouterr().err.splitlines()) == {"progress: a map"}
+    with terminal.progress(quiet=True) as line:
+        line.say("nothing", 40.0)
+        time.sleep(0.3)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="there are no pseudo-terminals")
+def test_a_terminal_shows_the_time_left_as_it_runs_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    import pty
+
+    reading, writing = pty.openpty()
+    with os.fdopen(writing, "w") as stream:
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setenv("TERM", "xterm")
+        with terminal.progress() as line:
+            line.say("a solve", 40.4)
+            time.sleep(1.2)
+    shown = os.read(reading, 100_000).decode()
+    os.close(reading)
+    assert "a solve, about 40 s left" in shown
+    assert "a solve, about 39 s left" in shown
+
+
+def test_a_long_sweep_tells_its_time_and_what_an_interrupt_leaves(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(SLOW)
+    sweep = SOLVE.replace("solve", "sweep").replace('--load "1 mN"', '--from "1 mN" --to "9 mN"')
+    done = run(f"{sweep} --steps 13 --folder kept")
+    assert (done.returncode, done.stdout) == (app.INTERRUPTED, "")
+    first, *_, last = done.stderr.splitlines()
+    assert re.fullmatch(r"progress: \d of 13: .*, about \d+ s left", first)
+    assert last == (
+        "roughcontact: interrupted; 3 of 13 loads saved in kept; the same command resumes"
+    )

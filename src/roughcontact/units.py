@@ -237,6 +237,14 @@ def changed_by(change: float) -> str:
     return text.replace("-", "−")
 
 
+def rounded_time(seconds: float) -> str:
+    """Return a time in a unit that people plan with."""
+    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{max(1.0, seconds):.0f} s"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with its noun."""
     plural = f"{noun}es" if noun.endswith("s") else f"{noun}s"

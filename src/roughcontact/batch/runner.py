@@ -20,7 +20,7 @@ from roughcontact.batch.plan import FAILED, KEPT, SOLVED, Entry, Report
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request.options import FOLDER
-from roughcontact.request.outputs import UnfinishedError
+from roughcontact.request.outputs import Saved, UnfinishedError
 from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
@@ -167,7 +167,7 @@ class _Run:
                     self._take(future, *self._under_way.pop(future))
         except KeyboardInterrupt:
             self._engine.stop()
-            raise UnfinishedError(self._complete()) from None
+            raise UnfinishedError(*self._complete()) from None
         return [self._reports[number] for number in range(len(self._entries))]
 
     def _look_for_workers(self, state: str) -> None:
@@ -373,7 +373,7 @@ class _Run:
             plan.drop(entry, lasting.values())
         self._tell.report(report)
 
-    def _complete(self) -> list[Path]:
+    def _complete(self) -> tuple[list[Path], Saved]:
         """Return the summaries of what stands complete, told of or not, and what is in pieces."""
         done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
@@ -384,7 +384,8 @@ class _Run:
         places = {number: plan.place_of(entry) for number, entry in enumerate(self._entries)}
         begun = [place for number, place in places.items() if number not in done_]
         whole = [self._entries[number].summary for number in sorted(done_)]
-        return whole + [place for place in begun if place.exists()]
+        saved = Saved(len(whole), len(places), "contact", self._entries[0].summary.parent)
+        return whole + [place for place in begun if place.exists()], saved
 
 
 # The entries of one contact with their numbers.

@@ -9,9 +9,8 @@ import inspect
 import logging
 import sys
 import textwrap
-import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,12 +37,11 @@ from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TA
 
 if TYPE_CHECKING:
     from roughcontact.batch.plan import Report
+    from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
     from roughcontact.ranks import Ranks
     from roughcontact.request.outcome import Outcome
-    from roughcontact.request.outputs import Say
     from roughcontact.request.request import Request
-    from roughcontact.solvers.progress import Progress
 
 
 # As a shell reports a program that a signal ended: 128 + SIGINT, 128 + SIGPIPE.
@@ -74,14 +72,14 @@ def main(argv: list[str] | None = None) -> int:
 
 def _status(arguments: list[str], stopped: list[int]) -> int:
     """Carry out a command and return its exit status; `stopped` holds the signal that ends it."""
-    written: Sequence[Path] = ()
+    unfinished = UnfinishedError(())
     try:
         arguments = deprecated.current_command_line(
             arguments, lambda text: terminal.complain(f"note: {text}; until 0.4 both work")
         )
-        status = _commands()(
-            arguments or ["--help"], prog_name="roughcontact", standalone_mode=False
-        )
+        arguments = arguments or ["--help"]
+        commands = _commands(arguments[0] if arguments[0] in _ACTS else None)
+        status = commands(arguments, prog_name="roughcontact", standalone_mode=False)
         sys.stdout.flush()
     except SystemExit as stop:
         # Typer and Rich end the program where a pipe is closed, as one that has failed.
@@ -90,7 +88,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
     except OSError as error:
         status = _unwritten(error)
     except UnfinishedError as stop:
-        status, written = INTERRUPTED, stop.written
+        status, unfinished = INTERRUPTED, stop
     except (KeyboardInterrupt, typer.Abort):
         status = INTERRUPTED
     except Exception as error:
@@ -105,7 +103,7 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
         terminal.complain(f"error: {sentence}; see {command} --help")
         return BAD_INPUT
     if status == INTERRUPTED:
-        terminal.complain(f"interrupted; {_written_text(written)}")
+        terminal.complain(f"interrupted; {_written_text(unfinished)}")
         return SIGNALED + stopped[0] if stopped else INTERRUPTED
     return status if isinstance(status, int) else SOLVED
 
@@ -114,8 +112,12 @@ def _status(arguments: list[str], stopped: list[int]) -> int:
 _NAMED = 8
 
 
-def _written_text(written: Sequence[Path]) -> str:
-    """Return what to say of the files that were complete when the work was interrupted."""
+def _written_text(unfinished: UnfinishedError) -> str:
+    """Return what to say of what was complete when the work was interrupted."""
+    written, saved = unfinished.written, unfinished.saved
+    if saved is not None and saved.number:
+        parts = units.counted(saved.count, saved.part)
+        return f"{saved.number} of {parts} saved in {saved.folder}; the same command resumes"
     if not written:
         return "nothing was written"
     names = ", ".join(str(path) for path in written[:_NAMED])
@@ -123,21 +125,29 @@ def _written_text(written: Sequence[Path]) -> str:
     return f"only {names} {f'and {more} more were' if more > 0 else 'was'} written"
 
 
-_app = typer.Typer(
-    name="roughcontact",
-    cls=help_format.Commands,
-    pretty_exceptions_enable=False,
-    # Plain text: what draws boxes takes longer to import than all of the help.
-    rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
-)
+# What carries out a command, with the argument that it takes, by its name.
+_ACTS: dict[str, tuple[Command, inspect.Parameter | None, Act]] = {}
 
 
 @functools.cache
-def _commands() -> Callable[..., Any]:
-    """Return the commands; Typer builds them anew at each call, which takes a tenth of a second."""
-    return typer.main.get_command(_app)
+def _commands(name: str | None = None) -> Callable[..., Any]:
+    """Return the program with one of its commands, or with all, which takes a tenth of a second."""
+    app = typer.Typer(
+        name="roughcontact",
+        cls=help_format.Commands,
+        pretty_exceptions_enable=False,
+        # Plain text: what draws boxes takes longer to import than all of the help.
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+        epilog='Example:\n\nroughcontact solve ground.x3p --load "100 MPa" --material 42CrMo4',
+    )
+    app.callback()(_root)
+    for command, argument, work in _ACTS.values() if name is None else (_ACTS[name],):
+        epilog = f"Example:\n\n{command.example}" if command.example else None
+        app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
+            _called(command, argument, work)
+        )
+    return typer.main.get_command(app)
 
 
 def _version(wanted: bool) -> None:
@@ -157,7 +167,6 @@ def _explain(tag: str | None) -> None:
         raise typer.Exit(SOLVED)
 
 
-@_app.callback()
 def _root(
     version: Annotated[
         bool,
@@ -231,29 +240,32 @@ def _unwritten(error: OSError) -> int:
 
 
 def _command(command: Command, argument: inspect.Parameter | None = None) -> Callable[[Act], Act]:
-    """Give a function the options of a command, and make it that command."""
+    """Make a function what carries out a command."""
 
     def registered(work: Act) -> Act:
-        def called(subject: Subject = None, **words: Any) -> None:
-            specified = {option.name: words[_identifier(option.name)] for option in command.options}
-            specified = {option: value for option, value in specified.items() if value}
-            _reported(command, work, subject, specified)
-
-        parameters = [
-            *([] if argument is None else [argument]),
-            *map(_parameter, command.options),
-            *([_ALL] if command.first else []),
-        ]
-        # Typer reads what a command takes from here.
-        called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-        epilog = f"Example:\n\n{command.example}" if command.example else None
-        _app.command(command.name, cls=help_format.Command, help=command.help, epilog=epilog)(
-            called
-        )
+        _ACTS[command.name] = command, argument, work
         return work
 
     return registered
+
+
+def _called(command: Command, argument: inspect.Parameter | None, work: Act) -> Callable[..., None]:
+    """Return a function that takes the options of a command and carries it out."""
+
+    def called(subject: Subject = None, **words: Any) -> None:
+        specified = {option.name: words[_identifier(option.name)] for option in command.options}
+        specified = {option: value for option, value in specified.items() if value}
+        _reported(command, work, subject, specified)
+
+    parameters = [
+        *([] if argument is None else [argument]),
+        *map(_parameter, command.options),
+        *([_ALL] if command.first else []),
+    ]
+    # Typer reads what a command takes from here.
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return called
 
 
 def _identifier(option: str) -> str:
@@ -348,22 +360,16 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
 
 def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:
     """Carry out a request, in this process or on all ranks; the first rank shows the result."""
-    from roughcontact.report import phrases
     from roughcontact.request.run import run
 
     first = world is None or world.first
-    time_left = phrases.Forecast()
-    with terminal.progress(display is Display.QUIET or not first) as say:
-
-        def look(state: Progress) -> None:
-            say(phrases.described(state) + time_left(state))
-
+    with terminal.progress(display is Display.QUIET or not first) as line:
         if world is None:
-            outcome = run(request, say, look)
+            outcome = run(request, line.say, line.look)
         else:
             from roughcontact.request import mpi
 
-            outcome = mpi.run(request, world, say, look)
+            outcome = mpi.run(request, world, line.say, line.look)
     if first:
         _show_outcome(outcome, display)
     elif outcome.failure is not None:
@@ -437,8 +443,8 @@ def _generate(_: Subject, specified: Given) -> None:
     from roughcontact.report.generation import record
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
-        surface, written = making.run_generate(specified, say)
+    with terminal.progress(display is Display.QUIET) as line:
+        surface, written = making.run_generate(specified, line.say)
     if display is Display.JSON:
         print(to_json(record(surface)))
     elif display is not Display.QUIET:
@@ -451,9 +457,9 @@ def _run(file: Path | str | None, specified: Given) -> None:
     from roughcontact.cli import console
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
+    with terminal.progress(display is Display.QUIET) as line:
         reports, folder = _worked_through(
-            str(file), tasks.RUN.read(specified), say, display is Display.QUIET
+            str(file), tasks.RUN.read(specified), line, display is Display.QUIET
         )
     if display is Display.JSON:
         print(to_json({"contacts": [report.record() for report in reports]}))
@@ -471,11 +477,11 @@ def _run(file: Path | str | None, specified: Given) -> None:
 
 
 def _worked_through(
-    file: str, requested: Values, say: Say, quiet: bool
+    file: str, requested: Values, line: ProgressLine, quiet: bool
 ) -> tuple[list[Report], Path]:
     """Work through a project; return how its contacts ended, and the folder of what they left."""
     from roughcontact.batch import plan, project, runner
-    from roughcontact.report import phrases
+    from roughcontact.solvers.progress import Forecast, Progress
 
     load = functools.partial(project.load, file)
     scheduler, workers = requested[tasks.SCHEDULER], requested[tasks.WORKERS]
@@ -486,22 +492,22 @@ def _worked_through(
         entries,
     ):
         states: list[str] = []
-        start = time.monotonic()
+        forecast = Forecast()
+        forecast(Progress(1, len(entries), None))
         dashboard = f"; {engine.dashboard}" if engine.dashboard else ""
 
         def show_report(report: plan.Report) -> None:
             states.append(report.state)
-            fresh, to_do = len(states) - states.count(plan.KEPT), len(entries) - len(states)
-            seconds = (time.monotonic() - start) / fresh * to_do if fresh else 0.0
-            remaining = phrases.time_remaining_text(seconds)
+            number, kept = len(states), report.state == plan.KEPT
+            seconds = forecast(Progress(number + (not kept), len(entries), None, kept=kept))
             failed = f", {states.count(plan.FAILED)} failed" if plan.FAILED in states else ""
-            of = f"{len(states)} of {len(entries)} done{failed}"
-            say(f"{of}, {report.name} {report.state}{remaining}{dashboard}")
+            of = f"{number} of {len(entries)} done{failed}"
+            line.say(f"{of}, {report.name} {report.state}{dashboard}", seconds)
 
-        say(f"working through {len(entries)} contacts{dashboard}")
+        line.say(f"working through {len(entries)} contacts{dashboard}")
         warn = (lambda text: None) if quiet else terminal.complain
         reports = runner.run(
-            entries, show_report, engine, say=lambda text: say(f"{text}{dashboard}"), warn=warn
+            entries, show_report, engine, say=lambda text: line.say(f"{text}{dashboard}"), warn=warn
         )
         return reports, entries[0].summary.parent
 
@@ -546,10 +552,10 @@ def _verify(files: Subject, specified: Given) -> None:
     from roughcontact.elastoplastic import archive
 
     display = _display(specified)
-    with terminal.progress(display is Display.QUIET) as say:
+    with terminal.progress(display is Display.QUIET) as line:
         checked = []
         for path in files:
-            say(f"verifying {path}")
+            line.say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
     if display is Display.JSON:
         print(to_json({"files": [item.record() for item in checked]}))
@@ -569,9 +575,12 @@ def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.report.fields import stored
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
-    surface, channels = read.read_with_channels(str(file), **reading)
-    measured = inputs.measured(surface)
     display = _display(specified)
+    if display in (Display.JSON, Display.VERBOSE):
+        surface, channels = read.read_with_channels(str(file), **reading)
+    else:
+        surface, channels = read.read_surface(str(file), **reading), ()
+    measured = inputs.measured(surface)
     if display is Display.JSON:
         listed = [
             {"name": c.name, "unit": c.unit, "is_height": c.is_height, "shape": list(c.shape)}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from roughcontact.cli import console, terminal
 from roughcontact.errors import InputError
-from roughcontact.report import phrases
 from roughcontact.request import outputs
 from roughcontact.solvers.progress import Progress
 
@@ -22,16 +21,16 @@ _LABELS = ("elastic", "ceiling 3 GPa")
 def run(folder: Path, points: int) -> None:
     """Solve a generated surface twice, write all results, and show them."""
     _check_folder(folder)
-    with terminal.progress() as say:
-        say("generating the surface")
-        results = _solved(points, say)
+    with terminal.progress() as line:
+        line.say("generating the surface")
+        results = _solved(points, line)
         folder.mkdir(exist_ok=True)
         files = _files(folder, results)
-        outputs.write(files, say)
+        outputs.write(files, line.say)
     console.show_demo(results, _LABELS, folder, [path.name for path, _ in files])
 
 
-def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
+def _solved(points: int, line: terminal.ProgressLine) -> list[ContactResult]:
     from roughcontact.contact.memory import Room
     from roughcontact.contact.solve import solve
     from roughcontact.halfspace.boundary import Boundary
@@ -48,10 +47,10 @@ def _solved(points: int, say: outputs.Say) -> list[ContactResult]:
     source = "generated self-affine surface, Hurst exponent 0.8"
     surface = Surface(heights, pixel, Provenance(source, origin=created))
     results = []
-    for label, ceiling in zip(_LABELS, (None, "auto"), strict=True):
+    for number, (label, ceiling) in enumerate(zip(_LABELS, (None, "auto"), strict=True), start=1):
 
-        def tell(state: Progress, label: str = label) -> None:
-            say(phrases.described(replace(state, label=label)))
+        def tell(state: Progress, number: int = number, label: str = label) -> None:
+            line.look(replace(state, number=number, count=len(_LABELS), label=label))
 
         result = solve(surface, load=1.0, material=steel, ceiling=ceiling, progress=tell,
                       calibrated=False)  # fmt: skip

@@ -16,9 +16,11 @@ from roughcontact import processes
 from roughcontact.errors import message_parts, render_message
 from roughcontact.request import solve
 from roughcontact.request.task import Command
+from roughcontact.solvers.progress import Forecast, Progress
+from roughcontact.units import rounded_time
 
 if TYPE_CHECKING:
-    from roughcontact.request.outputs import Say
+    from rich.text import Text
 
 SOLVED, NOT_CONVERGED, BAD_INPUT = 0, 1, 2
 """With which status a command ends."""
@@ -58,35 +60,72 @@ class Display(Enum):
     QUIET = auto()
 
 
+class ProgressLine:
+    """What is done at the moment, and how long it will still take."""
+
+    def __init__(self) -> None:
+        self._text, self._end, self._forecast = "", 0.0, Forecast()
+
+    def say(self, text: str, seconds: float = 0.0) -> None:
+        """Name what begins now, and the time that is left [s], 0 where it is not known."""
+        self._text, self._end = text, time.monotonic() + seconds if seconds else 0.0
+
+    def look(self, state: Progress) -> None:
+        """Show where a calculation stands."""
+        from roughcontact.report import phrases
+
+        self.say(phrases.described(state), self._forecast(state))
+
+    @property
+    def seconds(self) -> float:
+        """The time that is left [s]; 0 where that is not known."""
+        return max(self._end - time.monotonic(), 0.0)
+
+    def __str__(self) -> str:
+        """Return it as text."""
+        left = f", about {rounded_time(self.seconds)} left" if self.seconds else ""
+        return printable(self._text) + left
+
+    def __rich__(self) -> Text:
+        """Return it as Rich draws it, anew a few times a second."""
+        from rich.text import Text
+
+        return Text(str(self))
+
+
 @contextlib.contextmanager
-def progress(quiet: bool = False) -> Iterator[Say]:
-    """Give a function that shows progress on standard error: one line, or one every ten seconds."""
+def progress(quiet: bool = False) -> Iterator[ProgressLine]:
+    """Show progress on standard error: one line on a terminal, elsewhere one every ten seconds."""
+    line = ProgressLine()
     if quiet:
-        yield lambda text: None
-        return
-    if not sys.stderr.isatty():
-        yield _now_and_then()
-        return
-    from rich.console import Console
-    from rich.text import Text
+        yield line
+    elif sys.stderr.isatty():
+        from rich.console import Console
 
-    with Console(stderr=True, highlight=False).status("") as status:
-        yield lambda text: status.update(Text(printable(text)))
+        with Console(stderr=True, highlight=False).status(line):
+            yield line
+    else:
+        ended = threading.Event()
+        # A thread of its own: what takes long need not say anything.
+        printing = threading.Thread(target=_print_lines, args=(line, ended), daemon=True)
+        printing.start()
+        try:
+            yield line
+        finally:
+            ended.set()
+            printing.join()
 
 
-def _now_and_then() -> Say:
-    """Return a function that prints a line if the last one was long ago."""
-    last = time.monotonic()
-
-    def say(text: str) -> None:
-        nonlocal last
-        if time.monotonic() - last < EVERY:
-            return
-        last = time.monotonic()
+def _print_lines(line: ProgressLine, ended: threading.Event) -> None:
+    """Print a line after two seconds if more are to come, and every ten seconds."""
+    soon, waited, printed = EVERY / 5, 0.0, False
+    while not ended.wait(soon):
+        waited += soon
+        if waited < EVERY and (printed or line.seconds < soon):
+            continue
+        waited, printed = 0.0, True
         with contextlib.suppress(OSError, ValueError):
-            print(f"{LINE}{one_line(text)}", file=sys.stderr, flush=True)
-
-    return say
+            print(f"{LINE}{one_line(str(line))}", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager

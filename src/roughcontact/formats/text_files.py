@@ -47,34 +47,31 @@ _VALUES = (
     "|Unidades de valor|Единицы измерения"
 )
 
-# Key of a line -> pattern with its value.
+# Key of a line -> pattern with its value; compiled when there is a text file.
 _KEYS = {
-    key: re.compile(pattern, re.IGNORECASE)
-    for key, pattern in {
-        "channel": rf"^\W*(?:{_CHANNEL}){_IS}(.+)$",
-        "side_x": rf"^\W*(?:{_WIDTH}|x-length){_IS}({_NUMBER}\s*\D*)$",
-        "side_y": rf"^\W*(?:{_HEIGHT}|y-length){_IS}({_NUMBER}\s*\D*)$",
-        "unit": rf"^\W*(?:{_VALUES}|z-unit|Unit Data|data unit){_IS}(.*)$",
-        "unit_x": rf"^\W*(?:Lateral units|x-unit|Unit X){_IS}(.*)$",
-        "unit_y": rf"^\W*(?:y-unit|Unit Y){_IS}(.*)$",
-        "points_x": rf"^\W*(?:x-pixels|NX){_IS}(\d+)\s*$",
-        "points_y": rf"^\W*(?:y-pixels|NY){_IS}(\d+)\s*$",
-        "points": r"^\W*h\s*=\s*(\d+)\s+w\s*=\s*(\d+)\s*$",
-        "pixel": rf"^\W*pixel\s+size\s*=\s*({_NUMBER}\s*\S*)\s*$",
-        "pixel_x": rf"^\W*Scale X{_IS}({_NUMBER})\s*$",
-        "pixel_y": rf"^\W*Scale Y{_IS}({_NUMBER})\s*$",
-        "factor": rf"^\W*Scale Data{_IS}({_NUMBER})\s*$",
-        "spip": rf"^\W*Bit2nm{_IS}({_NUMBER})\s*$",
-        "koala": rf"^\W*height\s+conversion\s+factor\s+\(->\s*(\S+)\)\s*=\s*({_NUMBER})\s*$",
-        "wyko": r"^Wyko ASCII Data File Format\s+\d+\s+(\d+)",
-        "wyko_x": r"^X Size\s+(\d+)\s*$",
-        "wyko_y": r"^Y Size\s+(\d+)\s*$",
-        "wyko_pixel": rf"^Pixel_size\s+\d+\s+\d+\s+({_NUMBER})\s*$",
-        "wyko_aspect": rf"^Aspect\s+\d+\s+\d+\s+({_NUMBER})\s*$",
-        "wyko_wave": rf"^Wavelength\s+\d+\s+\d+\s+({_NUMBER})\s*$",
-        "wyko_mult": rf"^Mult\s+\d+\s+\d+\s+({_NUMBER})\s*$",
-        "ascii": r"^\W*File Format\s*=\s*(ASCII)\s*$",
-    }.items()
+    "channel": rf"^\W*(?:{_CHANNEL}){_IS}(.+)$",
+    "side_x": rf"^\W*(?:{_WIDTH}|x-length){_IS}({_NUMBER}\s*\D*)$",
+    "side_y": rf"^\W*(?:{_HEIGHT}|y-length){_IS}({_NUMBER}\s*\D*)$",
+    "unit": rf"^\W*(?:{_VALUES}|z-unit|Unit Data|data unit){_IS}(.*)$",
+    "unit_x": rf"^\W*(?:Lateral units|x-unit|Unit X){_IS}(.*)$",
+    "unit_y": rf"^\W*(?:y-unit|Unit Y){_IS}(.*)$",
+    "points_x": rf"^\W*(?:x-pixels|NX){_IS}(\d+)\s*$",
+    "points_y": rf"^\W*(?:y-pixels|NY){_IS}(\d+)\s*$",
+    "points": r"^\W*h\s*=\s*(\d+)\s+w\s*=\s*(\d+)\s*$",
+    "pixel": rf"^\W*pixel\s+size\s*=\s*({_NUMBER}\s*\S*)\s*$",
+    "pixel_x": rf"^\W*Scale X{_IS}({_NUMBER})\s*$",
+    "pixel_y": rf"^\W*Scale Y{_IS}({_NUMBER})\s*$",
+    "factor": rf"^\W*Scale Data{_IS}({_NUMBER})\s*$",
+    "spip": rf"^\W*Bit2nm{_IS}({_NUMBER})\s*$",
+    "koala": rf"^\W*height\s+conversion\s+factor\s+\(->\s*(\S+)\)\s*=\s*({_NUMBER})\s*$",
+    "wyko": r"^Wyko ASCII Data File Format\s+\d+\s+(\d+)",
+    "wyko_x": r"^X Size\s+(\d+)\s*$",
+    "wyko_y": r"^Y Size\s+(\d+)\s*$",
+    "wyko_pixel": rf"^Pixel_size\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+    "wyko_aspect": rf"^Aspect\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+    "wyko_wave": rf"^Wavelength\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+    "wyko_mult": rf"^Mult\s+\d+\s+\d+\s+({_NUMBER})\s*$",
+    "ascii": r"^\W*File Format\s*=\s*(ASCII)\s*$",
 }
 
 # A number, or what stands where one is missing; a decimal comma parts it into two.
@@ -128,7 +125,7 @@ def head_of(path: Path, lines: Iterable[str]) -> Head | None:
         text = line[:_LONGEST].strip()
         count += 1
         for key, pattern in _KEYS.items():
-            match = pattern.search(text)
+            match = re.search(pattern, text, re.IGNORECASE)
             if match is not None:
                 result.setdefault(key, match.groups())
         columns = _columns(text)
@@ -146,7 +143,7 @@ def head_of(path: Path, lines: Iterable[str]) -> Head | None:
 
 def begins(line: str) -> bool:
     """Return whether a line between numbers begins another map."""
-    return any(_KEYS[key].search(line) for key in ("channel", "side_x"))
+    return any(re.search(_KEYS[key], line, re.IGNORECASE) for key in ("channel", "side_x"))
 
 
 def is_data(text: str) -> bool:

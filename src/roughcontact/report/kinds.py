@@ -1,13 +1,13 @@
-"""All kinds of results: one row each."""
+"""All kinds of results: one place each."""
 
 from __future__ import annotations
 
 import base64
 import html as markup
 import os
+import pkgutil
 import textwrap
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial, update_wrapper
 from typing import TYPE_CHECKING, Any
 
@@ -15,83 +15,63 @@ from roughcontact.cautions import Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError
-from roughcontact.formats import export
-from roughcontact.plots import maps, profiles, sections
-from roughcontact.plots.export import png
 from roughcontact.references import References
 from roughcontact.report import (
     assumptions,
     chapters,
     citations,
-    comparison,
-    conductance,
     contact,
-    elastoplastic,
-    estimate,
     figures,
-    inputs,
-    interface_law,
-    leakage,
-    load_curve,
-    load_search,
     page,
     phrases,
     python_script,
-    rolling,
-    subsurface_stress,
-    tangential,
-    uncertainty,
 )
-from roughcontact.report.fields import ANSWER, TRUST, Headline, Quantity, Row, some
+from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
-from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MAP = Kind(
-    Surface, (*inputs.SURFACE, Quantity("Sq", "Sq", unit="m"), Quantity("Sdq", "Sdq")),
-    brief=False, plots=(maps.surface, sections.bearing_curve),
-    save=export.save_surface,
-)  # fmt: skip
-_PROFILE = replace(
-    _MAP, table=inputs.TRACE, when=lambda surface: surface.is_profile, plots=(profiles.heights,)
-)
-
-KINDS = (
-    _PROFILE,
-    _MAP,
-    contact.PROFILE_KIND,
-    contact.SHARED_KIND,
-    contact.KIND,
-    elastoplastic.KIND,
-    rolling.KIND,
-    subsurface_stress.PROFILE_KIND,
-    subsurface_stress.KIND,
-    load_curve.PROFILE_KIND,
-    load_curve.KIND,
-    load_curve.HISTORY_KIND,
-    load_search.KIND,
-    conductance.KIND,
-    interface_law.KIND,
-    leakage.KIND,
-    tangential.PROFILE_KIND,
-    tangential.KIND,
-    comparison.KIND,
-    comparison.SAMPLING_KIND,
-    uncertainty.KIND,
-    estimate.KIND,
-)
+# Where the kinds of a class of results are, the narrower first: loaded when there is such a result.
+KINDS = {
+    "Surface": ("surface:PROFILE_KIND", "surface:KIND"),
+    "ContactResult": ("contact:PROFILE_KIND", "contact:SHARED_KIND", "contact:KIND"),
+    "ElastoplasticResult": ("elastoplastic:KIND",),
+    "RollingResult": ("rolling:KIND",),
+    "StressResult": ("subsurface_stress:PROFILE_KIND", "subsurface_stress:KIND"),
+    "LoadCurve": ("load_curve:PROFILE_KIND", "load_curve:KIND"),
+    "LoadHistory": ("load_curve:HISTORY_KIND",),
+    "LoadSearch": ("load_search:KIND",),
+    "Conductance": ("conductance:KIND",),
+    "InterfaceLaw": ("interface_law:KIND",),
+    "Leakage": ("leakage:KIND",),
+    "Tangential": ("tangential:PROFILE_KIND", "tangential:KIND"),
+    "Comparison": ("comparison:KIND",),
+    "SamplingStudy": ("comparison:SAMPLING_KIND",),
+    "ResolutionStudy": ("uncertainty:KIND",),
+    "Estimate": ("estimate:KIND",),
+}
 
 
 def of(result: Any) -> Kind:
     """Return the kind of a result; `TypeError` for what is none."""
-    for kind in KINDS:
-        if isinstance(result, kind.result) and kind.when(result):
-            return kind
+    for name in (base.__name__ for base in type(result).__mro__):
+        for kind in map(_loaded, KINDS.get(name, ())):
+            if isinstance(result, kind.result) and kind.when(result):
+                return kind
     raise TypeError(f"there is no kind of results for a {type(result).__name__}")
+
+
+def every() -> list[Kind]:
+    """Return all kinds."""
+    return [_loaded(place) for places in KINDS.values() for place in places]
+
+
+def _loaded(place: str) -> Kind:
+    kind: Kind = pkgutil.resolve_name(f"{__package__}.{place}")
+    return kind
 
 
 # --- What is told of any result, by its kind ---
@@ -350,6 +330,8 @@ def _cell(text: str) -> str:
 
 
 def _picture(shown: Any) -> str:
+    from roughcontact.plots.export import png
+
     try:
         figures = Plots(shown, of(shown).plots)
         # One map: what shows four at once is too small here.

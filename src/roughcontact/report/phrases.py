@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
@@ -52,47 +51,6 @@ def _step(step: Step) -> str:
 def _look(look: IterationInfo) -> str:
     load = units.engineering(look.load, "N")
     return f"at {load}: iteration {look.iteration}, residual {look.residual:.1e}"
-
-
-class Forecast:
-    """How long parts that are alike will take, from those that are done."""
-
-    def __init__(self) -> None:
-        self._first = self._number = self._count = 0
-        self._start = self._begun = 0.0
-
-    def __call__(self, progress: Progress) -> str:
-        """Return the time that is left as text; called with every `Progress`."""
-        return time_remaining_text(self.seconds(progress))
-
-    def seconds(self, progress: Progress) -> float:
-        """Return the time that is left [s], 0 where nothing is known; called as the other."""
-        now = time.monotonic()
-        if progress.kept or progress.count != self._count or progress.number < self._number:
-            # What was kept tells no time.
-            self._first, self._count, self._start = (
-                progress.number + progress.kept,
-                progress.count,
-                now,
-            )
-            self._number, self._begun = self._first, now
-        elif progress.number > self._number:
-            self._number, self._begun = progress.number, now
-        done, to_do = self._number - self._first, self._count - self._number + 1
-        return (self._begun - self._start) / done * to_do if done else 0.0
-
-
-def time_remaining_text(seconds: float) -> str:
-    """Return how long something will still take; nothing where that is not known."""
-    return f", about {rounded_time(seconds)} left" if seconds else ""
-
-
-def rounded_time(seconds: float) -> str:
-    """Return a time in a unit that people plan with."""
-    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 1.5 * size:
-            return f"{seconds / size:.0f} {unit}"
-    return f"{max(1.0, seconds):.0f} s"
 
 
 # --- Materials, laws and ceilings in a few words ---

@@ -25,6 +25,7 @@ from roughcontact.request.outcome import Look, Outcome, Work, remarks_on
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
 from roughcontact.request.task import Pieces, Task
+from roughcontact.solvers.progress import one_of_several
 
 if TYPE_CHECKING:
     from roughcontact.cautions import Caution
@@ -77,7 +78,10 @@ def _run(request: Request, work: Work) -> Outcome:
         )
     # All are read first: one that cannot be is told of before any is solved.
     maps = [_read(request, path, work.say) for _, path in _listed(request)]
-    result = [_compress_map(request, surface, work.look) for surface in maps]
+    result = [
+        _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
+        for number, surface in enumerate(maps, start=1)
+    ]
     return Outcome(request, _together(request, result))
 
 

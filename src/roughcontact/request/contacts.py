@@ -17,7 +17,7 @@ from roughcontact.request import options, parsing
 from roughcontact.request.options import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.progress import Progress, one_of_several
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
@@ -152,8 +152,10 @@ class Contacts:
 
     def each(self) -> Iterator[Contacts]:
         """Yield the contacts of each map of the surface."""
-        for surface in (self.maps[0], *self.more):
-            yield self.of(surface)
+        surfaces = (self.maps[0], *self.more)
+        for number, surface in enumerate(surfaces, start=1):
+            look = one_of_several(self.work.look, number, len(surfaces))
+            yield replace(self.of(surface), work=replace(self.work, look=look))
 
     def of(self, surface: Surface) -> Contacts:
         """Return the contacts of another map."""

@@ -61,7 +61,7 @@ def _run(request: Request, work: Work) -> Outcome:
     control, values = _steps(request)
     if control == "load":
         request.force(work.maps, values[-1], "from")
-    with work.keeping("step-*.npz") as (watch, reused):
+    with work.keeping("step-*.npz", "load") as (watch, reused):
         curve = sweep(
             work.maps[0],
             **request.arguments(work.maps, *options.SOLVER),

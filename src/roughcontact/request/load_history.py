@@ -43,7 +43,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
     ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
     stages = [Stage(**{control: value}) for control, value in ends]
-    with work.keeping("step-*.npz") as (watch, reused):
+    with work.keeping("step-*.npz", "stage") as (watch, reused):
         history = load_history(
             work.maps[0],
             stages,

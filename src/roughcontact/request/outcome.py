@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import RoughcontactError, Sentence, message_parts
 from roughcontact.request.options import FOLDER
-from roughcontact.request.outputs import Say, UnfinishedError
+from roughcontact.request.outputs import Saved, Say, UnfinishedError
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
@@ -63,11 +63,14 @@ class Work:
         return remarks_on(self.request, self.maps)
 
     @contextmanager
-    def keeping(self, pattern: str) -> Iterator[tuple[Look, list[int]]]:
-        """Note which loads stood in the folder; after Ctrl-C, tell which stand complete in it."""
+    def keeping(self, pattern: str, part: str) -> Iterator[tuple[Look, list[int]]]:
+        """Note which parts stood in the folder; after Ctrl-C, tell which stand complete in it."""
         reused: list[int] = []
+        last = Progress(1, 0, None)
 
         def watch(state: Progress) -> None:
+            nonlocal last
+            last = state
             if state.kept:
                 reused.append(state.number)
             self.look(state)
@@ -76,7 +79,12 @@ class Work:
             yield watch, reused
         except KeyboardInterrupt:
             folder = self.request.get(FOLDER)
-            raise UnfinishedError(sorted(folder.glob(pattern)) if folder else ()) from None
+            if folder is None:
+                raise UnfinishedError(()) from None
+            files = sorted(folder.glob(pattern))
+            # Of some parts no file is kept, and nothing has been told of the last yet.
+            number = max(last.number - (not last.kept), len(files))
+            raise UnfinishedError(files, Saved(number, last.count, part, folder)) from None
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable, Iterable, Sequence, Set
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,22 @@ Identity = str | tuple[int, int]
 _SHOWN = 40
 
 
-class UnfinishedError(Exception):
-    """Ctrl-C, with the files that were complete by then."""
+@dataclass(frozen=True)
+class Saved:
+    """What stands in a folder of a calculation that was interrupted."""
 
-    def __init__(self, written: Sequence[Path]) -> None:
+    number: int  # Parts that are complete
+    count: int  # Parts that there are
+    part: str  # What a part is called
+    folder: Path
+
+
+class UnfinishedError(Exception):
+    """Ctrl-C, with the files that were complete by then, and the parts that need no second run."""
+
+    def __init__(self, written: Sequence[Path], saved: Saved | None = None) -> None:
         super().__init__()
-        self.written = written
+        self.written, self.saved = written, saved
 
 
 def write(tasks: Iterable[Writing], say: Say) -> list[Path]:

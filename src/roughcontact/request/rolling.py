@@ -26,7 +26,8 @@ from roughcontact.request.options import (
 from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.progress import Forecast, Progress
+from roughcontact.units import rounded_time
 
 if TYPE_CHECKING:
     from roughcontact.elastoplastic.rolling import Frame
@@ -105,7 +106,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
     # What is shown is kept whole, as a series for ParaView needs it.
     shown = request[MOVIE] is not None or _leaves_series(request)
-    with work.keeping("pass-*/step-*.nc") as (watch, reused):
+    with work.keeping("pass-*/step-*.nc", "step") as (watch, reused):
         result = roll(
             work.maps[0],
             **arguments,
@@ -131,12 +132,10 @@ def _run(request: Request, work: Work) -> Outcome:
 
 def _limited(look: Look) -> Look:
     """Return what stops a run after its first step where the whole would take long."""
-    from roughcontact.report.phrases import Forecast, rounded_time
-
     forecast = Forecast()
 
     def watch(state: Progress) -> None:
-        seconds = forecast.seconds(state)
+        seconds = forecast(state)
         if seconds > _LONG:
             took = f"{state.count} steps take about {rounded_time(seconds)}"
             raise InputError(

@@ -134,7 +134,7 @@ def _volume(request: Request, work: Work) -> Outcome:
     loads += [0.0] * request[UNLOAD]
     arguments = request.arguments(work.maps, *_SOLVER)
     del arguments["ceiling"]
-    with work.keeping("step-*.nc") as (watch, reused):
+    with work.keeping("step-*.nc", "load") as (watch, reused):
         result = solve_elastoplastic(
             work.maps[0],
             **arguments,

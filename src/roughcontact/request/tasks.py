@@ -28,8 +28,8 @@ from roughcontact.request.request import Request
 from roughcontact.request.task import Command, Given, Task
 
 POINTS = Option(
-    "points", Panel.MAP, "NUMBER", "Points per side; default: 1024.",
-    parsing.counted(32, math.isqrt(memory.POINTS)), 1024,
+    "points", Panel.MAP, "NUMBER", "Points per side; default: 512.",
+    parsing.counted(32, math.isqrt(memory.POINTS)), 512,
 )  # fmt: skip
 FOLDER = Option(
     "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",

@@ -21,7 +21,7 @@ doi:10.1137/S1052623401383558):
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -129,14 +129,15 @@ def solve(
         The solution, or the best approximation with a status that says why it is none.
     """
     history: list[Step] = []
+    levels = [problem] if start is not None else _levels(problem)
+    shapes = [level.shape for level in levels]
 
     def note(step: Step) -> None:
         history.append(step)
         if progress is not None:
-            progress(step)
+            progress(replace(step, done=_share_done(history, shapes, tolerance)))
 
-    levels = [problem] if start is not None else _levels(problem)
-    # Made where it is needed, and let go there: in full contact it is as large as the map twice.
+    # Made and let go where it is needed: in full contact it is as large as the map twice.
     first: Callable[[], Loaded] = partial(_first, levels[-1], start)
     # The largest operator first: the coarse ones then work in its memory.
     finest_operator = family(problem.shape, (1, 1))
@@ -151,17 +152,36 @@ def solve(
             warm=start is not None, interruptible=interruptible,
         )  # fmt: skip
         if solution.status is Status.INTERRUPTED:
-            # On finer grids it is only looked at.
-            max_iterations = 0
+            max_iterations = 0  # On finer grids it is only looked at
         if not finest:
             loaded = solution.index, solution.pressure
             finer = levels[depth - 1].initial_gap.shape
             first = partial(prolonged, loaded, solution.gap.shape[1], finer)
             del levels[depth], solution, loaded
-    status = solution.status
-    if status is Status.INTERRUPTED and solution.certificate <= tolerance:
-        status = Status.CONVERGED
+    interrupted = solution.status is Status.INTERRUPTED
+    solved = interrupted and solution.certificate <= tolerance
+    status = Status.CONVERGED if solved else solution.status
     return replace(solution, status=status, history=tuple(history))
+
+
+def _share_done(
+    history: Sequence[Step], shapes: Sequence[tuple[int, int]], tolerance: float
+) -> float:
+    """Return the share of a solve that is done: points of each grid times digits to gain on it."""
+    now = history[-1]
+    first = next(step.certificate for step in history if step.shape == now.shape)
+    gained = 1.0
+    if now.certificate > now.tolerance:
+        ratios = first / now.certificate, first / now.tolerance
+        known = all(1 < ratio < math.inf for ratio in ratios)
+        gained = math.log(ratios[0]) / math.log(ratios[1]) if known else 0.0
+    goals = [tolerance, *[_COARSE_TOLERANCE] * (len(shapes) - 1)]
+    work = [
+        math.prod(shape) * math.log(1 / min(goal, 0.1))
+        for shape, goal in zip(shapes, goals, strict=True)
+    ]
+    number = shapes.index(now.shape)
+    return 1 - (sum(work[:number]) + (1 - gained) * work[number]) / sum(work)
 
 
 def coarser_grids(shape: tuple[int, int]) -> int:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import functools
-import math
 import sys
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any, ParamSpec, TextIO, TypeVar
 
@@ -43,6 +43,8 @@ class Step:
         ε of the pressure at hand.
     tolerance : float
         ε at which this level ends.
+    done : float
+        Share of the work of the solve that is done.
     """
 
     shape: tuple[int, int]
@@ -50,6 +52,7 @@ class Step:
     convolutions: int
     certificate: float
     tolerance: float
+    done: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,68 @@ class Progress:
     label: str = ""
     kept: bool = False
 
+    @property
+    def done(self) -> float:
+        """The share of this part that is done; 0 where that is not known."""
+        if self.kept:
+            return 1.0
+        if isinstance(self.step, Step):
+            return self.step.done
+        # The only part of a path that steps towards its load.
+        known = self.count == 1 and self.step is not None and self.step.target
+        return min(self.step.load / self.step.target, 1.0) if known else 0.0
+
+
+class Forecast:
+    """How long a calculation will still take; called with every `Progress`.
+
+    Parts are taken to be alike. The share of a part that is done tells its time before it ends;
+    every grid has its own pace.
+    """
+
+    def __init__(self) -> None:
+        self._state = Progress(0, 0, None)
+        # The first part that was not kept; when it began, and when the present one did.
+        self._first, self._start, self._begun = 1, 0.0, 0.0
+        # Since when there is one grid, the share then, and when the part ends by the pace on it.
+        self._since, self._share, self._end = 0.0, 0.0, 0.0
+
+    def __call__(self, state: Progress) -> float:
+        """Return the time that is left [s], 0 where nothing is known."""
+        now, before = time.monotonic(), self._state
+        other_grid = _grid(state) != _grid(before)
+        again = other_grid and state.number == before.number and state.done < before.done
+        series = state.kept or state.count != before.count or state.number < before.number or again
+        part = series or state.number > before.number
+        self._state = state
+        if series:
+            # What was kept tells no time.
+            self._first, self._start = state.number + state.kept, now
+        if part:
+            self._begun, self._end = now, 0.0
+        if part or other_grid:
+            self._since, self._share = now, state.done
+        elif state.done > max(self._share, _TELLING) and state.step.iteration > 1:
+            pace = (now - self._since) / (state.done - self._share)
+            self._end = now + pace * (1.0 - state.done)
+        parts = state.number - self._first
+        if parts > 0:
+            each = (self._begun - self._start) / parts
+            end = self._end or self._begun + each
+        elif self._end:
+            each, end = self._end - self._begun, self._end
+        else:
+            return 0.0
+        return max(end - now, 0.0) + each * (state.count - state.number)
+
+
+# Share of a solve from which its pace is known: small grids tell nothing, nor does a first step.
+_TELLING = 0.02
+
+
+def _grid(state: Progress) -> tuple[int, int] | None:
+    return state.step.shape if isinstance(state.step, Step) else None
+
 
 Tell = Callable[[Progress], None] | bool | None
 """What ``progress`` may be. Where the work is done, ``True`` has become a function already."""
@@ -96,6 +161,26 @@ def numbered(
     if not callable(progress):
         return None
     return lambda step: progress(Progress(number, count, step, label))
+
+
+def one_of_several(
+    progress: Callable[[Progress], None], number: int, count: int
+) -> Callable[[Progress], None]:
+    """Return what one of several calculations, of as many parts each, calls with its `Progress`.
+
+    Parameters
+    ----------
+    progress : callable
+        Called with the `Progress` of all of them.
+    number, count : int
+        Which of them it is, from 1 on, and how many there are.
+    """
+
+    def tell(state: Progress) -> None:
+        before = (number - 1) * state.count
+        progress(replace(state, number=before + state.number, count=count * state.count))
+
+    return tell
 
 
 # --- A line that tells how far a calculation is, in terminals and notebooks alike ---
@@ -124,13 +209,10 @@ class Bar:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream, self._length = stream, 0
-        # Certificate or residual at the beginning of each part, from which it falls.
-        self._first: dict[int, float] = {}
 
     def __call__(self, state: Progress) -> None:
         """Draw the line anew."""
-        part = 1.0 if state.kept else self._part(state)
-        done = (state.number - 1 + part) / max(state.count, 1)
+        done = (state.number - 1 + state.done) / max(state.count, 1)
         parts = [state.label] if state.label else []
         if state.count > 1:
             parts.append(f"{state.number} of {state.count}")
@@ -146,16 +228,6 @@ class Bar:
         if self._length:
             self._write("\n")
         self._length = 0
-
-    def _part(self, state: Progress) -> float:
-        """Return how much of a part is done: errors fall by about as much each time."""
-        if state.step is None:
-            return 0.0
-        error, tolerance = _error(state), state.step.tolerance
-        first = self._first.setdefault(state.number, max(error, 2 * tolerance))
-        if not (0 < error < math.inf and first < math.inf):
-            return 0.0
-        return min(max(math.log(first / error) / math.log(first / tolerance), 0.0), 1.0)
 
     def _draw(self, line: str) -> None:
         self._write("\r" + line.ljust(self._length))

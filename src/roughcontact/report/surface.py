@@ -1,0 +1,20 @@
+"""What is told of a surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from roughcontact.formats import export
+from roughcontact.plots import maps, profiles, sections
+from roughcontact.report.fields import Quantity
+from roughcontact.report.inputs import SURFACE, TRACE
+from roughcontact.report.kind import Kind
+from roughcontact.surface.surface import Surface
+
+KIND = Kind(
+    Surface, (*SURFACE, Quantity("Sq", "Sq", unit="m"), Quantity("Sdq", "Sdq")), brief=False,
+    plots=(maps.surface, sections.bearing_curve), save=export.save_surface,
+)  # fmt: skip
+PROFILE_KIND = replace(
+    KIND, table=TRACE, when=lambda surface: surface.is_profile, plots=(profiles.heights,)
+)
