@@ -572,7 +572,7 @@ def _verify(files: Subject, specified: Given) -> None:
 def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.report import inputs
-    from roughcontact.report.fields import stored
+    from roughcontact.report.kind import stored
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     display = _display(specified)

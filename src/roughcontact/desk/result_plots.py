@@ -28,7 +28,7 @@ from roughcontact.plots.style import (
     prefixed_window,
 )
 from roughcontact.report.contact_fields import CURVE_COLUMNS, HISTORY_COLUMNS, STRESS
-from roughcontact.report.fields import listing_of, rows_of
+from roughcontact.report.kind import listing_of, rows_of
 from roughcontact.report.uncertainty import STUDY_COLUMNS
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import LoadHistory

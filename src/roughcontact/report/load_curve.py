@@ -17,12 +17,11 @@ from roughcontact.report import (
     page,
     phrases,
 )
-from roughcontact.report.fields import tiny
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import Block
 from roughcontact.studies.load_curve import LOW_LOAD, LoadCurve
 from roughcontact.studies.load_history import LoadHistory
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import counted, engineering, percent, tiny
 
 
 def question(curve: LoadCurve) -> str:
