@@ -19,7 +19,7 @@ from roughcontact.contact.result import Regime
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
 from roughcontact.report import kinds, python_script
-from roughcontact.report.fields import PROBLEM
+from roughcontact.report.kind import PROBLEM
 from roughcontact.studies.load_history import history as load_history
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz

@@ -16,7 +16,7 @@ from roughcontact.cli import app
 from roughcontact.errors import ArgumentRef
 from roughcontact.joint.estimate import LEVEL, Estimate, stored
 from roughcontact.report.estimate import BESIDE
-from roughcontact.report.fields import rows_of
+from roughcontact.report.kind import rows_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 

@@ -17,9 +17,8 @@ from roughcontact.cli import console
 from roughcontact.cli.terminal import Display
 from roughcontact.references import cited
 from roughcontact.report import kinds, surface
-from roughcontact.report.fields import PROBLEM, Column, Quantity
 from roughcontact.report.figures import Illustration
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import PROBLEM, Column, Kind, Quantity
 from roughcontact.request import solve
 from roughcontact.result import Result
 

@@ -13,7 +13,7 @@ from roughcontact.elastoplastic import archive, increments as stepping
 from roughcontact.elastoplastic.solve import solve_elastoplastic
 from roughcontact.material.hardening import Linear
 from roughcontact.report import contact_fields, phrases
-from roughcontact.report.fields import quantity_of
+from roughcontact.report.kind import quantity_of
 from roughcontact.theory import hertz
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)

@@ -31,7 +31,7 @@ from roughcontact.report import (
     subsurface_stress,
     uncertainty,
 )
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     ABSENT,
     ANSWER,
     HEADLINE,
@@ -44,7 +44,7 @@ from roughcontact.report.fields import (
     rows_of,
     side_by_side,
     within,
-    written,  # fmt: skip
+    written,
 )
 from roughcontact.request import solve, subsurface_stress as stress_task
 

@@ -61,7 +61,7 @@ class Height(Result):
 KIND = """
 from roughcontact.joint.height import Height
 from roughcontact.report.kind import Kind
-from roughcontact.report.fields import Column, Quantity
+from roughcontact.report.kind import (Column, Quantity)
 
 KIND = Kind(
     Height, (Quantity("height", "height", "h", "m", "Multiple of Sq."),),

@@ -113,10 +113,7 @@ OPTIONS = {
 }
 """Of a command, or of all: old option to new option, in project files, too."""
 
-VALUES = {
-    "ceiling": {"recommended": "calibrated"},
-    "model": {"volume": "elastoplastic"},
-}
+VALUES = {"ceiling": {"recommended": "calibrated"}, "model": {"volume": "elastoplastic"}}
 """Of an argument or option: old value to new value."""
 
 

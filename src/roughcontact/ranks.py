@@ -188,8 +188,7 @@ class Ranks:
         answer, error = self.communicator.bcast(text)
         if error is not None:
             raise error
-        result: Result = answer
-        return result
+        return answer
 
     def all_end(self) -> bool:
         """Return whether all ranks come here, within a few seconds."""

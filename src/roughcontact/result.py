@@ -38,13 +38,11 @@ class Displayable(Renamed):
 
     def __repr__(self) -> str:
         """Return the headline numbers, in some ten lines."""
-        result: str = face().text(self)
-        return result
+        return face().text(self)
 
     def _repr_html_(self) -> str:
         """Return the headline numbers beside a picture, as a notebook shows them."""
-        result: str = face().html(self)
-        return result
+        return face().html(self)
 
     @property
     def plot(self) -> Any:
@@ -76,8 +74,7 @@ class Result(Displayable):
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, in SI units, ready for JSON."""
-        result: dict[str, Any] = face().summary(self)
-        return result
+        return face().summary(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return its steps as a table of pandas: one row per step, one column per quantity.
@@ -92,8 +89,7 @@ class Result(Displayable):
         InputError
             If the result has no steps.
         """
-        result: pandas.DataFrame = face().to_pandas(self)
-        return result
+        return face().to_pandas(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """Return its maps and numbers as a dataset of xarray.
@@ -108,13 +104,11 @@ class Result(Displayable):
         InputError
             If the result has no NetCDF form, or several processes hold it.
         """
-        result: xarray.Dataset = face().to_xarray(self)
-        return result
+        return face().to_xarray(self)
 
     def references(self) -> References:
         """Return the papers behind what was used for it, as text and as BibTeX."""
-        result: References = face().references(self)
-        return result
+        return face().references(self)
 
     def report(self, path: Path, command: str = "", study: Any = None, onset: Any = None) -> None:
         """Write a report that needs no other file and prints to A4."""

@@ -319,3 +319,8 @@ def _registry() -> pint.UnitRegistry[float]:
     import pint
 
     return pint.UnitRegistry()
+
+
+def tiny(value: float) -> str:
+    """Return an error, of which the order of magnitude counts."""
+    return f"{value:.1e}" if value else "0"

@@ -17,7 +17,7 @@ import roughcontact as rc
 from browsing import Seat, Served, browser, lacking
 from roughcontact.cli import app
 from roughcontact.report import contact_fields
-from roughcontact.report.fields import quantity_of
+from roughcontact.report.kind import quantity_of
 
 _LACKING = lacking()
 

@@ -271,8 +271,7 @@ class LocalExecutor(Executor):
             # The only other end is the process's own: it is closed when that ends.
             there.close()
             self._own.process = process, here
-        result: tuple[SpawnProcess, Connection] = self._own.process
-        return result
+        return self._own.process
 
 
 @contextmanager

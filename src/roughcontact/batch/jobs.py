@@ -139,11 +139,7 @@ def _words(entry: Entry) -> Callable[[ArgumentRef], str]:
 
 
 def _done(
-    part: Part,
-    carry_out: Callable[..., Outcome],
-    known: Mapping[str, Any],
-    *,
-    renew: bool,
+    part: Part, carry_out: Callable[..., Outcome], known: Mapping[str, Any], *, renew: bool
 ) -> Report:
     """Do one part; steps that its folder holds of what was asked before may be put aside."""
     entry = part.entry

@@ -57,6 +57,12 @@ class Report:
         """The contact in a few numbers: of several loads the last, of those found the largest."""
         return dict(self.summary.get("last", self.summary))
 
+    def record(self) -> dict[str, Any]:
+        """Return its entry in JSON."""
+        return {
+            "name": self.name, "state": self.state, "told": self.summary, "reason": self.reason,
+        }  # fmt: skip
+
 
 def spell_key(mention: ArgumentRef, task: Command) -> str:
     """Return an argument in the words of project files."""

@@ -183,8 +183,7 @@ def _project(source: _Source, read: dict[str, Any]) -> _Project:
     for key in read:
         if key not in (*_KEYS, DESK):
             raise source.refusal(
-                (key,),
-                f"unknown key {key}; known are {', '.join(_KEYS[:-1])} and {_KEYS[-1]}",
+                (key,), f"unknown key {key}; known are {', '.join(_KEYS[:-1])} and {_KEYS[-1]}"
             )
     contacts = read.get("contact", [])
     if not isinstance(contacts, list) or not contacts:

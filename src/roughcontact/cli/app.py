@@ -462,11 +462,7 @@ def _run(file: Path | str | None, specified: Given) -> None:
             str(file), tasks.RUN.read(specified), line, display is Display.QUIET
         )
     if display is Display.JSON:
-        contacts = [
-            {"name": item.name, "state": item.state, "told": item.summary, "reason": item.reason}
-            for item in reports
-        ]
-        print(to_json({"contacts": contacts}))
+        print(to_json({"contacts": [report.record() for report in reports]}))
     elif display is not Display.QUIET:
         console.show_reports(reports, folder)
     failed: dict[str, list[str]] = {}
@@ -562,15 +558,7 @@ def _verify(files: Subject, specified: Given) -> None:
             line.say(f"verifying {path}")
             checked.append(archive.check_file(Path(path)))
     if display is Display.JSON:
-        listed = [
-            {
-                "file": item.file, "sealed": item.sealed,
-                "found": item.verification and dataclasses.asdict(item.verification),
-                "reason": item.reason,
-            }
-            for item in checked
-        ]  # fmt: skip
-        print(to_json({"files": listed}))
+        print(to_json({"files": [item.record() for item in checked]}))
     elif display is not Display.QUIET:
         console.show_verified(checked)
     failed = [item for item in checked if item.reason]
@@ -584,7 +572,7 @@ def _verify(files: Subject, specified: Given) -> None:
 def _info(file: Path | str | None, specified: Given) -> None:
     from roughcontact.formats import read
     from roughcontact.report import inputs
-    from roughcontact.report.fields import stored
+    from roughcontact.report.kind import stored
 
     reading = {item.argument: specified[item.name] for item in READING if item.name in specified}
     display = _display(specified)

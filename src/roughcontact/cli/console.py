@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from roughcontact.elastoplastic.archive import Checked
     from roughcontact.formats.source import Channel
     from roughcontact.material.catalog import Entry
-    from roughcontact.report.fields import Headline
     from roughcontact.report.inputs import Measured
+    from roughcontact.report.kind import Headline
     from roughcontact.request.outcome import Outcome
     from roughcontact.surface.surface import Surface
 
@@ -168,7 +168,7 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
 def show_verified(checked: Sequence[Checked]) -> None:
     """Print what files state of their results beside what was computed again, one row each."""
     from roughcontact.report import contact_fields
-    from roughcontact.report.fields import quantity_of
+    from roughcontact.report.kind import quantity_of
 
     certificate = quantity_of(contact_fields.CONTACT, "certificate").format_value
     rows: list[Cells] = []
@@ -254,7 +254,7 @@ def show_info(measured: Measured, channels: Sequence[Channel], file: str, displa
 def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
     """Print all parameters and channels of a file."""
     from roughcontact.report import inputs
-    from roughcontact.report.fields import rows_of
+    from roughcontact.report.kind import rows_of
 
     listed: list[Cells] = []
     for index, entry in enumerate(channels):
@@ -292,7 +292,7 @@ def show_demo(
     from dataclasses import replace
 
     from roughcontact.report import contact_fields, kinds
-    from roughcontact.report.fields import quantity_of
+    from roughcontact.report.kind import quantity_of
 
     limited = results[1]
     rows = [

@@ -74,8 +74,7 @@ def _turned(curvature: Array, angle: float) -> Array:
     """Return a curvature turned by an angle [degrees], counter-clockwise; y points down."""
     c, s = cosine_sine(angle)
     turn = np.array([[c, -s], [s, c]])
-    result: Array = turn @ curvature @ turn.T
-    return result
+    return turn @ curvature @ turn.T
 
 
 def principal(curvature: Array) -> tuple[tuple[float, float], float]:

@@ -223,8 +223,7 @@ class Pair:
     def initial_gap(self) -> NDArray[np.float64]:
         """Gap at first touch [m], a new array of shape (rows, nx); NaN where one is missing."""
         heights = self.heights
-        gap: NDArray[np.float64] = self._highest(heights) - heights
-        return gap
+        return self._highest(heights) - heights
 
     @cached_property
     def rms_slope(self) -> float:

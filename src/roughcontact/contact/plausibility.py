@@ -211,8 +211,8 @@ def materials(result: ContactResult) -> Caution | None:
 # --- What a contact is judged by before its numbers are believed: one check a question ---
 
 
-SMALL_SLOPE, LARGE_SLOPE = 0.1, 0.3
-"""Root-mean-square slopes at which the error of order slope² is 1 % and about 10 %."""
+LARGE_SLOPE = 0.3
+"""Root-mean-square slope at which the error of order slope² is about 10 %."""
 
 
 CEILING_ERROR = 0.05

@@ -286,16 +286,14 @@ class ContactResult(Result):
     @property
     def contact(self) -> NDArray[np.bool_]:
         """Pixels with pressure, shape (ny, nx)."""
-        mask: NDArray[np.bool_] = self.pressure > 0
-        return mask
+        return self.pressure > 0
 
     @property
     def saturated(self) -> NDArray[np.bool_]:
         """Pixels whose pressure is at the ceiling, shape (ny, nx)."""
         if self.ceiling is None:
             return np.zeros(self.pressure.shape, bool)
-        mask: NDArray[np.bool_] = self.pressure >= self.ceiling
-        return mask
+        return self.pressure >= self.ceiling
 
     @property
     def residual_indentation(self) -> NDArray[np.float64]:
@@ -406,13 +404,11 @@ class ContactResult(Result):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        result: tuple[Caution, ...] = face().contact_cautions(self)
-        return result
+        return face().contact_cautions(self)
 
     def spots(self) -> Spots:
         """Return the contact spots: edge-connected pixels with pressure, the largest first."""
-        result: Spots = self._spots
-        return result
+        return self._spots
 
     @cached_property
     def _spots(self) -> Spots:
@@ -421,10 +417,8 @@ class ContactResult(Result):
 
     def elastic(self) -> ContactResult:
         """Return the solution of the same problem without a ceiling; ``self`` if it has none."""
-        result: ContactResult = face().elastic(self)
-        return result
+        return face().elastic(self)
 
     def stiffness(self) -> float:
         """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
-        result: float = face().stiffness(self)
-        return result
+        return face().stiffness(self)

@@ -16,7 +16,7 @@ from roughcontact.errors import ConvergenceError
 from roughcontact.plots import maps
 from roughcontact.plots.export import png
 from roughcontact.report import contact_fields, kinds
-from roughcontact.report.fields import ANSWER, PROBLEM, TRUST, side_by_side
+from roughcontact.report.kind import ANSWER, PROBLEM, TRUST, side_by_side
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import run, shared_runner

@@ -19,7 +19,7 @@ from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import estimate
-from roughcontact.report.fields import rows_of
+from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
 from roughcontact.request.solve import TASK as SOLVE

@@ -16,7 +16,7 @@ from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, Field
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
 from roughcontact.report import chapters, contact, kinds, phrases
-from roughcontact.report.fields import TRUST
+from roughcontact.report.kind import TRUST
 from roughcontact.request import parsing
 from roughcontact.request.options import Option
 from roughcontact.request.request import Request
@@ -152,11 +152,7 @@ class Control:
 
 
 def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
-    about: dict[str, Any] = {
-        "label": option.label,
-        "description": option.help,
-        **style.CONTROL,
-    }
+    about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
         return Check(words=option.label, **style.BLOCK)
     if choices is not None:

@@ -21,7 +21,7 @@ from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.report import inputs
-from roughcontact.report.fields import rows_of
+from roughcontact.report.kind import rows_of
 from roughcontact.request import options, parsing
 from roughcontact.request.generation import COMMAND as GENERATE
 from roughcontact.request.solve import TASK as SOLVE

@@ -40,7 +40,7 @@ from roughcontact.plots.style import (
     prefixed_window,
 )
 from roughcontact.report.contact_fields import CONTACT
-from roughcontact.report.fields import quantity_of
+from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent
 

@@ -368,9 +368,7 @@ class ContactView:
     """Maps and detail panels, made when there is a contact to show."""
 
     def __init__(
-        self,
-        draw: Callable[[Line], None],
-        keep: Callable[[tuple[int, int], tuple[int, int]], None],
+        self, draw: Callable[[Line], None], keep: Callable[[tuple[int, int], tuple[int, int]], None]
     ) -> None:
         self._call_draw, self._call_keep = draw, keep
         self._surface: Surface | None = None

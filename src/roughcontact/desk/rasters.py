@@ -51,11 +51,6 @@ class Window(NamedTuple):
         return rows, columns
 
     @property
-    def exact(self) -> bool:
-        """Whether a cell is a point."""
-        return self.blocks == (1, 1)
-
-    @property
     def part(self) -> tuple[slice, slice]:
         """The points of a map that it shows."""
         return slice(*self.rows), slice(*self.columns)
@@ -168,5 +163,4 @@ def _packed(colours: Array) -> Colours:
     """Return colours of parts of one as one number each: red in the lowest byte."""
     result = np.full((*colours.shape[:2], 4), 255, np.uint8)
     result[..., : colours.shape[2]] = np.rint(colours * 255)
-    packed: Colours = result.view(np.dtype("<u4"))[..., 0]
-    return packed
+    return result.view(np.dtype("<u4"))[..., 0]

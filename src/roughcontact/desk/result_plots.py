@@ -28,7 +28,7 @@ from roughcontact.plots.style import (
     prefixed_window,
 )
 from roughcontact.report.contact_fields import CURVE_COLUMNS, HISTORY_COLUMNS, STRESS
-from roughcontact.report.fields import listing_of, rows_of
+from roughcontact.report.kind import listing_of, rows_of
 from roughcontact.report.uncertainty import STUDY_COLUMNS
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import LoadHistory
@@ -224,8 +224,7 @@ class Stress:
         names = ("depth", "mises", "tresca", "shear")
         self.source: Any = style.source(*names)
         self.mapper: Any = models.LinearColorMapper(
-            palette=style.palette(field_colours()(np.linspace(0, 1, 256))),
-            high_color=OVER,
+            palette=style.palette(field_colours()(np.linspace(0, 1, 256))), high_color=OVER
         )
         self.depth: Any = models.Span(dimension="height", line_color=NEUTRAL, line_dash="dashed")
         self.level: Any = models.Span(dimension="width", line_color=NEUTRAL, line_dash="dashed")

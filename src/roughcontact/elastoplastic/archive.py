@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -164,9 +164,7 @@ def load_elastoplastic(
     return result
 
 
-def load_step(
-    path: str | os.PathLike[str],
-) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
+def load_step(path: str | os.PathLike[str]) -> tuple[ElastoplasticResult, dict[str, NDArray[Any]]]:
     """Read a result of `save_elastoplastic`, and what the run carried on to the next load."""
     dataset = archive.opened(path)
     with archive.refused(path, "ElastoplasticResult"):
@@ -303,6 +301,11 @@ class Checked:
         Verification | None
     )  # What it states of its contact beside what was computed again
     reason: str  # Why it is no sound result, in a sentence
+
+    def record(self) -> dict[str, Any]:
+        """Return its entry in JSON."""
+        found = self.verification and asdict(self.verification)
+        return {"file": self.file, "sealed": self.sealed, "found": found, "reason": self.reason}
 
 
 def check_file(path: str | os.PathLike[str]) -> Checked:

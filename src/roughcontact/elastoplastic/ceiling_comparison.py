@@ -289,10 +289,7 @@ def compare_models(
 
 
 def _states(
-    pair: Pair,
-    loads: list[float],
-    increments: int | str,
-    progress: Tell,
+    pair: Pair, loads: list[float], increments: int | str, progress: Tell
 ) -> tuple[ElastoplasticResult, ...]:
     """Return the state of the volume model after each load."""
     states: list[ElastoplasticResult] = []

@@ -76,13 +76,7 @@ class Loop:
     """The loop over increments and iterations."""
 
     def __init__(
-        self,
-        problem: Problem,
-        solver: ContactSolver,
-        share: Share,
-        extent: Extent,
-        *,
-        deepen: bool,
+        self, problem: Problem, solver: ContactSolver, share: Share, extent: Extent, *, deepen: bool
     ) -> None:
         self.problem, self.solver = problem, solver
         self.share, self._workspace = share, share.workspace

@@ -91,8 +91,7 @@ class LayerProfile(_Layers):
 
 
 def _middles(edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    middles: NDArray[np.float64] = (edges[1:] + edges[:-1]) / 2
-    return middles
+    return (edges[1:] + edges[:-1]) / 2
 
 
 # --- A body that has yielded: its plastic strain and stress, layer by layer ---
@@ -132,8 +131,7 @@ class PlasticBody:
     @property
     def depth(self) -> NDArray[np.float64]:
         """Depth of the middle of each layer [m], shape (nz,)."""
-        middle: NDArray[np.float64] = np.cumsum(self.thickness) - self.thickness / 2
-        return middle
+        return np.cumsum(self.thickness) - self.thickness / 2
 
     @property
     def von_mises(self) -> Array:
@@ -144,12 +142,6 @@ class PlasticBody:
     def residual_von_mises(self) -> Array:
         """Von Mises stress by the plastic strain alone [Pa], shape (nz, ny, nx)."""
         return tensors.equivalent(self.residual_stress.swapaxes(0, 1))
-
-    @property
-    def elastic_stress(self) -> Array:
-        """Deviator of the stress by the pressure alone [Pa], shape (nz, 5, ny, nx)."""
-        elastic: Array = self.stress - self.residual_stress
-        return elastic
 
     @cached_property
     def max_plastic_strain(self) -> float:
@@ -283,8 +275,7 @@ class SharedBody:
     @property
     def depth(self) -> NDArray[np.float64]:
         """Depth of the middle of each layer [m], shape (nz,)."""
-        middle: NDArray[np.float64] = np.cumsum(self.thickness) - self.thickness / 2
-        return middle
+        return np.cumsum(self.thickness) - self.thickness / 2
 
     @property
     def plastic_volume(self) -> float:

@@ -273,5 +273,4 @@ def carried(field: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
 
 def equivalent_strain(strain: Array) -> Array:
     """Return √(2/3 e:e) of traceless strains, shape (5, n)."""
-    result: Array = tensors.equivalent(strain) * strain.dtype.type(2 / 3)
-    return result
+    return tensors.equivalent(strain) * strain.dtype.type(2 / 3)

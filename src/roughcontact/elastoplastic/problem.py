@@ -84,12 +84,7 @@ class ContactSolver:
     """The contact solver, started each time from the pressure before."""
 
     def __init__(
-        self,
-        gap: NDArray[np.float64],
-        make: Family,
-        area: float,
-        tolerance: float,
-        share: Share,
+        self, gap: NDArray[np.float64], make: Family, area: float, tolerance: float, share: Share
     ) -> None:
         self._map, self._share = gap, share
         self._make, self.area, self.tolerance = make, area, tolerance

@@ -305,10 +305,7 @@ class ElastoplasticResult(Result):
         first = self.bodies[0].margin
         ny, nx = self.solution.pressure.shape
         inside = slice(first, first + ny), slice(first, first + nx)
-        mask: NDArray[np.bool_] = np.any(
-            [body.flowed_at_top[inside] for body in self.bodies], axis=0
-        )
-        return mask
+        return np.any([body.flowed_at_top[inside] for body in self.bodies], axis=0)
 
     @property
     def perimeter_corrected_area(self) -> float:
@@ -338,23 +335,19 @@ class ElastoplasticResult(Result):
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        result: tuple[Caution, ...] = face().volume_cautions(self)
-        return result
+        return face().volume_cautions(self)
 
     def profile(self, point: tuple[int, int] | None = None, body: int = 0) -> DepthProfile:
         """Return plastic strain and stress over the depth; see `result.profile`."""
-        result: DepthProfile = face().profile(self, point, body)
-        return result
+        return face().profile(self, point, body)
 
     def section(self, along: str = "x", index: int | None = None, body: int = 0) -> DepthSection:
         """Return them on a vertical plane; see `roughcontact.elastoplastic.result.cut`."""
-        result: DepthSection = face().section(self, along, index, body)
-        return result
+        return face().section(self, along, index, body)
 
     def layers(self, body: int = 0) -> LayerProfile:
         """Return what each layer holds at most; see `roughcontact.elastoplastic.result.layers`."""
-        result: LayerProfile = face().layers(self, body)
-        return result
+        return face().layers(self, body)
 
 
 # --- Profiles and sections through bodies that have yielded, cut from their arrays ---

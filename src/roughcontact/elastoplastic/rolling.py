@@ -152,8 +152,7 @@ def _on_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
 def _shear(strain: Array, direction: float) -> Array:
     """Return γ between the depth and a direction, shape (nz, ny, nx)."""
     angle = math.radians(direction)
-    sheared: Array = 2 * (strain[:, 3] * math.cos(angle) + strain[:, 4] * math.sin(angle))
-    return sheared
+    return 2 * (strain[:, 3] * math.cos(angle) + strain[:, 4] * math.sin(angle))
 
 
 def _normal(body: PlasticBody, direction: float) -> Array:
@@ -166,8 +165,7 @@ def _normal(body: PlasticBody, direction: float) -> Array:
 def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
     ny, nx = result.solution.pressure.shape
     first = body.margin
-    part: Array = values[..., first : first + ny, first : first + nx]
-    return part
+    return values[..., first : first + ny, first : first + nx]
 
 
 def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
@@ -175,8 +173,7 @@ def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -
     axes = tuple(1 + axis for axis in result.solution.boundary.periodic_axes)
     mean = _on_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
     lines = mean.reshape(len(values), -1)
-    maximum: Array = lines[np.arange(len(lines)), np.abs(lines).argmax(axis=1)]
-    return maximum
+    return lines[np.arange(len(lines)), np.abs(lines).argmax(axis=1)]
 
 
 def _largest(values: Array) -> float:

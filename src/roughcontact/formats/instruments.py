@@ -135,10 +135,7 @@ def read(path: Path, name: str, requested: Asked) -> Surface:
         instrument = _instrument_name(reader, entry)
         acquired = _acquired(entry)
     provenance = Provenance(
-        source=path.name,
-        instrument=instrument,
-        channel=_channel_name(result, index),
-        steps=notes,
+        source=path.name, instrument=instrument, channel=_channel_name(result, index), steps=notes
     )
     return surface_of(path, heights, pixel, provenance, metre, stated, acquired)
 
@@ -295,11 +292,7 @@ def _opened(path: Path, kind: str) -> Iterator[Any]:
         _check_packed(path, kind)
         opened = _opener(path, kind)
         # Our own stream: a reader that fails half-way leaves files open that it opened.
-        with (
-            np.errstate(all="ignore"),
-            _stream(path, kind) as stream,
-            opened(stream) as reader,
-        ):
+        with np.errstate(all="ignore"), _stream(path, kind) as stream, opened(stream) as reader:
             yield reader
     except RoughcontactError:
         raise

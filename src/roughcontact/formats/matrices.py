@@ -70,8 +70,7 @@ class Arrays:
         memory.require_size(self.path.name, self.heads[name].size)
         with _refused(self.path):
             if not name:
-                mapped: NDArray[Any] = np.load(self.path, mmap_mode="r", allow_pickle=False)
-                return mapped
+                return np.load(self.path, mmap_mode="r", allow_pickle=False)
             # The checksum is compared where the last byte is read.
             with zipfile.ZipFile(self.path) as archive, archive.open(name + _SUFFIX) as stream:
                 values: NDArray[Any] = npy.read_array(stream, allow_pickle=False)

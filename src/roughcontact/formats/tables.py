@@ -70,8 +70,7 @@ def field_values(source: Surface | Result, name: str) -> NDArray[Any]:
         return source.surface.heights
     if name == "counter_height" and source.counter_surface is not None:
         return source.counter_surface.heights
-    result: NDArray[Any] = getattr(source, name)
-    return result
+    return getattr(source, name)
 
 
 # --- Maps as matrices of numbers, and the numbers of a result as a table and as JSON ---

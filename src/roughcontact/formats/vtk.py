@@ -113,8 +113,7 @@ class _Layer(NamedTuple):
 
     def of(self, name: str) -> NDArray[Any]:
         """Return its part of an array of the body."""
-        part: NDArray[Any] = getattr(self.body, name)[self.number]
-        return part
+        return getattr(self.body, name)[self.number]
 
 
 def _stacked(result: ElastoplasticResult) -> tuple[NDArray[np.float64], list[_Layer]]:

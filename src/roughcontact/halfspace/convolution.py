@@ -320,11 +320,7 @@ class Convolution:
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return Convolution(
-            spectrum,
-            self.shape,
-            period,
-            workspace=self.workspace,
-            precision="single",
+            spectrum, self.shape, period, workspace=self.workspace, precision="single"
         )
 
     def inverse_grid(self) -> tuple[tuple[int, int], list[NDArray[np.int64]]]:

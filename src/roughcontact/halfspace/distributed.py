@@ -455,10 +455,7 @@ class SlabConvolution:
 
     def _memory(self, name: str, number: int, size: int) -> NDArray[Any]:
         """Return an array for what travels; that of the block before is still on its way."""
-        memory: NDArray[Any] = self.workspace.scratch(
-            f"{name}{number % 2}", (1, size), self._complex
-        )[0]
-        return memory
+        return self.workspace.scratch(f"{name}{number % 2}", (1, size), self._complex)[0]
 
     def _copy(self, copies: list[tuple[NDArray[Any], NDArray[Any]]]) -> None:
         self.workspace.each(lambda pair: np.copyto(*pair), copies)

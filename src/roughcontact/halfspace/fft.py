@@ -84,10 +84,7 @@ def irfft_rows(spectrum: NDArray[Any], length: int, out: NDArray[Any]) -> NDArra
         return out
     import scipy.fft
 
-    inverse: NDArray[Any] = scipy.fft.irfft(
-        spectrum, length, axis=1, norm="forward", overwrite_x=True, workers=1
-    )
-    return inverse
+    return scipy.fft.irfft(spectrum, length, axis=1, norm="forward", overwrite_x=True, workers=1)
 
 
 def fft_columns(columns: NDArray[Any], forward: bool) -> NDArray[Any]:
@@ -255,8 +252,7 @@ class Workspace:
         if memory is None or memory.size < size:
             memory = np.empty(size, np.uint8)
             setattr(self._local, name, memory)
-        array: NDArray[Any] = memory[:size].view(dtype).reshape(shape)
-        return array
+        return memory[:size].view(dtype).reshape(shape)
 
 
 def even_spectrum(
@@ -333,11 +329,9 @@ def irfft2(spectrum: NDArray[np.complex128], shape: tuple[int, int]) -> NDArray[
 
 def frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
     """Return the frequencies of a transform: cycles per length in which ``spacing`` is given."""
-    result: NDArray[np.float64] = np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
-    return result
+    return np.fft.fftfreq(points, spacing).astype(np.float64, copy=False)
 
 
 def half_frequencies(points: int, spacing: float = 1.0) -> NDArray[np.float64]:
     """Return the frequencies of the transform of real values, from 0 on."""
-    result: NDArray[np.float64] = np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)
-    return result
+    return np.fft.rfftfreq(points, spacing).astype(np.float64, copy=False)

@@ -23,10 +23,7 @@ _STEP = 0.25
 
 
 def love(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    contact_modulus: float,
-    first_row: int = 0,
+    shape: tuple[int, int], pixel: tuple[float, float], contact_modulus: float, first_row: int = 0
 ) -> Array:
     """Return the displacement of pixels under unit pressure on the pixel ``[0, 0]``.
 
@@ -101,8 +98,7 @@ def _closed_form(rows: Array, columns: Array, pixel: tuple[float, float]) -> Arr
     radius = np.hypot(x_corner, y_corner)
     along_y = x_corner * _log_ratio(y_center, dy, radius[:-1], radius[1:], x_corner)
     along_x = y_corner * _log_ratio(x_center, dx, radius[:, :-1], radius[:, 1:], y_corner)
-    integral: Array = along_y[:, 1:] - along_y[:, :-1] + along_x[1:] - along_x[:-1]
-    return integral
+    return along_y[:, 1:] - along_y[:, :-1] + along_x[1:] - along_x[:-1]
 
 
 def _corners(offsets: Array) -> Array:
@@ -130,13 +126,7 @@ def _expansion(rows: Array, columns: Array, pixel: tuple[float, float]) -> Array
     return fourth
 
 
-def _log_ratio(
-    center: Array,
-    edge: float,
-    near: Array,
-    far: Array,
-    other: Array,
-) -> Array:
+def _log_ratio(center: Array, edge: float, near: Array, far: Array, other: Array) -> Array:
     """Return ln[(c + e/2 + r_far) / (c - e/2 + r_near)] without cancellation."""
     # r_far - r_near = (r_far² - r_near²) / (r_far + r_near) = 2 c e / (r_far + r_near)
     ratio = edge * (1 + 2 * center / (near + far)) / (center - edge / 2 + near)

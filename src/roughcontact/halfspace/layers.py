@@ -878,8 +878,7 @@ class Layers:
     def _array(self, name: str, shape: tuple[int, ...], dtype: type | None = None) -> Array:
         """Return memory of this thread."""
         flat = self._workspace.scratch(name, (1, math.prod(shape)), dtype or self.real)
-        array: Array = flat.reshape(shape)
-        return array
+        return flat.reshape(shape)
 
 
 def _times_i(parts: Array) -> Array:

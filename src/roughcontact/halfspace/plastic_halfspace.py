@@ -142,8 +142,7 @@ class Images:
 
     def _restricted(self, values: Array) -> Array:
         halfway = self._down_y @ values
-        coarse: Array = (self._down_x @ halfway.T).T
-        return coarse
+        return (self._down_x @ halfway.T).T
 
     def take(self, layer: int, strain: Array) -> None:
         """Restrict the strain of one layer of those here."""
@@ -198,8 +197,7 @@ class Images:
 
     def _prolonged(self, coarse: Array) -> Array:
         halfway = self._up_y @ coarse
-        result: Array = (self._up_x @ halfway.T).T
-        return result
+        return (self._up_x @ halfway.T).T
 
 
 # The elastic half-space with plastic strain, free or periodic: strain and pressure in, stress …

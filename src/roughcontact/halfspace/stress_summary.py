@@ -293,14 +293,13 @@ def _at_rim(
     along, across = change * e_n + pressure, nu * (change * e_n + 2 * pressure)
     shear = 0.5 * change * e_t
     # The tangent is n_x along y, -n_y along x.
-    result: Array = stress + np.stack(
+    return stress + np.stack(
         [
             along * n_x**2 + across * n_y**2 - 2 * shear * n_x * n_y,
             along * n_y**2 + across * n_x**2 + 2 * shear * n_x * n_y,
             (along - across) * n_x * n_y + shear * (n_x**2 - n_y**2),
         ]
     )
-    return result
 
 
 def _of_waves(contact: Sliding, points: _Points) -> Array:
@@ -349,8 +348,7 @@ def _between_pixels(contact: Sliding) -> Array:
 
 def _von_mises_squared(stress: Array) -> Array:
     xx, yy, xy = stress
-    squared: Array = xx * xx - xx * yy + yy * yy + 3 * xy * xy
-    return squared
+    return xx * xx - xx * yy + yy * yy + 3 * xy * xy
 
 
 # --- The largest stresses of a volume and their places, from slices that are not kept ---

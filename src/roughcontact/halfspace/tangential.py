@@ -31,11 +31,7 @@ class TangentialConvolution(Convolution):
     """
 
     def __init__(
-        self,
-        spectra: NDArray[Any],
-        shape: tuple[int, int],
-        padded: tuple[int, int],
-        **options: Any,
+        self, spectra: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int], **options: Any
     ) -> None:
         super().__init__(spectra[0], shape, padded, **options)
         other = Convolution(spectra[1], shape, padded, **options)

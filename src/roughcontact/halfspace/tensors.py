@@ -47,8 +47,7 @@ def von_mises(stress: ArrayLike) -> NDArray[Any]:
     >>> float(von_mises([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     3.0
     """
-    equivalent: NDArray[Any] = np.sqrt(von_mises_squared(_tensor(stress)))
-    return equivalent
+    return np.sqrt(von_mises_squared(_tensor(stress)))
 
 
 def von_mises_squared(stress: NDArray[Any]) -> NDArray[Any]:
@@ -106,8 +105,7 @@ def principal(stress: ArrayLike) -> Array:
     mean, root, angle = _lode(_tensor(stress))
     thirds = np.array([0.0, 2 * math.pi / 3, -2 * math.pi / 3])
     thirds = thirds.reshape((3,) + (1,) * angle.ndim)
-    roots: Array = mean + 2 / math.sqrt(3) * root * np.cos(angle - thirds)
-    return roots
+    return mean + 2 / math.sqrt(3) * root * np.cos(angle - thirds)
 
 
 def tresca(stress: ArrayLike) -> Array:
@@ -133,8 +131,7 @@ def tresca(stress: ArrayLike) -> Array:
     2.0
     """
     _, root, angle = _lode(_tensor(stress))
-    equivalent: Array = 2 * root * np.sin(angle + math.pi / 3)
-    return equivalent
+    return 2 * root * np.sin(angle + math.pi / 3)
 
 
 def may_reach_tresca(stress: NDArray[Any], bound: float) -> NDArray[np.bool_]:
@@ -290,5 +287,4 @@ def equivalent(deviator: NDArray[Any]) -> NDArray[Any]:
         square += component**2
     square *= 3
     square += 2.25 * deviator[0] ** 2
-    root: NDArray[Any] = np.sqrt(square)
-    return root
+    return np.sqrt(square)

@@ -422,8 +422,7 @@ class Shared:
     def _memory(self, name: str, number: int, shape: Sequence[int], dtype: np.dtype[Any]) -> Array:
         """Return memory of what is under way, one for this round and one for the next."""
         flat = self.workspace.scratch(f"{name} {number}", (1, math.prod(shape)), dtype.type)
-        array: Array = flat.reshape(shape)
-        return array
+        return flat.reshape(shape)
 
     def columns(self, spectrum: Array, width: int) -> Array:
         """Return a spectrum of all waves of the columns that are here."""
@@ -457,5 +456,4 @@ class Shared:
 
 def _scratch(workspace: Workspace, shape: tuple[int, ...], dtype: type) -> Array:
     """Return memory of this thread for one component."""
-    array: Array = workspace.scratch("parts", (1, math.prod(shape)), dtype).reshape(shape)
-    return array
+    return workspace.scratch("parts", (1, math.prod(shape)), dtype).reshape(shape)

@@ -224,8 +224,7 @@ def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
         else:
             mean = np.bincount(number, place) / count
         middle.append(np.rint(mean).astype(np.int64) % shape[axis])
-    flat: NDArray[np.int64] = np.ravel_multi_index((middle[0], middle[1]), shape)
-    return flat
+    return np.ravel_multi_index((middle[0], middle[1]), shape)
 
 
 def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> float:

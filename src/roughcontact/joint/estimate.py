@@ -96,8 +96,7 @@ class Formula:
         design = self.design(groups) if design is None else design
         fitted = _sum(design, self.coefficients)
         if self.quantity == VOLUME:
-            volume: Array = np.exp(fitted) * _yielded(groups, self._start(groups))
-            return volume
+            return np.exp(fitted) * _yielded(groups, self._start(groups))
         gradient = np.exp(np.minimum(fitted - self._softening(groups), math.log(_STEEPEST)))
         if self.quantity == GAP and not np.isnan(groups.breadth).any():
             gradient = gradient / groups.breadth
@@ -147,8 +146,7 @@ class Formula:
 
     def _softening(self, groups: Groups) -> Array:
         """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
-        softening: Array = np.log1p((groups.ratio / self.knee) ** 2) / 2
-        return softening
+        return np.log1p((groups.ratio / self.knee) ** 2) / 2
 
     def _start(self, groups: Groups) -> Array:
         """Return the effective gradient over h′ from which coordinates are told."""
@@ -208,8 +206,7 @@ def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
 
 def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
     # Without BLAS, whose last digits depend on its threads.
-    total: Array = np.sum(design * np.array(coefficients), axis=1)
-    return total
+    return np.sum(design * np.array(coefficients), axis=1)
 
 
 # --- what is stored
@@ -629,10 +626,7 @@ def _volume(
     outside = [_range_text(name, value, domain) for name, value in _outside(groups, domain).items()]
     if outside:
         return None, [
-            as_note(
-                Kind.ESTIMATE_DOMAIN,
-                f"No plastic depth: its formula holds for {outside[0]}.",
-            )
+            as_note(Kind.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}.")
         ]
     result = _ranged(VOLUME, groups, roughness)
     return result.times(roughness.Sq / roughness.Sdq), []

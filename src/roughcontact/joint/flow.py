@@ -54,15 +54,13 @@ def percolating_points(opened: Mask, axis: int, periodic_axes: tuple[int, ...] =
         first, last = (root[np.unique(label.take(side, axis))] for side in (0, -1))
         leads = np.isin(root, np.intersect1d(first, last))
     leads[0] = False
-    result: Mask = leads[label]
-    return result
+    return leads[label]
 
 
 def components(opened: Mask, periodic_axes: tuple[int, ...] = ()) -> NDArray[np.int32]:
     """Return a number for each part of the open points that hangs together, 0 where not open."""
     label, parts = _labelled(opened, 0, periodic_axes)
-    result: NDArray[np.int32] = parts.roots()[label]
-    return result
+    return parts.roots()[label]
 
 
 def constriction(gap: Array, axis: int, periodic_axes: tuple[int, ...] = ()) -> Constriction | None:
@@ -208,8 +206,7 @@ class _Problem:
         """Links over which the pressure falls by 1 more than from node to node."""
         if self.axis not in self.periodic_axes:
             return np.zeros(self.along.size, bool)
-        driven: NDArray[np.bool_] = (self.along == self.axis) & (self.forward < 0)
-        return driven
+        return (self.along == self.axis) & (self.forward < 0)
 
 
 def _problem(

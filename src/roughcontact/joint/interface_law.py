@@ -104,8 +104,7 @@ class MapLaw:
             return self.column(branch, name)
         if name == "separation":
             return self.curve(branch).separation_at(pressures)
-        result: Array = np.interp(np.log(pressures), np.log(own), self.column(branch, name))
-        return result
+        return np.interp(np.log(pressures), np.log(own), self.column(branch, name))
 
     @property
     def gap(self) -> Array:
@@ -335,7 +334,7 @@ class InterfaceLaw(Result):
             point = {name: result[number] for name, result in means.items()}
             scatter = {
                 "separation": point["separation"], "contact": point["contact_fraction"],
-                "stiffness": point[_stiffness_of(branch)],
+                "stiffness": point[("stiffness" if branch == LOADING else "unloading_stiffness")],
             }  # fmt: skip
             yield LawStep(
                 branch=branch,
@@ -407,7 +406,7 @@ class InterfaceLaw(Result):
         """
         if not all(law.wave_numbers.size for law in self.maps):
             return np.full(np.shape(pressures), math.nan)
-        result: Array = np.mean(
+        return np.mean(
             [
                 persson.persson_separation(
                     pressures, self.contact_modulus, law.wave_numbers, law.variances
@@ -416,7 +415,6 @@ class InterfaceLaw(Result):
             ],
             axis=0,
         )
-        return result
 
     @cached_property
     def persson_length(self) -> float:
@@ -532,11 +530,6 @@ def _mean(values: Array) -> Mean:
     if not np.isfinite(values).all():
         return Mean(values.size, float(values.mean()), math.nan, math.nan, math.nan)
     return statistics.mean(values)
-
-
-def _stiffness_of(branch: str) -> str:
-    """Return which stiffness is the slope of a branch."""
-    return "stiffness" if branch == LOADING else "unloading_stiffness"
 
 
 # --- The law of an interface from contacts that were solved ---

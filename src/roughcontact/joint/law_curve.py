@@ -16,15 +16,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.cautions import (
-    FEW_MAPS,
-    Caution,
-    Kind,
-    as_caution,
-    as_note,
-    as_warning,
-    few_maps,
-)
+from roughcontact.cautions import FEW_MAPS, Caution, Kind, as_caution, as_note, as_warning, few_maps
 from roughcontact.units import engineering, percent
 
 Array = NDArray[np.float64]
@@ -60,8 +52,7 @@ class Curve:
         if count == 1:
             return np.zeros(1)
         log = np.log(self.pressure)
-        slope: Array = -np.gradient(self.separation, log, edge_order=1 if count == 2 else 2)
-        return slope
+        return -np.gradient(self.separation, log, edge_order=1 if count == 2 else 2)
 
     def separation_at(self, pressure: ArrayLike) -> Array:
         """Return ū [m] at nominal pressures [Pa] between the first and the last."""
@@ -73,11 +64,10 @@ class Curve:
             return np.full(logarithm.shape, y[0])
         step = x[k + 1] - x[k]
         t = (logarithm - x[k]) / step
-        result: Array = (
+        return (
             (1 + 2 * t) * (1 - t) ** 2 * y[k] + t * (1 - t) ** 2 * step * slope[k]
             + t**2 * (3 - 2 * t) * y[k + 1] - t**2 * (1 - t) * step * slope[k + 1]
         )  # fmt: skip
-        return result
 
     @property
     def error(self) -> float:
@@ -148,8 +138,7 @@ def _monotone(x: Array, y: Array, slope: Array) -> Array:
         return np.zeros_like(slope)
     secant = np.diff(y) / np.diff(x)
     steepest = np.maximum(np.append(secant, -math.inf), np.append(-math.inf, secant))
-    limited: Array = np.clip(slope, 3 * steepest, 0.0)
-    return limited
+    return np.clip(slope, 3 * steepest, 0.0)
 
 
 # --- Asperities of a surface after Greenwood and Tripp, from moments of its spectrum ---

@@ -278,8 +278,7 @@ class Leakage(Result):
         width = size[1 - axis] if self.seal.width is None else self.seal.width
         length = size[axis] if self.seal.length is None else self.seal.length
         driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
-        rate: Array = self.permeability(axis) * driven
-        return rate
+        return self.permeability(axis) * driven
 
 
 @checked
@@ -404,8 +403,7 @@ def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tu
 
 def flow_gap(result: ContactResult) -> Array:
     """Return the gap that fluid may flow through [m], 0 where the bodies touch, shape (ny, nx)."""
-    gap: Array = np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
-    return gap
+    return np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
 
 
 def _axes(direction: str | None) -> tuple[int, ...]:

@@ -140,8 +140,7 @@ class Tangential(Result):
     @cached_property
     def stick(self) -> NDArray[np.bool_]:
         """Pixels in contact below their bound, shape (ny, nx)."""
-        result: NDArray[np.bool_] = np.hypot(*self.traction) < self.bound * (1 - STICK)
-        return result
+        return np.hypot(*self.traction) < self.bound * (1 - STICK)
 
     @property
     def stiffness_per_area(self) -> float:

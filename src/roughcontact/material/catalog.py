@@ -108,7 +108,7 @@ def entry(name: str) -> Entry:
     """Return a material with the sources of its values."""
     if not isinstance(name, str):
         raise input_error("material", name, "must be a name")
-    result = _index()
+    result = {_plain(name): item for item in entries() for name in (item.key, *item.names)}
     plain = _plain(name)
     if plain in result:
         return result[plain]
@@ -132,7 +132,3 @@ def material(name: str) -> Material:
 
 def _plain(name: str) -> str:
     return "".join(letter for letter in name.casefold() if letter.isalnum())
-
-
-def _index() -> dict[str, Entry]:
-    return {_plain(name): item for item in entries() for name in (item.key, *item.names)}

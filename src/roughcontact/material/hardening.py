@@ -97,8 +97,7 @@ class Linear:
 
     def strength(self, strain: Array) -> Array:
         """Return the yield strength [Pa] at accumulated plastic strains."""
-        result: Array = self.initial + self.modulus * strain
-        return result
+        return self.initial + self.modulus * strain
 
     def slope(self, strain: Array) -> Array:
         """Return the derivative of the yield strength [Pa]."""
@@ -155,14 +154,12 @@ class Swift:
 
     def strength(self, strain: Array) -> Array:
         """Return the yield strength [Pa] at accumulated plastic strains."""
-        result: Array = self.coefficient * (self.offset + 1e6 * strain) ** self.exponent
-        return result
+        return self.coefficient * (self.offset + 1e6 * strain) ** self.exponent
 
     def slope(self, strain: Array) -> Array:
         """Return the derivative of the yield strength [Pa]."""
         factor = 1e6 * self.exponent * self.coefficient
-        result: Array = factor * (self.offset + 1e6 * strain) ** (self.exponent - 1)
-        return result
+        return factor * (self.offset + 1e6 * strain) ** (self.exponent - 1)
 
 
 @dataclass(frozen=True)
@@ -232,15 +229,13 @@ class Tabulated:
 
     def strength(self, strain: Array) -> Array:
         """Return the yield strength [Pa] at accumulated plastic strains."""
-        result: Array = np.interp(strain, self.strain, self.stress).astype(strain.dtype)
-        return result
+        return np.interp(strain, self.strain, self.stress).astype(strain.dtype)
 
     def slope(self, strain: Array) -> Array:
         """Return the derivative of the yield strength [Pa], to the right at a point."""
         steps = np.append(np.diff(self.stress) / np.diff(self.strain), 0.0)
         place = np.searchsorted(self.strain, strain, side="right") - 1
-        result: Array = steps[place].astype(strain.dtype)
-        return result
+        return steps[place].astype(strain.dtype)
 
 
 Isotropic = Perfect | Linear | Swift | Tabulated
@@ -312,8 +307,7 @@ def back_modulus(law: Hardening) -> float:
 
 def flow_stress(law: Hardening, strain: Array) -> Array:
     """Return the stress [Pa] of a bar that has only ever been strained in one direction."""
-    result: Array = law.strength(strain) + back_modulus(law) * strain
-    return result
+    return law.strength(strain) + back_modulus(law) * strain
 
 
 def _require_modulus(modulus: Any) -> None:

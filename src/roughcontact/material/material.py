@@ -94,8 +94,7 @@ class Material(Renamed):
     @classmethod
     def _named(cls, name: str) -> Material:
         """Return a metal of the catalogue."""
-        result: Material = face().material(name)
-        return result
+        return face().material(name)
 
     def _check(self) -> None:
         """Refuse constants that no material has."""

@@ -121,8 +121,7 @@ def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
     is_open = ~contact & np.isfinite(gap)
     number = style.reduced(np.add, is_open, blocks, np.float64)
     total = style.reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
-    mean: Array = np.where(number > 0, total / np.maximum(number, 1), np.nan)
-    return mean
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
 
 
 def closed_cover(result: Shares, colour: str) -> Array:

@@ -159,12 +159,7 @@ def section(
 
 
 def _panel(
-    figure: Figure,
-    column: int,
-    top: float,
-    high: float,
-    offset: float = 0.0,
-    wide: float = _PANEL,
+    figure: Figure, column: int, top: float, high: float, offset: float = 0.0, wide: float = _PANEL
 ) -> Axes:
     """Add axes to a page of panels, at a distance from its top [inch]."""
     tall = float(figure.get_figheight())

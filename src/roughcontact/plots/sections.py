@@ -216,8 +216,7 @@ def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
     """Return what the tilt adds to the gap on a section [m]."""
     y, x = rigid_tilt.moment_arms(result.gap.shape, result.surface.pixel)
     slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
-    raised: Array = (slope_y * y + slope_x * x)[where]
-    return raised
+    return (slope_y * y + slope_x * x)[where]
 
 
 def _highest(initial_gap: Array) -> tuple[int, int]:

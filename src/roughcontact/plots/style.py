@@ -252,8 +252,7 @@ def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
     count = reduced(np.add, there, blocks, np.float64)
     total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
     maximum = cell_points(values.shape, blocks)
-    mean: Array = np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
-    return mean
+    return np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
 
 
 def draw_map(
@@ -418,11 +417,7 @@ def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "")
     if cell == (1, 1):
         return
     text = f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown}."
-    figure.supxlabel(
-        f"{text}\n{more}" if more else text,
-        fontsize=NOTE,
-        color=NEUTRAL,
-    )
+    figure.supxlabel(f"{text}\n{more}" if more else text, fontsize=NOTE, color=NEUTRAL)
 
 
 # --- Words that several figures share: load, doubt, names of results ---

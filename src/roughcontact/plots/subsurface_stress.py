@@ -95,10 +95,7 @@ def stress_depth(result: StressResult) -> Figure:
 
 
 def stress_section(
-    result: StressResult,
-    along: str = "x",
-    depth: float | None = None,
-    width: float | None = None,
+    result: StressResult, along: str = "x", depth: float | None = None, width: float | None = None
 ) -> Figure:
     """Draw the von Mises stress on a vertical plane through its maximum.
 

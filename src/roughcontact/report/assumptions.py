@@ -12,11 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from roughcontact.contact.plausibility import (
-    LARGE_SLOPE,
-    LARGE_STRAIN,
-    load_bearing_spot_pixels,
-)
+from roughcontact.contact.plausibility import LARGE_SLOPE, LARGE_STRAIN, load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.plausibility import largest_strain, slope_under
 from roughcontact.elastoplastic.result import ElastoplasticResult

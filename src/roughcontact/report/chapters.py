@@ -26,8 +26,9 @@ from roughcontact.report import (
     inputs,
     page,
 )
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     TRUST,
+    Kind,
     Quantity,
     Row,
     Table,
@@ -35,7 +36,6 @@ from roughcontact.report.fields import (
     rows_of,
     side_by_side,
 )
-from roughcontact.report.kind import Kind
 from roughcontact.report.page import Block, Cells, PageTable, Picture
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, percent

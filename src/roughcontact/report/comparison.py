@@ -18,31 +18,26 @@ from roughcontact.plots.comparison import (
 )
 from roughcontact.plots.style import prefixed
 from roughcontact.references import cited
-from roughcontact.report import (
-    assumptions,
-    chapters,
-    citations,
-    contact_fields,
-    inputs,
-    phrases,
-)
-from roughcontact.report.fields import (
+from roughcontact.report import assumptions, chapters, citations, contact_fields, inputs, phrases
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
+from roughcontact.report.kind import (
     ABSENT,
     CAUTIONS,
     PROBLEM,
     TRUST,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
+    Use,
     capital,
     quantity_of,
     rows_of,
     stored,
     within,
 )
-from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
-from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import WIDE, Block
 from roughcontact.statistics import Difference, Mean
 from roughcontact.studies.comparison import Comparison

@@ -16,8 +16,7 @@ from roughcontact.references import cited
 from roughcontact.report import contact_fields, figures, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import CAUTIONS, Column, Columns, Quantity, Table
-from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report.kind import CAUTIONS, CellTable, Column, Columns, Kind, Quantity, Table
 from roughcontact.studies.uncertainty import Interval
 from roughcontact.units import changed_by, engineering, percent, plain
 

@@ -30,16 +30,17 @@ from roughcontact.report import (
     python_script,
     uncertainty,
 )
-from roughcontact.report.fields import (
+from roughcontact.report.figures import FRONT, RESULTS, Illustration
+from roughcontact.report.kind import (
     ABSENT,
     PROBLEM,
+    CellTable,
+    Kind,
     Row,
     capital,
     quantity_of,
     rows_of,
 )
-from roughcontact.report.figures import FRONT, RESULTS, Illustration
-from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy
 from roughcontact.studies.uncertainty import Cause, Interval

@@ -23,7 +23,7 @@ from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.report import estimate, hertz_comparison, phrases
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     CAUTIONS,
     HEADLINE,
     PROBLEM,
@@ -36,12 +36,11 @@ from roughcontact.report.fields import (
     quantity_of,
     sizable,
     stored_columns,
-    tiny,
     within,
 )
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import VOLUME_ACCOUNT, LoadHistory
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import counted, engineering, percent, tiny
 
 # The contact
 

@@ -21,10 +21,9 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.fields import PROBLEM, Row, rows_of, tiny
-from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report.kind import PROBLEM, CellTable, Kind, Row, rows_of
 from roughcontact.report.page import Block
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import counted, engineering, percent, tiny
 
 if TYPE_CHECKING:
     import xarray

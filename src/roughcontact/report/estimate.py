@@ -10,8 +10,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.joint.estimate import Estimate, Range
 from roughcontact.references import cited
 from roughcontact.report import phrases
-from roughcontact.report.fields import CAUTIONS, PROBLEM, Quantity, Table
-from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Kind, Quantity, Table
 from roughcontact.units import engineering, percent
 
 _ENDS = ("low", "high")

@@ -9,7 +9,7 @@ from typing import Any
 from roughcontact.cautions import Caution, Kind, as_note, ordered
 from roughcontact.errors import ArgumentRef, Part
 from roughcontact.report import inputs
-from roughcontact.report.fields import Headline
+from roughcontact.report.kind import Headline
 from roughcontact.surface.generation import WITHIN, Parameter, compared
 from roughcontact.surface.surface import Surface
 from roughcontact.units import changed_by, engineering, lengths

@@ -7,7 +7,7 @@ from typing import Any
 from roughcontact.contact import hertz_comparison
 from roughcontact.contact.nominal_hertz import CIRCLE, ELLIPSE, LINE, Smooth
 from roughcontact.contact.result import ContactResult
-from roughcontact.report.fields import ABSENT
+from roughcontact.report.kind import ABSENT
 from roughcontact.units import engineering
 
 HEADS = ("compared with Hertz", "smooth (Hertz)", "rough", "ratio")

@@ -13,7 +13,7 @@ from roughcontact.errors import InputError, Sentence, message_parts
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.report import phrases
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     ABSENT,
     Headline,
     Quantity,

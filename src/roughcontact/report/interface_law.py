@@ -15,15 +15,17 @@ from roughcontact.plots.joint import interface_law
 from roughcontact.references import cited
 from roughcontact.report import chapters, figures, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     CAUTIONS,
     PROBLEM,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
+    Use,
 )
-from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.statistics import LEVEL, Mean, mean
 from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval
 from roughcontact.units import counted, engineering, percent, plain

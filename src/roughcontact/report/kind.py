@@ -1,11 +1,12 @@
-"""A kind of result: all that console, report, page and files show of it, in one object."""
+"""A kind of result: its quantities, and all that console, report, page and files show of it."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,22 +15,7 @@ from roughcontact.errors import InputError
 from roughcontact.files import require_suffix, to_json, write
 from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
-from roughcontact.report.fields import (
-    ANSWER,
-    Cells,
-    Columns,
-    Headline,
-    Row,
-    Table,
-    csv_text,
-    frame_of,
-    listing_of,
-    quantity_of,
-    rows_of,
-    some,
-    stored,
-    stored_columns,
-)
+from roughcontact.units import engineering, grouped, plain
 
 if TYPE_CHECKING:
     import pandas
@@ -39,6 +25,270 @@ if TYPE_CHECKING:
     from roughcontact.report.assumptions import Assumption, Case
     from roughcontact.report.figures import Illustrations
     from roughcontact.report.page import Block
+
+PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
+"""Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
+
+Cells = tuple[str, ...]
+
+ABSENT = "–"
+"""What stands where one of several results has no such quantity."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One quantity of one result."""
+
+    key: str  # Name in files
+    symbol: str  # Of the quantity
+    name: str  # Of the quantity
+    value: Any  # In SI units
+    unit: str  # SI unit of the value
+    meaning: str  # In a few words
+    text: str  # The value in words: a number with its unit
+
+    @property
+    def title(self) -> str:
+        """Name and symbol, as the first cell of a row."""
+        return capital(f"{self.name} {self.symbol}".rstrip())
+
+
+@dataclass(frozen=True)
+class Headline:
+    """What is said first: problem, answer, a few numbers, and how certain they are."""
+
+    problem: str
+    answer: str
+    heads: Cells
+    rows: Sequence[Cells]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a kind of result: where it comes from, and how it is told."""
+
+    key: str  # Name in files
+    name: str = ""  # As it is told
+    symbol: str = ""  # As in `Row`
+    unit: str = "1"  # As in `Row`
+    meaning: str = ""  # As in `Row`
+    of: Callable[[Any], Any] | str = ""  # `of(result)` returns the value in SI units
+    digits: int = 4  # Significant digits
+    form: Callable[[Any], str] | None = None
+    text: Callable[[Any], str] | None = None
+    part: str = ANSWER  # What it belongs to
+    when: Callable[[Any], bool] = lambda _: True  # `when(result)` says whether it is told at all
+    brief: bool = True  # Whether the console tells it, too
+    stored: bool = True  # Whether it stands in the summary, and so in JSON
+
+    def value(self, result: Any) -> Any:
+        """Return the value [SI]."""
+        if callable(self.of):
+            return self.of(result)
+        return attrgetter(self.of or self.key)(result)
+
+    def format_value(self, value: Any) -> str:
+        """Return a value in words."""
+        return written(value, self.unit, self.digits) if self.form is None else self.form(value)
+
+    def row(self, result: Any) -> Row:
+        """Return the row of a result."""
+        value = self.value(result)
+        text = self.format_value(value) if self.text is None else self.text(result)
+        return Row(self.key, self.symbol, self.name, value, self.unit, self.meaning, text)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A quantity of each step of a result."""
+
+    key: str  # Name in files
+    name: str = ""  # Head of the column
+    unit: str = "1"  # SI unit
+    of: Callable[[Any], Sequence[Any]] | None = None
+    steps: str = "steps"  # Attribute of the result that holds its steps
+    digits: int = 4  # Significant digits
+    form: Callable[[Any], str] | None = None  # `form(value)` puts a value into words
+    shown: Callable[[Any], Sequence[Any]] | None = None
+    when: Callable[[Any], bool] = lambda _: True  # As for `Quantity`
+    brief: bool = True  # As for `Quantity`
+    stored: bool = True  # As for `Quantity`
+
+    def values(self, result: Any) -> Sequence[Any]:
+        """Return the values of all steps [SI]."""
+        if self.of is not None:
+            return self.of(result)
+        return [getattr(step, self.key) for step in getattr(result, self.steps)]
+
+    def texts(self, result: Any) -> list[str]:
+        """Return the cells of the column."""
+        form = self.form or (lambda value: written(value, self.unit, self.digits))
+        return [form(value) for value in (self.shown or self.values)(result)]
+
+
+# A step that has less than this part of what all have together has nothing but rounding.
+_ROUNDING = 1e-9
+
+# Side of a cube [m], and its name.
+_SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
+
+
+def sizable(key: str) -> Callable[[Any], Sequence[float]]:
+    """Return what a column tells of values that are not negative: zero in place of rounding."""
+
+    def values(result: Any) -> list[float]:
+        answer = [float(getattr(step, key)) for step in result.steps]
+        minimum = _ROUNDING * sum(answer)
+        return [value if value > minimum else 0.0 for value in answer]
+
+    return values
+
+
+Table = Sequence[Quantity]
+Columns = Sequence[Column]
+
+
+def written(value: Any, unit: str, digits: int = 4) -> str:
+    """Return a value with its unit, as all tables show it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (tuple, list)):
+        return ", ".join(written(entry, unit, digits) for entry in value)
+    if unit == "m³":
+        # Between two prefixes of a cube lie nine digits.
+        side = 1e-3 if value >= 1e-12 else 1e-6 if value >= 1e-21 or not value else 1e-9
+        return f"{plain(value / side**3, digits)} {_SIDES[side]}³"
+    if unit == "s":
+        return f"{value:.2f} s"
+    if unit == "1":
+        return grouped(str(value)) if isinstance(value, int) else f"{value:.{digits}g}"
+    return grouped(engineering(value, unit, digits))
+
+
+def capital(text: str) -> str:
+    """Return a text with a capital letter, as the beginning of a row."""
+    return text[:1].upper() + text[1:]
+
+
+def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
+    """Return what is told of a result."""
+    return [
+        quantity.row(result)
+        for quantity in table
+        if quantity.name and quantity.part == part
+        if (quantity.brief or not brief) and quantity.when(result)
+    ]
+
+
+def side_by_side(
+    table: Table, results: Iterable[Any], part: str = ANSWER, brief: bool = False
+) -> list[tuple[Row, tuple[str, ...]]]:
+    """Return what is told of several results side by side: a row, and the text for each result."""
+    by_key = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
+    keys = [quantity.key for quantity in table if any(quantity.key in result for result in by_key)]
+    return [
+        (
+            next(result[key] for result in by_key if key in result),
+            tuple(result[key].text if key in result else ABSENT for result in by_key),
+        )
+        for key in keys
+    ]
+
+
+# Steps that are shown of many: so many of the first, and so many of the last.
+_ENDS = 3
+
+
+def some(rows: Sequence[Cells]) -> Sequence[Cells]:
+    """Return the first and the last of many rows."""
+    if len(rows) <= 2 * _ENDS:
+        return rows
+    return [*rows[:_ENDS], ("…",) * len(rows[0]), *rows[-_ENDS:]]
+
+
+def quantity_of(table: Table, key: str) -> Quantity:
+    """Return a quantity by its key."""
+    return next(quantity for quantity in table if quantity.key == key)
+
+
+def pick(table: Table, *keys: str) -> Table:
+    """Return some quantities by their keys."""
+    return [quantity_of(table, key) for key in keys]
+
+
+def within(attribute: str, quantity: Quantity, **changes: Any) -> Quantity:
+    """Return a quantity of what a result holds as one of the result itself."""
+    inner = attrgetter(attribute)
+
+    def of(call: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        return lambda result: call(inner(result))
+
+    text = None if quantity.text is None else of(quantity.text)
+    moved = replace(quantity, of=of(quantity.value), text=text, when=of(quantity.when))
+    return replace(moved, **changes)
+
+
+def stored(table: Table, result: Any) -> dict[str, Any]:
+    """Return what files keep of a result: values by key, in SI units, ready for JSON."""
+    return {quantity.key: quantity.value(result) for quantity in table if quantity.stored}
+
+
+def _stored_only(columns: Columns, result: Any) -> list[Column]:
+    return [column for column in columns if column.stored and column.when(result)]
+
+
+def stored_columns(columns: Columns, result: Any) -> dict[str, list[float]]:
+    """Return what files keep of the steps of a result."""
+    return {
+        column.key: [float(value) for value in column.values(result)]
+        for column in _stored_only(columns, result)
+    }
+
+
+def frame_of(columns: Columns, result: Any) -> pandas.DataFrame:
+    """Return the steps of a result as a table of pandas, units in its attributes."""
+    import pandas
+
+    stored_only = _stored_only(columns, result)
+    frame = pandas.DataFrame({column.key: column.values(result) for column in stored_only})
+    frame.attrs["units"] = {column.key: column.unit for column in stored_only}
+    return frame
+
+
+def listing_of(
+    columns: Columns, result: Any, brief: bool = False
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return the head and the rows of a table of steps."""
+    text = [
+        column
+        for column in columns
+        if column.name and (column.brief or not brief) and column.when(result)
+    ]
+    texts = (column.texts(result) for column in text)
+    return tuple(column.name for column in text), list(zip(*texts, strict=True))
+
+
+def csv_text(columns: Columns, result: Any) -> str:
+    """Return the steps of a result as a table in text, units in the head."""
+    stored_only = _stored_only(columns, result)
+    lines = [",".join(f"{column.key} [{column.unit}]" for column in stored_only)]
+    steps = zip(*(column.values(result) for column in stored_only), strict=True)
+    lines += [
+        ",".join(value if isinstance(value, str) else repr(value) for value in step)
+        for step in steps
+    ]
+    return "\n".join(lines) + "\n"
+
+
+CAUTIONS: Table = (
+    Quantity("warnings", of=lambda r: list(r.warnings)),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+)
+"""What files keep of the cautions of any result."""
+
+
+# --- The kind ---
 
 Use = tuple[str, tuple[Reference, ...]]
 CellTable = tuple[Cells, Sequence[Cells]]  # Heads, none if empty, and rows
@@ -100,7 +350,7 @@ class Kind:
         return self.answer is not _empty
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-        """Return what is told of a result; see `fields.rows_of`."""
+        """Return what is told of a result; see `rows_of`."""
         return rows_of(self.table, result, part, brief)
 
     def headline(self, result: Any, **more: Any) -> Headline:
@@ -119,7 +369,7 @@ class Kind:
     def listing(
         self, result: Any, brief: bool = False
     ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
+        """Return the head and the rows of the steps of a result; see `listing_of`."""
         return listing_of(self.columns, result, brief)
 
     def drawings(self, result: Any) -> dict[str, Callable[[], Figure]]:

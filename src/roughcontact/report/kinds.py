@@ -26,8 +26,7 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.fields import ANSWER, TRUST, Headline, Row, some
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import ANSWER, TRUST, Headline, Kind, Row, some
 from roughcontact.report.page import PLAIN, Block, Chapter, Edition, Front, PageTable
 from roughcontact.units import engineering
 
@@ -78,12 +77,12 @@ def _loaded(place: str) -> Kind:
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-    """Return what is told of a result; see `fields.rows_of`."""
+    """Return what is told of a result; see `kind.rows_of`."""
     return of(result).rows(result, part, brief)
 
 
 def listing(result: Any, brief: bool = False) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    """Return the head and the rows of the steps of a result; see `fields.listing_of`."""
+    """Return the head and the rows of the steps of a result; see `kind.listing_of`."""
     return of(result).listing(result, brief)
 
 

@@ -17,20 +17,20 @@ from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, uncertainty
 from roughcontact.report.assumptions import Assumption
 from roughcontact.report.contact_fields import PAIR
-from roughcontact.report.fields import (
+from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
-    tiny,
 )
-from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
-from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
 from roughcontact.studies.uncertainty import Interval
-from roughcontact.units import changed_by, engineering, percent, plain
+from roughcontact.units import changed_by, engineering, percent, plain, tiny
 
 
 def _seal(result: Leakage) -> str:

@@ -17,12 +17,11 @@ from roughcontact.report import (
     page,
     phrases,
 )
-from roughcontact.report.fields import tiny
 from roughcontact.report.kind import Kind
 from roughcontact.report.page import Block
 from roughcontact.studies.load_curve import LOW_LOAD, LoadCurve
 from roughcontact.studies.load_history import LoadHistory
-from roughcontact.units import counted, engineering, percent
+from roughcontact.units import counted, engineering, percent, tiny
 
 
 def question(curve: LoadCurve) -> str:
@@ -47,15 +46,11 @@ def _method(curve: LoadCurve) -> list[Block]:
 # --- What is said first ---
 
 
-def _unit(curve: LoadCurve) -> str:
-    return contact_fields.LOAD if curve.is_profile else "N"
-
-
 def _problem(curve: LoadCurve) -> str:
     name = curve.source or "an unnamed map"
     control = "loads" if curve.control == "load" else "approaches"
     first, last = (getattr(step, curve.control) for step in (curve.steps[0], curve.steps[-1]))
-    unit = _unit(curve) if curve.control == "load" else "m"
+    unit = (contact_fields.LOAD if curve.is_profile else "N") if curve.control == "load" else "m"
     ends = phrases.between(first, last, lambda value: phrases.size(value, unit))
     text = f"{name}, {len(curve.steps)} {control} from {ends}"
     if curve.is_profile:

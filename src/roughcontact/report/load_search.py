@@ -10,20 +10,21 @@ from typing import Any
 
 from roughcontact.report import citations, contact_fields, phrases, uncertainty
 from roughcontact.report.contact_fields import PAIR, of_largest
-from roughcontact.report.fields import (
+from roughcontact.report.kind import (
     CAUTIONS,
     TRUST,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
+    Use,
     quantity_of,
-    tiny,
 )
-from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import Block
 from roughcontact.studies import load_search as search
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.units import changed_by, engineering, percent, tiny
 
 _NAMES = {
     search.CONTACT: "contact",

@@ -17,10 +17,9 @@ from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
-from roughcontact.report.fields import tiny
 from roughcontact.solvers.progress import Progress, Step
 from roughcontact.surface.provenance import Provenance
-from roughcontact.units import changed_by, engineering, grouped, percent
+from roughcontact.units import changed_by, engineering, grouped, percent, tiny
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord

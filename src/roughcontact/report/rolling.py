@@ -23,20 +23,21 @@ from roughcontact.report import (
     phrases,
     python_script,
 )
-from roughcontact.report.fields import (
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.kind import (
     PROBLEM,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
+    Use,
     some,
     stored_columns,
-    tiny,
 )
-from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration, Illustrations
-from roughcontact.report.kind import CellTable, Kind, Use
 from roughcontact.report.page import WIDE, Block
-from roughcontact.units import counted, engineering
+from roughcontact.units import counted, engineering, tiny
 
 
 def _passes(rolling: RollingResult) -> str:

@@ -10,15 +10,8 @@ from typing import Any
 from roughcontact.contact.subsurface_stress import StressResult, to_dataset
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.plots import subsurface_stress as draw
-from roughcontact.report import (
-    chapters,
-    citations,
-    contact_fields,
-    figures,
-    phrases,
-)
-from roughcontact.report.fields import Row, rows_of
-from roughcontact.report.kind import CellTable, Kind
+from roughcontact.report import chapters, citations, contact_fields, figures, phrases
+from roughcontact.report.kind import CellTable, Kind, Row, rows_of
 from roughcontact.report.page import Block
 
 

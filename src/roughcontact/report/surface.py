@@ -6,9 +6,8 @@ from dataclasses import replace
 
 from roughcontact.formats import export
 from roughcontact.plots import maps, profiles, sections
-from roughcontact.report.fields import Quantity
 from roughcontact.report.inputs import SURFACE, TRACE
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import Kind, Quantity
 from roughcontact.surface.surface import Surface
 
 KIND = Kind(

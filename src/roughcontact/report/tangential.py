@@ -15,21 +15,21 @@ from roughcontact.plots.joint import tangential
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases
 from roughcontact.report.assumptions import Assumption
-from roughcontact.report.fields import (
+from roughcontact.report.figures import FRONT, Illustration, Illustrations
+from roughcontact.report.kind import (
     PROBLEM,
     TRUST,
+    CellTable,
     Column,
     Columns,
+    Kind,
     Quantity,
     Table,
     quantity_of,
-    tiny,
     within,
 )
-from roughcontact.report.figures import FRONT, Illustration, Illustrations
-from roughcontact.report.kind import CellTable, Kind
 from roughcontact.report.page import WIDE
-from roughcontact.units import changed_by, engineering, percent
+from roughcontact.units import changed_by, engineering, percent, tiny
 
 
 def _finite(value: float) -> float | None:

@@ -9,8 +9,7 @@ from typing import Any
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.report import contact_fields
-from roughcontact.report.fields import Column, Columns, Quantity, Table, quantity_of
-from roughcontact.report.kind import Kind
+from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, quantity_of
 from roughcontact.studies import uncertainty
 from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
 from roughcontact.studies.uncertainty import Cause, Interval

@@ -239,11 +239,6 @@ def _memory(request: Request, shape: tuple[int, int]) -> None:
     request.require_contact(shape, HELD)
 
 
-def _last(_: Outcome) -> dict[str, Any]:
-    """Return nothing: there is no last contact."""
-    return {}
-
-
 TASK = Task(
     "compare",
     """Compare groups of maps, with 95 % intervals.
@@ -272,7 +267,7 @@ roughcontact compare --group "ground=ground-?.x3p" \\
         Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
     ),
     check=_check,
-    last=_last,
+    last=lambda _: {},
     memory=_memory,
     maps=("files", "groups"),
     pieces=Pieces(part_names, found_of, file_of, (options.GROUP, PAIRED)),

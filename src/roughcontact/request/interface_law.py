@@ -25,9 +25,7 @@ QUARTERS = flag(
     "Repeat on map quarters to check the map size.",
 )  # fmt: skip
 OUTPUT = files(
-    "output",
-    f"Law: {export.format_list_text(Kind.LAW)}; repeatable.",
-    export.suffixes(Kind.LAW),
+    "output", f"Law: {export.format_list_text(Kind.LAW)}; repeatable.", export.suffixes(Kind.LAW)
 )
 FIGURE = file("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from roughcontact.cautions import Caution, of_several
 from roughcontact.errors import ArgumentRef, InputError
@@ -20,10 +20,6 @@ from roughcontact.surface import placement
 from roughcontact.surface.cleaning import MOST_FILLED
 from roughcontact.surface.surface import Surface
 from roughcontact.units import percent
-
-if TYPE_CHECKING:
-    pass
-
 
 Reader = Callable[..., Surface]
 """``reader(path, announced, *reading)``, as `formats.read.read_announced`."""

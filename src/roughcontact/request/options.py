@@ -390,10 +390,7 @@ LOAD_POINT = Option(
     "Load position (y, x)",
 )  # fmt: skip
 LOADS = (LOAD, HERTZ, APPROACH, LOAD_POINT)
-LOAD_RULES = (
-    Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"),
-    Rule(NEEDS, LOAD_POINT, LOAD, HERTZ),
-)
+LOAD_RULES = (Rule(ONE_OF, LOAD, HERTZ, APPROACH, text="1 N"), Rule(NEEDS, LOAD_POINT, LOAD, HERTZ))
 
 # How exactly it is solved
 

@@ -108,8 +108,7 @@ class Outcome:
     def status(self) -> str:
         """``"converged"``, or why the solver stopped."""
         # Sweeps and histories end with an error where a step does not converge.
-        status: str = getattr(self.result, "status", "converged")
-        return status
+        return getattr(self.result, "status", "converged")
 
     @property
     def converged(self) -> bool:

@@ -148,8 +148,7 @@ def ceiling(text: str, argument: str) -> str | float | None:
         return None
     if plain in ("auto", CALIBRATED):
         return plain
-    result: float = hardness.stress(plain, argument)
-    return result
+    return hardness.stress(plain, argument)
 
 
 def material(text: str, argument: str) -> Material:

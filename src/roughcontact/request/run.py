@@ -74,8 +74,7 @@ def solved(
     request: Request, maps: Sequence[Surface], say: Say, look: Look | None = None
 ) -> Outcome:
     """Carry out a request on maps that are prepared, and write nothing."""
-    outcome: Outcome = request.task.run(request, Work(request, lambda: maps, say, look or _nobody))
-    return outcome
+    return request.task.run(request, Work(request, lambda: maps, say, look or _nobody))
 
 
 def _nobody(progress: Progress) -> None:

@@ -10,16 +10,7 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, solve
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import (
-    LENGTH,
-    NEEDED,
-    ONE_OF,
-    PICTURES,
-    Option,
-    Panel,
-    Rule,
-    file,
-)
+from roughcontact.request.options import LENGTH, NEEDED, ONE_OF, PICTURES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.subsurface_stress import DIRECTION

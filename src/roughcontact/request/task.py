@@ -91,8 +91,7 @@ class Reading:
         """Return the value of an option of the task; `KeyError` if it does not list it."""
         if self.task.by_name.get(option.name) is not option:
             raise KeyError(option.name)
-        value: T = self.values.get(option.name, option.default)
-        return value
+        return self.values.get(option.name, option.default)
 
     def get(self, option: Option[T]) -> T | None:
         """Return the value of the task's option of the same name, None if it has none."""
@@ -141,8 +140,7 @@ class Pieces:
 
 
 def _numbers(outcome: Any) -> dict[str, Any]:
-    result: dict[str, Any] = outcome.result.summary()
-    return result
+    return outcome.result.summary()
 
 
 def _nothing(_: Any) -> None:
@@ -177,10 +175,4 @@ class Task(Command):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle it as the one of its module."""
-        return _of_module, (self.run,)
-
-
-def _of_module(run: Any) -> Task:
-    """Return the task of the module that a function stands in."""
-    task: Task = sys.modules[run.__module__].TASK
-    return task
+        return lambda run: sys.modules[run.__module__].TASK, (self.run,)

@@ -336,8 +336,7 @@ def _joined(network: Network, group: Indices, count: int) -> Network:
 
 
 def _summed(group: Indices, values: Array, count: int) -> Array:
-    total: Array = np.bincount(group, values, count).astype(np.float64, copy=False)
-    return total
+    return np.bincount(group, values, count).astype(np.float64, copy=False)
 
 
 def _dot(first: Array, second: Array) -> float:

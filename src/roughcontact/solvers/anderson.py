@@ -125,8 +125,7 @@ class Mixer:
                     sums[part, number] = self._weights[part] * (tensor @ each)
 
         self._workspace.each(add, range(len(self._weights)))
-        total: NDArray[np.float64] = self._whole(sums).sum(axis=0)
-        return total
+        return self._whole(sums).sum(axis=0)
 
 
 def embedded(values: Array, place: Array, size: int) -> Array:
@@ -143,5 +142,4 @@ def _least_squares(gram: NDArray[np.float64], right: NDArray[np.float64]) -> NDA
     value, vector = np.linalg.eigh(gram / scale / scale[:, None])
     keep = value > _DEPENDENT * value[-1]
     share = vector[:, keep] @ ((vector[:, keep].T @ (right / scale)) / value[keep])
-    result: NDArray[np.float64] = share / scale
-    return result
+    return share / scale

@@ -98,8 +98,7 @@ def within(values: Array, bound: Array) -> Array:
     outside = size > bound
     factor = np.ones_like(size)
     factor[outside] = bound[outside] / size[outside]
-    result: Array = values * factor
-    return result
+    return values * factor
 
 
 def project(values: Array, bound: Array, total: Array, sums: Sums) -> tuple[Array, Array]:
@@ -197,8 +196,7 @@ class _Space:
     def along(self, values: Array) -> Array:
         """Return the part of a field that lies in the space."""
         across: Array = (values * self.normal).sum(axis=0)
-        result: Array = values - across * self.normal
-        return result
+        return values - across * self.normal
 
 
 class _Solver:
@@ -228,13 +226,11 @@ class _Solver:
 
     def sum(self, values: Array) -> Array:
         """Return the sums of both components."""
-        result: Array = self.sums.added(values.sum(axis=1))
-        return result
+        return self.sums.added(values.sum(axis=1))
 
     def slip(self, state: _State) -> Array:
         """Return s = t + f - K q."""
-        result: Array = state.shift[:, None] + self.offset - state.displacement
-        return result
+        return state.shift[:, None] + self.offset - state.displacement
 
     def projected(self, values: Array) -> tuple[Array, Array]:
         """Return the nearest admissible traction, and the shift that makes it so."""
@@ -406,8 +402,7 @@ class _Solver:
 
 def _combined(fields: list[Array], factors: Array) -> Array:
     """Return the sum of two fields with these factors."""
-    result: Array = factors[0] * fields[0] + factors[1] * fields[1]
-    return result
+    return factors[0] * fields[0] + factors[1] * fields[1]
 
 
 def stiffness(

@@ -186,8 +186,7 @@ def _coupling(blocks: Operator) -> Array:
     unit[0, 0] = 1
     response = blocks(unit).astype(np.float64)
     i, j = np.divmod(np.arange(by * bx), bx)
-    coupling: Array = response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
-    return coupling
+    return response[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
 
 
 def _dot(first: Array, second: Array) -> float:
@@ -227,8 +226,7 @@ class Patch:
         if width == self.map_width:
             return index - self.first[0] * width if self.first[0] else index
         row, column = np.divmod(index, self.map_width)
-        local: NDArray[np.int64] = (row - self.first[0]) * width + (column - self.first[1])
-        return local
+        return (row - self.first[0]) * width + (column - self.first[1])
 
 
 class Patches:

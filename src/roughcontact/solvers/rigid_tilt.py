@@ -284,8 +284,7 @@ def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Ar
     carried = np.cumsum(np.broadcast_to(share, along.shape)[order])
     # Furthest out first, each as much as it can; the last takes what is left.
     part = np.diff(np.minimum(carried, 1.0), prepend=0.0)
-    furthest: Array = np.einsum("pn,n->p", np.stack([y[order], x[order]]), part)
-    return furthest
+    return np.einsum("pn,n->p", np.stack([y[order], x[order]]), part)
 
 
 def _nearest(points: Array) -> Array:
@@ -298,8 +297,7 @@ def _nearest(points: Array) -> Array:
     length = (edge**2).sum(axis=1)
     along = -(first * edge).sum(axis=1) / np.where(length > 0, length, 1)
     nearest = first + np.clip(along, 0, 1)[:, None] * edge
-    best: Array = nearest[(nearest**2).sum(axis=1).argmin()]
-    return best
+    return nearest[(nearest**2).sum(axis=1).argmin()]
 
 
 def solve(

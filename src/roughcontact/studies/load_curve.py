@@ -174,12 +174,11 @@ class LoadCurve(Result):
     def low_loads(self) -> NDArray[np.bool_]:
         """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
         area, load = self.column("perimeter_corrected_area"), self.column("load")
-        low: NDArray[np.bool_] = (
+        return (
             (area <= LOW_LOAD * self.nominal_area)
             & (self.column("saturated_area") <= LOW_SATURATION * area)
             & (load > 0)
         )
-        return low
 
     @cached_property
     def low_load_slope(self) -> float:
@@ -439,10 +438,7 @@ def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple
 
 
 def _solved_step(
-    sweep: _Sweep,
-    number: int,
-    start: Array | None,
-    progress: Tell,
+    sweep: _Sweep, number: int, start: Array | None, progress: Tell
 ) -> tuple[LoadStep, Array, Array]:
     """Return a step and its pressure, and the pressure from which the next one starts."""
     result = press(

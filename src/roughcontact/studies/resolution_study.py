@@ -564,8 +564,7 @@ def _nearest(values: Array, shape: tuple[int, int], wanted: tuple[int, int]) -> 
         ((np.arange(new) + 0.5) * old / new).astype(int)
         for old, new in zip(shape, wanted, strict=True)
     )
-    picked: Array = values[np.ix_(rows, columns)]
-    return picked
+    return values[np.ix_(rows, columns)]
 
 
 def _smoothed(surface: Surface, length: float) -> Surface:

@@ -151,10 +151,7 @@ def sample(heights: Array, placement: Placement, shape: tuple[int, int]) -> Arra
 
 
 def spans(
-    shape: tuple[int, ...],
-    placement: Placement,
-    new_shape: tuple[int, int],
-    slack: float = _SLACK,
+    shape: tuple[int, ...], placement: Placement, new_shape: tuple[int, int], slack: float = _SLACK
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return which points of each row of a grid lie on a map."""
     matrix, start = placement

@@ -91,8 +91,7 @@ def rotate(heights: Array, angle: int = 90) -> Array:
     """Return the map turned by multiples of 90°."""
     if isinstance(angle, bool) or not isinstance(angle, Real) or angle % 90 != 0:
         raise input_error("angle", angle, "must be a multiple of 90 degrees")
-    turned: Array = np.rot90(heights, int(angle) // 90 % 4).copy()
-    return turned
+    return np.rot90(heights, int(angle) // 90 % 4).copy()
 
 
 def crop(heights: NDArray[Any], rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[Any]:

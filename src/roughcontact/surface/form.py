@@ -89,10 +89,7 @@ def _legendre(length: int, box: tuple[int, int], degree: int) -> Array:
     first, last = box
     t = (2.0 * np.arange(length) - first - last) / max(last - first, 1)
     # High powers far outside it would overflow.
-    basis: Array = np.asarray(
-        np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64
-    )
-    return basis
+    return np.asarray(np.polynomial.legendre.legvander(np.clip(t, -1, 1), degree), dtype=np.float64)
 
 
 def _weighted(heights: Array, block: slice, weights: Array | None) -> Array:
@@ -111,8 +108,7 @@ def _gram(
     for block in grid.of_rows(heights.shape):
         sums += _projected(_weighted(heights, block, weights), pairs_y[block], pairs_x)
     b, i = np.array(terms).T
-    gram: Array = sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
-    return gram
+    return sums.reshape((count,) * 4)[b[:, None], b, i[:, None], i]
 
 
 def _moments(
@@ -124,8 +120,7 @@ def _moments(
         if weights is not None:
             there *= _weighted(heights, block, weights)
         sums += _projected(there, basis_y[block], basis_x)
-    moments: Array = sums[tuple(np.array(terms).T)]
-    return moments
+    return sums[tuple(np.array(terms).T)]
 
 
 def _inverse(matrix: Array) -> Array:
@@ -143,8 +138,7 @@ def _inverse(matrix: Array) -> Array:
 def _projected(values: Array, along_y: Array, along_x: Array) -> Array:
     """Return the sums over a map of its products with functions of y (columns) and of x (rows)."""
     rows = np.einsum("by,yx->bx", np.ascontiguousarray(along_y.T), values)
-    sums: Array = np.einsum("bx,ix->bi", rows, along_x)
-    return sums
+    return np.einsum("bx,ix->bi", rows, along_x)
 
 
 # --- Sphere, cylinder or polynomial of a map, fitted by least squares and removed ---
@@ -274,8 +268,7 @@ class _Fit:
         eigenvalues, vectors = np.linalg.eigh(matrix * scale[:, None] * scale)
         if eigenvalues[0] < SINGULAR:
             raise self.failure
-        inverse: Array = (vectors / eigenvalues) @ vectors.T * scale[:, None] * scale
-        return inverse
+        return (vectors / eigenvalues) @ vectors.T * scale[:, None] * scale
 
     def quadric(self) -> tuple[Array, Array]:
         """Return the parameters of the least-squares quadric and their covariance."""
@@ -472,8 +465,7 @@ def _three_point(heights: Array, points: Sequence[tuple[int, int]]) -> Array:
     slope_x = ((second - origin) * ay - (first - origin) * by) / determinant
     y, x = np.arange(ny) - corners[0, 0], np.arange(nx) - corners[0, 1]
     plane = slope_y * y[:, None] + slope_x * x
-    residual: Array = (heights - origin) - plane
-    return residual
+    return (heights - origin) - plane
 
 
 def _robust_plane(heights: Array) -> Array:

@@ -84,8 +84,7 @@ def joined(grooves: Array, roughness: Array, height: float) -> Array:
     square = float(np.mean(roughness * roughness))
     # The positive root of |grooves + scale · roughness|² = height².
     scale = (math.sqrt(common**2 + square * (height**2 - own)) - common) / square
-    heights: Array = grooves + scale * roughness
-    return heights
+    return grooves + scale * roughness
 
 
 # --- Surfaces without a file: random maps with the parameters of ISO 25178 that are asked for ---
@@ -362,10 +361,7 @@ def _check(requested: _Asked, pixel: tuple[float, float], specified: dict[str, A
 
 
 def _translated(
-    shape: tuple[int, int],
-    pixel: tuple[float, float],
-    requested: _Asked,
-    seed: int,
+    shape: tuple[int, int], pixel: tuple[float, float], requested: _Asked, seed: int
 ) -> tuple[Array, Spectrum]:
     """Return a map of zero mean that has the spectrum, the moments and the texture asked for."""
     start = requested.rolloff or (requested.Sal / _SAL if requested.Sal else 2 * requested.cutoff)
@@ -504,8 +500,7 @@ def _normal_scores(points: int) -> Array:
     """Return the normal variable of every rank, rising."""
     from scipy.special import ndtri
 
-    scores: Array = ndtri((np.arange(points) + 0.5) / points)
-    return scores
+    return ndtri((np.arange(points) + 0.5) / points)
 
 
 def _ranked(heights: Array, ranks: Array) -> Array:

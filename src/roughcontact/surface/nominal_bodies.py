@@ -39,10 +39,7 @@ class NominalBody(partial[Surface]):
 
 
 def flat(
-    *,
-    shape: tuple[int, int],
-    pixel: Quantities,
-    center: tuple[float, float] | None = None,
+    *, shape: tuple[int, int], pixel: Quantities, center: tuple[float, float] | None = None
 ) -> Surface:
     """Return a flat body."""
     edges = quantity(pixel, "length", "pixel")
@@ -267,8 +264,7 @@ def parse(text: str, name: str = "body") -> NominalBody:
             measured = _slope if form.size == "slope" else _measured
             values = [measured(part, name, f"{form.size_text} of the {word}") for part in parts]
             size = values[0] if form.count == 1 else tuple(values)
-            body: NominalBody = form(size, **specified)
-            return body
+            return form(size, **specified)
     raise wrong
 
 

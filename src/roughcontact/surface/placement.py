@@ -185,8 +185,7 @@ def _by_parts(surface: Surface, rest: list[float], periodic_axes: tuple[int, ...
         center = again.pop("center", None) or middle
         again["center"] = tuple(c + part for c, part in zip(center, rest, strict=True))
         body = getattr(nominal_bodies, created.method.removeprefix("nominal."))
-        heights: Array = body(**again).heights
-        return heights
+        return body(**again).heights
     if surface.missing:
         raise InputError(
             f"has {surface.missing} missing points, between which nothing can be interpolated: "

@@ -342,10 +342,6 @@ def _filtered(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"filtered: Gaussian {' and '.join(parts)} (ISO 16610-61, edges of order zero)",)
 
 
-def _with_form(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return (f"form added: {specified['form'].in_words()}",)
-
-
 def _aligned(specified: _Said, result: _Said) -> tuple[str, ...]:
     words = []
     if specified["mirrored"]:
@@ -374,10 +370,6 @@ def _indented(specified: _Said, result: _Said) -> tuple[str, ...]:
     return (f"indented: by up to {depth} where the ceiling was reached",)
 
 
-def _sentences(specified: _Said, result: _Said) -> tuple[str, ...]:
-    return (specified["text"],)
-
-
 def _nothing(specified: _Said, result: _Said) -> tuple[str, ...]:
     return ()
 
@@ -391,7 +383,7 @@ _ORIGINS: dict[str, _Words] = {
 
 _WORDS: dict[str, _Words] = {
     **_ORIGINS,
-    NOTE: _sentences,
+    NOTE: lambda specified, result: (specified["text"],),
     "leveled": _leveled,
     "without_form": _without_form,
     "without_outliers": _without_outliers,
@@ -402,7 +394,7 @@ _WORDS: dict[str, _Words] = {
     "rotated": _rotated,
     "resampled": _resampled,
     "filtered": _filtered,
-    "with_form": _with_form,
+    "with_form": lambda specified, result: (f"form added: {specified['form'].in_words()}",),
     "aligned": _aligned,
     "indented": _indented,
 }

@@ -164,8 +164,7 @@ _SLACK = 1e-9
 
 
 def _wave(points: int, pixel: float, wavelength: float) -> Array:
-    wave: Array = np.cos(2 * math.pi * pixel / wavelength * np.arange(points))
-    return wave
+    return np.cos(2 * math.pi * pixel / wavelength * np.arange(points))
 
 
 def _from_center(

@@ -218,5 +218,4 @@ def _bilinear(values: Array, y: Array, x: Array) -> Array:
     v, u = y - row, x - column
     upper = (1 - u) * values[row, column] + u * values[row, right]
     lower = (1 - u) * values[below, column] + u * values[below, right]
-    interpolated: Array = (1 - v) * upper + v * lower
-    return interpolated
+    return (1 - v) * upper + v * lower

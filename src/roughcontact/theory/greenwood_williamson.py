@@ -41,19 +41,16 @@ class Summits:
 
     def contact_fraction(self, separation: Array) -> Array:
         """Return A/A₀ at separations of the flat from the mean of the summits, over σ_s."""
-        area: Array = math.pi * self.density * self.radius * self.deviation * excess(1, separation)
-        return area
+        return math.pi * self.density * self.radius * self.deviation * excess(1, separation)
 
     def pressure(self, separation: Array) -> Array:
         """Return p̄/E* at separations of the flat from the mean of the summits, over σ_s."""
         strength = 4 / 3 * self.density * math.sqrt(self.radius) * self.deviation**1.5
-        pressure: Array = strength * excess(1.5, separation)
-        return pressure
+        return strength * excess(1.5, separation)
 
     def gap(self, separation: Array) -> Array:
         """Return the distance of the flat from the mean of the surface [m]; see `pressure`."""
-        distance: Array = separation * self.deviation + self.mean_height
-        return distance
+        return separation * self.deviation + self.mean_height
 
 
 def summits(m0: float, m2: float, m4: float) -> Summits:
@@ -130,7 +127,4 @@ def excess(power: float, separation: Array) -> Array:
     from scipy.special import pbdv
 
     cylinder, _ = pbdv(-power - 1, separation)
-    value: Array = (
-        math.gamma(power + 1) / math.sqrt(2 * math.pi) * np.exp(-(separation**2) / 4) * cylinder
-    )
-    return value
+    return math.gamma(power + 1) / math.sqrt(2 * math.pi) * np.exp(-(separation**2) / 4) * cylinder

@@ -69,8 +69,7 @@ class Johnson:
     def heights(self, z: Array) -> Array:
         """Return the heights of normal variables, rising with them, of no set mean or scale."""
         sign = -1.0 if self.mirrored else 1.0
-        heights: Array = sign * _FORMS[self.family]((sign * z - self.gamma) / self.delta)
-        return heights
+        return sign * _FORMS[self.family]((sign * z - self.gamma) / self.delta)
 
 
 def least_kurtosis(skewness: float) -> float:
@@ -181,8 +180,7 @@ def _sigmoid(u: Array) -> Array:
     # Exact far below zero, too, where the skewed ones have most of their heights.
     from scipy.special import expit
 
-    smooth: Array = expit(u)
-    return smooth
+    return expit(u)
 
 
 _FORMS: dict[str, Callable[[Array], Array]] = {
@@ -292,5 +290,4 @@ def _gaps(skewness: float, kurtosis: float) -> Array:
     # What lies below a plane, times how far the plane rises, is by how much the gap grows.
     below = np.cumsum(density) * step - density * step / 2
     rises = np.diff(heights) / spread
-    gaps: Array = np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])
-    return gaps
+    return np.concatenate([[0.0], np.cumsum((below[1:] + below[:-1]) / 2 * rises)])

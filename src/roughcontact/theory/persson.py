@@ -13,10 +13,7 @@ Array = NDArray[np.float64]
 
 
 def persson_fractions(
-    mean_pressure: float,
-    contact_modulus: float,
-    rms_gradient: float,
-    ceiling: float | None = None,
+    mean_pressure: float, contact_modulus: float, rms_gradient: float, ceiling: float | None = None
 ) -> tuple[float, float]:
     """Return Persson's fractions of the nominal area in contact and at the ceiling.
 
@@ -267,5 +264,4 @@ def _inner(argument: NDArray[np.float64], gamma: float) -> NDArray[np.float64]:
     beyond = np.concatenate([np.cumsum(pieces[::-1])[::-1], [0.0]])
     log = np.log(np.maximum(argument, 1e-300))
     second = np.interp(log, edges, beyond)
-    result: NDArray[np.float64] = gamma * exp1(argument**2) / 2 + second
-    return result
+    return gamma * exp1(argument**2) / 2 + second

@@ -36,8 +36,7 @@ def _checked(fields: dict[str, Any]) -> dict[str, Any]:
         if not isinstance(fields.get("raw_metadata"), (dict, list, NoneType)):
             raise TypeError
     except TypeError:
-        found: dict[str, Any] = _library().InfoModel(**fields).model_dump(exclude_none=True)
-        return found
+        return _library().InfoModel(**fields).model_dump(exclude_none=True)
     return _known(plain)
 
 
