@@ -348,7 +348,7 @@ def tangential(
     _check(result, friction, direction)
     requested = {"force": force, "shift": shift, "stages": stages}
     if sum(value is not None for value in requested.values()) != 1:
-        raise InputError("give one of force, shift and stages, such as force='0.1 N'")
+        raise InputError("or shift or stages is needed, and only one of them", argument="force")
     path = _Path(result, friction, direction, tolerance)
     if stages is None:
         path.contact = path.heaviest = result
