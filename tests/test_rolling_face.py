@@ -30,6 +30,8 @@ from roughcontact.report import kinds, rolling as rolling_report
 from roughcontact.request import rolling as request
 from roughcontact.surface import nominal_bodies
 
+pytestmark = pytest.mark.long
+
 GRID: Any = {"shape": (8, 24), "pixel": (8e-6, 8e-6)}
 STEEL = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1 GPa", "20 GPa"))
 WORDS = (
@@ -67,7 +69,6 @@ def found(folder: Path, seen: list[tuple[int, int, float]]) -> rc.results.Rollin
     )
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("to_and_fro", [False, True])
 def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_path: Path) -> None:
     numbers: list[tuple[int, int, str]] = []
@@ -93,7 +94,6 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
     assert rc.read_result(tmp_path / "passes.nc").requested == 1000
 
 
-@pytest.mark.long
 def test_each_step_is_shown_once_and_in_order(
     found: rc.results.RollingResult, seen: list[tuple[int, int, float]]
 ) -> None:
@@ -136,7 +136,6 @@ def test_profiles_turn_with_the_direction(found: rc.results.RollingResult) -> No
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
-@pytest.mark.long
 def test_passes_are_loaded_as_they_were_saved(
     found: rc.results.RollingResult, folder: Path
 ) -> None:
@@ -169,7 +168,6 @@ def test_numbers_are_told_alike(found: rc.results.RollingResult, folder: Path) -
     assert [float(row.split(",")[1]) for row in rows] == told["each"]["strain_added"]
 
 
-@pytest.mark.long
 def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.pvd")
     named = re.findall(
@@ -182,7 +180,6 @@ def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path
     assert not (folder / "none.pvd").exists()
 
 
-@pytest.mark.long
 def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
@@ -199,7 +196,6 @@ def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: P
         movie.save(found, frames, folder / "movie.mp4")
 
 
-@pytest.mark.long
 def test_long_movies_leave_steps_out(
     found: rc.results.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -219,7 +215,6 @@ def test_movies_follow_the_nearer_axis(direction: float, along: str) -> None:
     assert movie.along_of(direction) == along
 
 
-@pytest.mark.long
 def test_the_report_leads_with_the_passes(found: rc.results.RollingResult) -> None:
     text = " ".join(kinds.render(found).split())
     front = text[: text.index('id="messages"')]
@@ -245,7 +240,6 @@ def test_strain_that_is_taken_back_is_not_large(found: rc.results.RollingResult)
     assert Kind.PLASTIC_STRAIN in {caution.kind for caution in torn.cautions}
 
 
-@pytest.mark.long
 def test_hardness_alone_hides_no_ratcheting() -> None:
     line = Line(4.6, points=32)
     steel = replace(line.steel, hardness=4e9)
@@ -284,7 +278,6 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     return tmp_path  # type: ignore[return-value]
 
 
-@pytest.mark.long
 def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for word in WORDS if word != "--quiet"]
     files = ("--output", "out.nc", "--output", "out.csv", "--movie", "out.gif")
@@ -311,7 +304,6 @@ def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFi
     assert fresh.passes == loaded.passes
 
 
-@pytest.mark.process
 def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("project.toml").write_text(
         'write = ["csv", "nc"]\n[[contact]]\nname = "roller"\ntask = "roll"\nbody = "flat"\n'
@@ -350,7 +342,6 @@ def test_what_cannot_be_rolled_is_refused(
     assert not list(home.iterdir())
 
 
-@pytest.mark.long
 def test_a_run_of_more_than_a_day_has_to_be_wanted(
     home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -363,7 +354,6 @@ def test_a_run_of_more_than_a_day_has_to_be_wanted(
     assert app.main([*words, "--yes"]) == 0
 
 
-@pytest.mark.long
 @needs_reader
 def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"

@@ -84,6 +84,7 @@ def products(path):
     yield from visit(house.parsed(path), "")
 
 
+@pytest.mark.usefixtures("parsed_sources")
 def test_no_product_of_much_is_taken_by_blas():
     found = {room: set(products(path)) for room, path in house.rooms().items()}
     assert {room: names for room, names in found.items() if names} == {

@@ -14,6 +14,8 @@ from fleets import ended, wait_for
 from roughcontact.batch.executors import LocalExecutor, LostWorkerError
 from roughcontact.errors import InputError
 
+pytestmark = pytest.mark.process
+
 
 @pytest.fixture
 def pool() -> Iterator[LocalExecutor]:
