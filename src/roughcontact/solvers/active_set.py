@@ -277,9 +277,10 @@ def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
-    kept = problem.project(index, pressure, bound, sums)
-    if kept is not None and sums.size(index):
-        return index, kept
+    if sums.size(index):
+        kept = problem.project(index, pressure, bound, sums, doubtful=True)
+        if kept is not None:
+            return index, kept
     # What is loaded cannot carry the load: start from everything that can touch.
     index = np.flatnonzero(touchable)
     pressure = np.zeros(index.size)
@@ -540,7 +541,8 @@ def _restored(now: Iterate, result: _Free, viewer: Viewer) -> NDArray[np.float64
         return moved
     # Moving only the free pixels keeps the others exactly on their bounds.
     moved[free] = 0
-    kept = viewer.problem.project(now.index[free], x, limit, sums, held=(now.index, moved))
+    held = now.index, moved
+    kept = viewer.problem.project(now.index[free], x, limit, sums, held=held, doubtful=True)
     if kept is not None:
         moved[free] = kept
         return moved

@@ -74,10 +74,12 @@ class Problem:
         limit: Limit,
         sums: Sums,
         held: Loaded | None = None,
+        doubtful: bool = False,
     ) -> NDArray[np.float64] | None:
         """Return the nearest pressure on some pixels that keeps bounds, load and moments.
 
-        Beside pressures ``held`` on other pixels; None where no pressure does.
+        Beside pressures ``held`` on other pixels; None where no pressure does, which of a load
+        alone is looked at only where it is ``doubtful``.
         """
         assert self.total is not None
         if self.moments is not None:
@@ -86,7 +88,7 @@ class Problem:
                 rest -= [sums.dot(row, held[1]) for row in self.moments.rows(held[0])]
             return shift_to_balance(values, limit, self.moments.rows(index), rest, sums)[0]
         remaining = self.total if held is None else self.total - sums.total(held[1])
-        if not 0 <= remaining <= sums.total(np.broadcast_to(limit, values.shape)):
+        if doubtful and not 0 <= remaining <= sums.total(np.broadcast_to(limit, values.shape)):
             return None
         return project(values, limit, remaining, sums)
 
