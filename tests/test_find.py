@@ -12,6 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
 from roughcontact.cli import app
+from roughcontact.halfspace.stress_summary import summarize
 from roughcontact.studies import load_search
 from roughcontact.studies.load_search import ACCURACY
 from roughcontact.surface import shapes
@@ -113,6 +114,21 @@ def test_a_ball_yields_first_where_hertz_says() -> None:
     assert answer.load == pytest.approx(expected, rel=0.05)
     assert answer.bracket_low.value < 1 <= answer.bracket_high.value
     assert answer.result.ceiling is None
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_the_largest_stress_lies_beside_the_pixels_in_contact(boundary: str) -> None:
+    contact = rc.solve(ROUGH, material=STEEL, load=0.01, ceiling=None, boundary=boundary)
+    whole = summarize(contact.pressure, PIXEL, 0.3, boundary=boundary).max_von_mises
+    # In single precision.
+    assert load_search._utilization(contact) == pytest.approx(whole / 1e9, rel=1e-5)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_a_smooth_quantity_takes_few_contacts(boundary: str) -> None:
+    for quantity in ({"mean_gap": "300 nm"}, {"approach": "300 nm"}, {"first_yield": True}):
+        found = rc.find_load(ROUGH, material=STEEL, boundary=boundary, **quantity)
+        assert found.solves <= 6, quantity
 
 
 def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:

@@ -1,5 +1,5 @@
 import math
-from types import SimpleNamespace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,7 @@ from roughcontact.contact.validation import check
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.solvers import bounded, rigid_tilt as tilt
-from roughcontact.solvers.problem import Problem
-from roughcontact.solvers.progress import Status
+from roughcontact.solvers.problem import Problem, shift_to_balance
 from roughcontact.solvers.rigid_tilt import rigid_tilt
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -102,88 +101,37 @@ def test_excess_of_points_on_one_line_and_of_one_point() -> None:
     assert tilt.excess(np.array([0.2, 0.0]), one, one, math.inf) == pytest.approx(0.2)
 
 
-# --- the search ------------------------------------------------------------------------------
+# --- the nearest pressure with a load and moments --------------------------------------------
 
 
-class Counted:
-    def __init__(self, moment: Any, target: Array) -> None:
-        self.moment, self.target, self.calls = moment, target, 0
-
-    def __call__(self, at: Array, accuracy: float) -> Array:
-        self.calls += 1
-        self.last: Array = self.moment(at) - self.target
-        return self.last
-
-    def balanced_from(self, steepness: Array, reach: float) -> None:
-        start = np.zeros(2)
-        tilt.balance(self, start, self(start, 1.0), steepness, reach, tolerance=1e-8)
-
-
-def test_a_linear_moment_takes_a_step_or_two_for_each_direction() -> None:
-    matrix = np.array([[3.0, 1.0], [1.0, 0.5]])
-    respond = Counted(lambda at: -matrix @ at, np.array([0.3, -0.2]))
-    respond.balanced_from(np.eye(2), 10.0)
-    assert np.abs(respond.last).max() <= 1e-8
-    assert respond.calls <= 6
-    exact = Counted(lambda at: -matrix @ at, np.array([0.3, -0.2]))
-    exact.balanced_from(matrix, 10.0)
-    assert exact.calls == 2
-
-
-@settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 10**6), n=st.integers(3, 200), softness=st.floats(1e-3, 10))
-def test_balance_finds_every_tilt_of_a_concave_energy(seed: int, n: int, softness: float) -> None:
-    # Points that share the load by a soft minimum of their gaps: nearly a staircase if hard.
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    n=st.integers(3, 200),
+    limit=st.sampled_from([math.inf, 2.0]),
+    depth=st.sampled_from([1e-3, 1.0, 1e3, 1e8]),
+)
+def test_the_nearest_pressure_keeps_load_and_moments(
+    seed: int, n: int, limit: float, depth: float
+) -> None:
     rng = np.random.default_rng(seed)
-    arms, gaps = rng.uniform(-0.5, 0.5, (n, 2)), rng.exponential(size=n)
-
-    def share(at: Array) -> Array:
-        gap = (gaps + arms @ at) / softness
-        weight = np.exp(gap.min() - gap)
-        return weight / weight.sum()
-
-    inside = rng.dirichlet(np.ones(n)) @ arms
-    respond = Counted(lambda at: share(at) @ arms, inside)
-    spread = arms.T @ (arms * share(np.zeros(2))[:, None])
-    respond.balanced_from(spread / softness + 1e-6 * np.eye(2), softness)
-    assert np.abs(respond.last).max() <= 1e-8
-    assert respond.calls <= 120
+    rows = np.vstack([np.ones(n), rng.uniform(-0.5, 0.5, (2, n))])
+    rest = rows @ np.minimum(0.5 * n * rng.dirichlet(np.full(n, 0.1)), limit)
+    values = depth * rng.normal(size=n)
+    nearest, shift = shift_to_balance(values, limit, rows, rest, LocalSums())
+    assert nearest is not None
+    np.testing.assert_allclose(rows @ nearest, rest, rtol=0, atol=1e-11 * rest[0])
+    # The conditions of the nearest point of a convex set: what lacks is a sum of the rows, but
+    # for what a bound holds back.
+    at = values + shift @ rows
+    np.testing.assert_allclose(nearest, np.clip(at, 0, limit), rtol=0, atol=1e-6 + 1e-7 * depth)
 
 
-def test_the_search_ends_where_nothing_balances() -> None:
-    respond = Counted(lambda _: np.zeros(2), np.array([0.1, 0.0]))
-    respond.balanced_from(np.eye(2), 1.0)
-    assert np.abs(respond.last).max() == 0.1
-    assert respond.calls == 201
-    calls = []
-
-    def give_up(at: Array, accuracy: float) -> None:
-        calls.append(accuracy)
-
-    tilt.balance(give_up, np.zeros(2), np.array([0.1, 0.0]), np.eye(2), 1.0, tolerance=1e-8)
-    assert calls == [pytest.approx(3e-3)]
-
-
-def test_the_first_guess_is_exact_for_a_circle() -> None:
-    # 4/3 E* a³ (Johnson 1985, eq. 3.36) over load, size and size; and a reach that lifts no rim.
-    n, a, pixel = 64, 20e-6, 1e-6
-    x = (np.arange(n) - (n - 1) / 2) * pixel
-    punch = np.where(np.hypot(x[:, None], x) <= a, 0.0, np.nan)
-    surface = rc.Surface(punch, (pixel, pixel)).masked()
-    flat = rc.solve(surface, load=2.0, material=STEEL, ceiling=None)
-    index = np.flatnonzero(flat.pressure)
-    solution = bounded.Solution(
-        index, flat.pressure.ravel()[index], flat.gap, flat.approach, 0.0,
-        Status.CONVERGED, 0, 0, (),
-    )  # fmt: skip
-    problem = Problem(np.where(np.isnan(punch), np.inf, 0.0), np.inf, 1.0)
-    operator = SimpleNamespace(rows=slice(0, n), sums=LocalSums(), self_displacement=0.0)
-    levers = tilt.moment_arms((n, n), (pixel, pixel))
-    steepness, reach = tilt._guess(problem, solution, np.zeros(2), *levers, operator)
-    exact = 4 / 3 * flat.contact_modulus * a**3 / (2.0 * (n * pixel) ** 2)
-    # The rim is known to a part of a pixel, 5 % of the radius.
-    np.testing.assert_allclose(steepness, exact * np.eye(2), rtol=0.05, atol=1e-8 * exact)
-    assert reach == pytest.approx(flat.approach * n * pixel / a, rel=0.3)
+def test_sums_that_no_pressure_has_are_told() -> None:
+    rows = np.vstack([np.ones(20), np.linspace(0.1, 0.5, 20), np.zeros(20)])
+    rest = np.array([1.0, 0.0, 0.0])
+    assert shift_to_balance(np.zeros(20), math.inf, rows, rest, LocalSums())[0] is None
+    assert shift_to_balance(np.zeros(0), math.inf, rows[:, :0], rest, LocalSums())[0] is None
 
 
 # --- the contact -----------------------------------------------------------------------------
@@ -210,6 +158,9 @@ def test_a_rough_map_balances_its_moments(
     )
     assert result.moments == moments
     assert math.hypot(*result.tilt) > 0
+    # Moments are sums that the solver keeps, as it keeps the load.
+    fixed = rc.solve(surface, load=load, material=STEEL, ceiling=ceiling, calibrated=False)
+    assert result.convolutions <= 2 * fixed.convolutions
 
 
 @pytest.mark.long
@@ -432,16 +383,15 @@ def test_a_tripod_far_steeper_than_its_displacement() -> None:
     assert np.count_nonzero(result.contact) == 3
 
 
-@pytest.mark.long
-def test_a_tilt_too_steep_for_its_digits_is_said() -> None:
+def test_moments_are_balanced_at_a_tilt_of_few_digits() -> None:
     heights = np.zeros((12, 16))
     heights[[1, 10, 5], [2, 3, 13]] = 1e3, 1.1e3, 0.9e3
     result = rc.solve(
         rc.Surface(heights, (1e-6, 1e-6)), load=1e-6, moments=(0.0, 1e-12), material=STEEL,
-        ceiling=None, on_failure="return",
+        ceiling=None,
     )  # fmt: skip
-    assert "rounding error" in result.status
-    assert not result.converged
+    assert result.moment_error <= 1e-8
+    assert np.count_nonzero(result.contact) == 3
 
 
 def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -449,7 +399,12 @@ def test_bodies_that_do_not_come_to_rest(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(rc.ConvergenceError, match=r"moment error .* max_iterations") as caught:
         rc.solve(rough(), max_iterations=2, **options)
     assert caught.value.result.convolutions <= 4
-    monkeypatch.setattr(tilt, "_TILT_MOST_STEPS", 1)
+    moved = bounded.solve
+    monkeypatch.setattr(
+        bounded,
+        "solve",
+        lambda problem, *others, **named: moved(replace(problem, moments=None), *others, **named),
+    )
     with pytest.raises(rc.ConvergenceError, match="moments not balanced"):
         rc.solve(rough(), **options)
     result = rc.solve(rough(), on_failure="return", **options)

@@ -52,12 +52,6 @@ UNBALANCED = (
 )
 """Status of a result whose bodies did not come to rest at any tilt."""
 
-TOO_STEEP = (
-    "moments not balanced; at this tilt the rounding error of the gap moves the pressure by more "
-    "than their tolerance"
-)
-"""Status of one whose heights differ so far that the digits of a tilt do not balance moments."""
-
 
 @shows_progress_bar
 @checked
@@ -318,12 +312,10 @@ def _solved(
             0.0,
             0.0,
         )
-    slope = start.tilt if isinstance(start, ContactResult) else (0.0, 0.0)
     pixel = pair.pixel[0] / units.length, pair.pixel[1] / units.length
     return rigid_tilt.solve(
-        stated.problem, make, stated.target, pixel, slope,
-        moment_tolerance=MOMENT_TOLERANCE, **options,
-    )  # fmt: skip
+        stated.problem, make, stated.target, pixel, interruptible=interruptible, **options
+    )
 
 
 def _loaded(start: ContactResult | ArrayLike, units: Scale) -> Loaded:
@@ -370,7 +362,7 @@ def _result(
         gap=gap,
         certificate=solution.certificate,
         load_error=load_error,
-        status=_status(pair, stated, solution, slope, pressure, load_error),
+        status=_status(pair, stated, solution, pressure, load_error),
         iterations=solution.iterations,
         convolutions=solution.convolutions,
         seconds=sums.largest(np.array([time.perf_counter() - began])),
@@ -386,7 +378,6 @@ def _status(
     pair: Pair,
     stated: validation.ContactProblem,
     solution: bounded.Solution,
-    slope: tuple[float, float],
     pressure: NDArray[np.float64],
     load_error: float,
 ) -> str:
@@ -398,19 +389,8 @@ def _status(
     if status is Status.CONVERGED and stated.target is not None:
         centre = np.array(center_of_pressure(pressure, pair.pixel)) / max(pair.size)
         if np.abs(centre - stated.target).max() > MOMENT_TOLERANCE:
-            steep = _rounding(pair, slope, pressure) > MOMENT_TOLERANCE
-            words = TOO_STEEP if steep else UNBALANCED
+            words = UNBALANCED
     return words
-
-
-def _rounding(pair: Pair, slope: tuple[float, float], pressure: NDArray[np.float64]) -> float:
-    """Return what part of the load the last digits of gap and tilt may move."""
-    loaded = np.nonzero(pressure)
-    sizes = np.abs(pair.initial_gap[loaded])
-    for place, points, edge, angle in zip(loaded, pair.shape, pair.pixel, slope, strict=True):
-        sizes += np.abs((place - (points - 1) / 2) * edge * angle)
-    sizes *= np.finfo(np.float64).eps * pair.contact_modulus / math.sqrt(pair.pixel_area)
-    return float(np.linalg.norm(sizes / pressure.max()) / np.linalg.norm(pressure / pressure.max()))
 
 
 def _unsolved(result: ContactResult) -> ConvergenceError:

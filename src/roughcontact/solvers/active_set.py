@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,14 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers.operator import Operator, Sums, norm
 from roughcontact.solvers.preconditioner import Patches
-from roughcontact.solvers.problem import Limit, Loaded, Problem, project, shift_to_sum, without_dust
+from roughcontact.solvers.problem import (
+    Limit,
+    Loaded,
+    Problem,
+    shift_to_balance,
+    shift_to_sum,
+    without_dust,
+)
 
 # A load that differs by no more is the same.
 _CARRIED = 1e-12
@@ -39,6 +47,8 @@ class Iterate:
     floor: float
     # Whether in the arithmetic of the problem, not a coarser one.
     sharp: bool
+    # Tilt that is part of the gap.
+    tilt: tuple[float, float]
 
 
 class Viewer:
@@ -61,6 +71,7 @@ class Viewer:
         # The last look: displacement plus initial gap before the approach is taken off, and the
         # pixels that matter.
         self.open: NDArray[Any] = np.empty(problem.initial_gap.shape, operator.real)
+        self._tilt = np.zeros(2)
         self.seen: Iterate | None = None
 
     def limit(self, index: NDArray[np.int64]) -> Limit:
@@ -117,6 +128,7 @@ class Viewer:
             certificate=moved / size if size else (math.inf if moved else 0.0),
             floor=floor / size if size else 0.0,
             sharp=operator is self.operator,
+            tilt=(float(self._tilt[0]), float(self._tilt[1])),
         )
 
     def _displaced(
@@ -131,6 +143,7 @@ class Viewer:
         support = operator.support(index)
         operator.spread(support, pressure, visit)
         self.convolutions += 1
+        self._tilt = np.zeros(2)
         return support.starts
 
     def carrying(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Loaded:
@@ -155,7 +168,8 @@ class Viewer:
         target -= approach
         target /= -self.unit
         target += pressure
-        return index, project(target, self.limit(index), total, sums)
+        carrying = self.problem.project(index, target, self.limit(index), sums)
+        return index, pressure if carrying is None else carrying
 
     def _deep_enough(self, total: float) -> float:
         """Return an approach at which the pixels without gap can carry the load, hardly more."""
@@ -215,7 +229,14 @@ class Viewer:
         values -= offset
         values /= self.unit
         np.subtract(pressure, values, out=values)
-        return offset + self.unit * shift_to_sum(values, self.limit(index), total, self.sums)
+        limit, moments = self.limit(index), self.problem.moments
+        if moments is None:
+            return offset + self.unit * shift_to_sum(values, limit, total, self.sums)
+        rest = np.array([total, 0.0, 0.0])
+        plane = self.unit * shift_to_balance(values, limit, moments.rows(index), rest, self.sums)[1]
+        self._tilt -= plane[1:]
+        self.open -= plane[1] * moments.arms[0][:, None] + plane[2] * moments.arms[1]
+        return float(offset + plane[0] - plane[1:] @ moments.target)
 
     def _joined(
         self,
@@ -256,14 +277,18 @@ def admissible(problem: Problem, start: Loaded, sums: Sums) -> Loaded:
     bound = problem.limit.ravel()[index] if isinstance(problem.limit, np.ndarray) else problem.limit
     if problem.total is None:
         return index, np.clip(pressure, 0, bound)
-    if not sums.size(index) or sums.total(np.broadcast_to(bound, index.shape)) < problem.total:
-        # What is loaded cannot carry the load: start from everything that can touch.
-        index = np.flatnonzero(touchable)
-        pressure = np.zeros(index.size)
-        pressure += problem.total / sums.size(index)
-        if isinstance(problem.limit, np.ndarray):
-            bound = problem.limit.ravel()[index]
-    return index, project(pressure, bound, problem.total, sums)
+    if sums.size(index):
+        kept = problem.project(index, pressure, bound, sums, doubtful=True)
+        if kept is not None:
+            return index, kept
+    # What is loaded cannot carry the load: start from everything that can touch.
+    index = np.flatnonzero(touchable)
+    pressure = np.zeros(index.size)
+    pressure += problem.total / sums.size(index)
+    if isinstance(problem.limit, np.ndarray):
+        bound = problem.limit.ravel()[index]
+    kept = problem.project(index, pressure, bound, sums)
+    return index, pressure if kept is None else kept
 
 
 def chosen(
@@ -289,11 +314,12 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> tuple[fl
 
 def projected(now: Iterate, viewer: Viewer, rate: float) -> NDArray[np.float64]:
     """Return the admissible pressure nearest to a step down the gradient."""
-    bound, total = viewer.limit(now.index), viewer.problem.total
+    bound, problem = viewer.limit(now.index), viewer.problem
     target = now.pressure - rate * now.gap
-    if total is None:
+    if problem.total is None:
         return np.clip(target, 0, bound)
-    return project(target, bound, total, viewer.sums)
+    kept = problem.project(now.index, target, bound, viewer.sums)
+    return now.pressure if kept is None else kept
 
 
 def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
@@ -322,6 +348,8 @@ _REDUCTION = 0.3
 _SHORTER, _SHORTEST = 0.4, 0.1
 # Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
 _FLAT = 1e-12
+# Part of the mean square lever below which pixels lie on one line.
+_ALIKE = 1e-13
 
 
 class _Free(NamedTuple):
@@ -400,6 +428,10 @@ def _solved(
     # From here on in place where that can be: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
     centred = _centred if viewer.problem.total is not None else _as_it_is
+    if viewer.problem.moments is not None:
+        centred = partial(
+            _without, _orthonormal(viewer.problem.moments.rows(now.index[free]), sums)
+        )
     x = pressure[free]
     residual = gap[free]
     np.negative(residual, out=residual)
@@ -455,6 +487,26 @@ def _centred(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     return values
 
 
+def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
+    """Return orthonormal rows that span the same."""
+    products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
+    squares, axes = np.linalg.eigh(products)
+    apart = squares > _ALIKE * squares[-1]
+    result: NDArray[np.float64] = np.einsum(
+        "kj,kn->jn", axes[:, apart] / np.sqrt(squares[apart]), rows
+    )
+    return result
+
+
+def _without(
+    rows: NDArray[np.float64], values: NDArray[np.float64], sums: Sums
+) -> NDArray[np.float64]:
+    """Return values, changed to be less what approach and tilt take off."""
+    for row in rows:
+        values -= sums.dot(row, values) * row
+    return values
+
+
 def _as_it_is(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     return values
 
@@ -487,11 +539,13 @@ def _restored(now: Iterate, result: _Free, viewer: Viewer) -> NDArray[np.float64
     if total is None:
         moved[free] = np.clip(x, 0, limit)
         return moved
-    moved[free] = 0
-    remaining = total - sums.total(moved)
     # Moving only the free pixels keeps the others exactly on their bounds.
-    if 0 <= remaining <= sums.total(np.broadcast_to(limit, x.shape)):
-        moved[free] = project(x, limit, remaining, sums)
+    moved[free] = 0
+    held = now.index, moved
+    kept = viewer.problem.project(now.index[free], x, limit, sums, held=held, doubtful=True)
+    if kept is not None:
+        moved[free] = kept
         return moved
     moved[free] = x
-    return project(moved, viewer.limit(now.index), total, sums)
+    kept = viewer.problem.project(now.index, moved, viewer.limit(now.index), sums)
+    return now.pressure if kept is None else kept

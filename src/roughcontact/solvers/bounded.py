@@ -79,6 +79,8 @@ class Solution:
         On the finest grid.
     history : tuple of Step
         Every look at the whole map, coarse grids included.
+    tilt : (float, float)
+        What the gap grows by per lever along y and x, where the bodies tilt [m].
     """
 
     index: NDArray[np.int64]
@@ -90,6 +92,7 @@ class Solution:
     iterations: int
     convolutions: int
     history: tuple[Step, ...]
+    tilt: tuple[float, float] = (0.0, 0.0)
 
 
 def solve(
@@ -282,6 +285,7 @@ def _solve_level(
         iterations=iteration,
         convolutions=viewer.convolutions,
         history=(),
+        tilt=now.tilt,
     )
 
 

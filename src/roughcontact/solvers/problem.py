@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,30 @@ from roughcontact.solvers.operator import Sums
 
 Limit = float | NDArray[np.float64]
 Loaded = tuple[NDArray[np.int64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Where the load acts on bodies that tilt until the pressure balances it.
+
+    Parameters
+    ----------
+    arms : (ndarray, ndarray), shapes (ny,) and (nx,)
+        Levers of the rows and of the columns: any length, from any point.
+    target : (float, float)
+        Mean lever (y, x) of the pressure wanted.
+    """
+
+    arms: tuple[NDArray[np.float64], NDArray[np.float64]]
+    target: tuple[float, float]
+
+    def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return ones and both distances from the target of some pixels, shape (3, n)."""
+        row, column = np.divmod(index, self.arms[1].size)
+        result = np.ones((3, index.size))
+        result[1] = self.arms[0][row] - self.target[0]
+        result[2] = self.arms[1][column] - self.target[1]
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +56,8 @@ class Problem:
     whole : (int, int), optional
         Grid points of the whole map, where other processes hold a part of it; the maps above have
         the rows of this process.
+    moments : Moments, optional
+        Where ``total`` acts; the bodies then tilt.
     """
 
     initial_gap: NDArray[Any]
@@ -38,6 +65,32 @@ class Problem:
     total: float | None = None
     approach: float | None = None
     whole: tuple[int, int] | None = None
+    moments: Moments | None = None
+
+    def project(
+        self,
+        index: NDArray[np.int64],
+        values: NDArray[np.float64],
+        limit: Limit,
+        sums: Sums,
+        held: Loaded | None = None,
+        doubtful: bool = False,
+    ) -> NDArray[np.float64] | None:
+        """Return the nearest pressure on some pixels that keeps bounds, load and moments.
+
+        Beside pressures ``held`` on other pixels; None where no pressure does, which of a load
+        alone is looked at only where it is ``doubtful``.
+        """
+        assert self.total is not None
+        if self.moments is not None:
+            rest = np.array([self.total, 0.0, 0.0])
+            if held is not None:
+                rest -= [sums.dot(row, held[1]) for row in self.moments.rows(held[0])]
+            return shift_to_balance(values, limit, self.moments.rows(index), rest, sums)[0]
+        remaining = self.total if held is None else self.total - sums.total(held[1])
+        if doubtful and not 0 <= remaining <= sums.total(np.broadcast_to(limit, values.shape)):
+            return None
+        return project(values, limit, remaining, sums)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -72,6 +125,7 @@ def coarsened(problem: Problem) -> Problem:
         total=None if problem.total is None else problem.total / (4 if problem.shape[0] > 1 else 2),
         approach=problem.approach,
         whole=problem.whole and _halved(problem.whole),
+        moments=problem.moments and _thinned(problem.moments, gap.shape),
     )
 
 
@@ -98,6 +152,15 @@ def prolonged(start: Loaded, width: int, shape: tuple[int, ...]) -> Loaded:
     return index[inside], pressure[inside]
 
 
+def _thinned(moments: Moments, shape: tuple[int, ...]) -> Moments:
+    """Return the same on fewer pixels; from edge to edge, so that whatever balances still does."""
+    y, x = (
+        np.linspace(arms[0], arms[-1], points)
+        for arms, points in zip(moments.arms, shape, strict=True)
+    )
+    return replace(moments, arms=(y, x))
+
+
 def _halved(shape: tuple[int, int]) -> tuple[int, int]:
     return -(-shape[0] // 2), -(-shape[1] // 2)
 
@@ -122,6 +185,9 @@ _ROUNDING = 1e-15
 # Part of the sum that may be left after a shift, and how often one is added to another.
 _LEFT = 1e-12
 _MOST_PASSES = 4
+# Steps of Newton's method for load and moments that may gain nothing, the least slope relatively;
+# what may be missing of the load before the last digits, and how fast values grow.
+_MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
 # Relative to the limit, or to the largest value: values this near to a bound are put on it.
 _DUST = 1e-12
 
@@ -228,6 +294,118 @@ def project(
         # that matter lie near their bounds: among them a second shift is resolved.
         values = values + shift
     return projected
+
+
+def shift_to_balance(
+    values: NDArray[np.float64],
+    limit: Limit,
+    rows: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    sums: Sums,
+) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
+    """Return the nearest point with entries in ``[0, limit]`` and given sums, and its multipliers.
+
+    Parameters
+    ----------
+    values, limit, sums
+        As for `shift_to_sum`.
+    rows : ndarray, shape (3, n)
+        Weights of the entries in the three sums; those of the first are one.
+    rest : ndarray, shape (3,)
+        The sums wanted.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        ``clip(values + λ rows, 0, limit)``; None where it does not have these sums.
+    ndarray, shape (3,)
+        λ.
+
+    Notes
+    -----
+    The sums are the gradient of a convex function of λ, piecewise quadratic, whose minimum is
+    found by Newton's method. Where the values dwarf what the entries may be, hardly an entry is
+    between its bounds: then values of the size of the entries come first, and grow.
+    """
+    kept, enough = np.zeros(3), _LEFT * rest[0]
+    if not (values.size and rest[0] > 0):
+        return None, kept
+    shift, error = _balanced(values, limit, rows, rest, sums, kept)
+    if error > _ROUGH * rest[0]:
+        steep = max(float(np.ptp(values)) * values.size / rest[0], 1.0)
+        shift, error = _balanced(values / steep, limit, rows, rest, sums, kept)
+        if error > _ROUGH * rest[0]:
+            return None, kept
+        while steep > 1:
+            flatter = max(steep / _STEEPER, 1.0)
+            shift *= steep / flatter
+            steep = flatter
+            shift = _balanced(values / steep, limit, rows, rest, sums, shift)[0]
+    for _ in range(_MOST_PASSES):
+        kept += shift
+        # Where the values dwarf the sums, only among those shifted before a shift is resolved.
+        values = values + np.einsum("kn,k->n", rows, shift)
+        shift, error = _balanced(values, limit, rows, rest, sums, np.zeros(3))
+        if error <= enough:
+            break
+    kept += shift
+    result = np.clip(values + np.einsum("kn,k->n", rows, shift), 0, limit)
+    return (result if error <= enough else None), kept
+
+
+def _balanced(
+    values: NDArray[np.float64],
+    limit: Limit,
+    rows: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    sums: Sums,
+    shift: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], float]:
+    """Return the multipliers of `shift_to_balance` by Newton's method, and what is missing."""
+    best, least, fruitless = shift, math.inf, 0
+    while fruitless < _MOST_FRUITLESS:
+        moved = values + np.einsum("kn,k->n", rows, shift)
+        clipped = np.clip(moved, 0, limit)
+        error = np.array([sums.dot(row, clipped) for row in rows]) - rest
+        size = float(np.abs(error).max())
+        fruitless += 1
+        if size < least:
+            fruitless = fruitless if size > 0.9 * least else 0
+            best, least = shift, size
+        if size <= _ROUNDING * rest[0]:
+            break
+        free = rows[:, (clipped == moved) & (moved > 0)]
+        slope = np.array([[sums.dot(one, two) for two in free] for one in free])
+        # Flatter than this nothing is resolved; no entry may be free.
+        slope[np.diag_indices(3)] += _FLATTEST * max(float(np.trace(slope)), 1.0)
+        step = -np.linalg.solve(slope, error)
+        length = _length(float(step @ error), moved, np.einsum("kn,k->n", rows, step), limit)
+        if not length < math.inf:
+            break
+        shift = shift + length * step
+    return best, least
+
+
+def _length(
+    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit
+) -> float:
+    """Return where the slope along a step is zero, ``start`` at its beginning; infinite if nowhere.
+
+    It is ``⟨along, clip(moved + t along, 0, limit)⟩`` and a constant, straight between the lengths
+    at which an entry meets a bound.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = np.sort(np.stack([-moved / along, (limit - moved) / along]), axis=0)
+    square = np.where(np.isnan(ends[0]), 0.0, along**2)
+    rate = float(np.sum(square[(ends[0] <= 0) & (ends[1] > 0)]))
+    places, changes = ends.ravel(), np.concatenate([square, -square])
+    ahead = np.flatnonzero((places > 0) & np.isfinite(places))
+    ahead = ahead[np.argsort(places[ahead])]
+    places = np.append(0.0, places[ahead])
+    rates = np.maximum(rate + np.append(0.0, np.cumsum(changes[ahead])), 0.0)
+    slopes = start + np.append(0.0, np.cumsum(rates[:-1] * np.diff(places)))
+    last = max(int(np.searchsorted(slopes, 0.0)) - 1, 0)
+    return float(places[last] - slopes[last] / rates[last]) if rates[last] > 0 else math.inf
 
 
 def without_dust(

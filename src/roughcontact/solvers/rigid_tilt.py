@@ -8,7 +8,6 @@ gap over the longer side [m].
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,10 +16,10 @@ from numpy.typing import NDArray
 
 from roughcontact.solvers import bounded
 from roughcontact.solvers.bounded import Solution
-from roughcontact.solvers.operator import Family, Operator
+from roughcontact.solvers.operator import Family
 from roughcontact.solvers.preconditioner import Patches
-from roughcontact.solvers.problem import Loaded, Problem
-from roughcontact.solvers.progress import Status, Step
+from roughcontact.solvers.problem import Moments, Problem
+from roughcontact.solvers.progress import Status
 
 # Curvature over K₀₀ below which nothing resists a pressure.
 _FLAT = 1e-12
@@ -190,14 +189,6 @@ def rigid_tilt(problem: Problem, levers: tuple[Array, Array], target: Array) -> 
 # A moment this far outside what can be balanced is taken as rounding.
 _EDGE = 1e-9
 _MOST_CUTS = 60
-# A step may overshoot by this fraction of the slope at its beginning.
-_OVERSHOOT = 0.8
-# Accuracy asked of a moment, as a fraction of the error before, and at the first tilt.
-_PART, _BEGINNING = 0.03, 1e-2
-_HALVINGS = 60
-_FLATTEST = 1e-10
-# About ten steps suffice, except for contacts of a few pixels, which take dozens.
-_TILT_MOST_STEPS = 200
 
 
 def moment_arms(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, Array]:
@@ -305,13 +296,9 @@ def solve(
     family: Family,
     target: Array,
     pixel: tuple[float, float],
-    slope: tuple[float, float],
     *,
-    moment_tolerance: float,
-    tolerance: float,
     max_iterations: int,
-    start: Loaded | None = None,
-    progress: Callable[[Step], None] | None = None,
+    **options: Any,
 ) -> tuple[Solution, tuple[float, float]]:
     """Return the pressure and the tilt that balance a moment.
 
@@ -320,250 +307,40 @@ def solve(
     problem : Problem
         A problem under a given load on a map with free boundary; ``initial_gap`` is that
         without tilt.
-    family, tolerance, max_iterations, start, progress
+    family, max_iterations, **options
         As for `roughcontact.solvers.bounded.solve`.
     target : ndarray, shape (2,)
         Mean lever (y, x) wanted; `excess` tells whether any pressure has it.
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
-    slope : (float, float)
-        Slopes of the gap along y and x to start from.
-    moment_tolerance : float
-        Largest error of the mean lever.
 
     Returns
     -------
     Solution
-        The solution at that tilt, with the work of all; the last one tried if none balances.
-        The search starts again from where rigid bodies rest if it fails from ``slope``.
+        The solution at that tilt, from where rigid bodies rest if none is found otherwise.
     (float, float)
         Slopes of the gap along y and x that the tilt adds.
-    """
-    side = max(points * edge for points, edge in zip(problem.shape, pixel, strict=True))
-    response = _Response(
-        problem, family, moment_arms(problem.shape, pixel), target,
-        tolerance=tolerance, max_iterations=max_iterations, start=start, progress=progress,
-    )  # fmt: skip
-    tolerable = 0.9 * moment_tolerance
-    result = response.search(np.array(slope) * side, tolerable)
-    if not result and response.solution().status is not Status.CONVOLUTION_LIMIT:
-        tilt = rigid_tilt(problem, moment_arms(problem.shape, pixel), target)
-        if tilt is not None:
-            response.search(tilt, tolerable)
-    tilt = response.tilt
-    return response.solution(), (float(tilt[0]) / side, float(tilt[1]) / side)
-
-
-class _Response:
-    """The moment at a tilt less the moment wanted, each time from the pressure before."""
-
-    def __init__(
-        self,
-        problem: Problem,
-        family: Family,
-        levers: tuple[Array, Array],
-        target: Array,
-        *,
-        tolerance: float,
-        max_iterations: int,
-        start: Loaded | None,
-        progress: Callable[[Step], None] | None,
-    ) -> None:
-        self._problem, self._family, self._target = problem, family, target
-        self._levers, self._tolerance = levers, tolerance
-        self._maximum, self._start, self._progress = max_iterations, start, progress
-        # Made once for all tilts.
-        self._finest = family(problem.shape, (1, 1))
-        self._last: Solution
-        self._error: Array | None = None
-        self._enough = 0.0
-        self._iterations = self._convolutions = 0
-        self.tilt = np.zeros(2)
-
-    def _operator(self, shape: tuple[int, int], coarsening: tuple[int, int]) -> Operator:
-        known = coarsening == (1, 1) and shape == self._finest.shape
-        return self._finest if known else self._family(shape, coarsening)
-
-    def __call__(self, tilt: Array, accuracy: float) -> Array | None:
-        """Return the error of the moment, or None where no pressure was found; see `balance`."""
-        self.tilt, self._error = tilt, None
-        error = self._solved(accuracy)
-        if error is not None and np.abs(error).max() <= self._enough and accuracy > self._tolerance:
-            # This is the tilt: the result needs more accuracy than the search.
-            error = self._solved(self._tolerance)
-        self._error = error
-        return error
-
-    def _solved(self, accuracy: float) -> Array | None:
-        (y, x), tilt = self._levers, self.tilt
-        gap = self._problem.initial_gap + tilt[0] * y[self._finest.rows] + tilt[1] * x
-        last = self._last = bounded.solve(
-            replace(self._problem, initial_gap=gap),
-            self._operator,
-            tolerance=accuracy,
-            max_iterations=self._maximum,
-            start=self._start,
-            progress=self._progress,
-        )
-        self._start = last.index, last.pressure
-        self._iterations += last.iterations
-        self._convolutions += last.convolutions
-        # More accuracy than the result needs may be out of reach; less would lead nowhere.
-        if last.certificate > max(accuracy, self._tolerance):
-            return None
-        return _mean(last, y, x, self._finest) - self._target
-
-    def search(self, tilt: Array, moment_tolerance: float) -> bool:
-        """Change the tilt from here on until the moment is right; return whether it is."""
-        self._enough = moment_tolerance
-        error = self(tilt, max(_BEGINNING, self._tolerance))
-        if error is None:
-            return False
-        steepness, reach = _guess(self._problem, self._last, self.tilt, *self._levers, self._finest)
-        balance(self, tilt, error, steepness, reach, tolerance=moment_tolerance)
-        if self._error is not None and self._last.certificate > self._tolerance:
-            # Not balanced, but a contact at this tilt.
-            self._error = self._solved(self._tolerance)
-        return self._error is not None and float(np.abs(self._error).max()) <= moment_tolerance
-
-    def solution(self) -> Solution:
-        """Return the last solution, with the work of all."""
-        converged = self._last.certificate <= self._tolerance
-        return replace(
-            self._last,
-            status=Status.CONVERGED if converged else self._last.status,
-            iterations=self._iterations,
-            convolutions=self._convolutions,
-        )
-
-
-def _arms(solution: Solution, y: Array, x: Array, operator: Operator) -> tuple[Array, Array, Array]:
-    """Return the levers of the pixels with pressure, and the part of the load that each carries."""
-    row, column = np.divmod(solution.index, x.size)
-    row += operator.rows.start
-    return y[row, 0], x[column], solution.pressure / operator.sums.total(solution.pressure)
-
-
-def _mean(solution: Solution, y: Array, x: Array, operator: Operator) -> Array:
-    """Return the mean lever of the pressure."""
-    arm_y, arm_x, share = _arms(solution, y, x, operator)
-    return np.array([operator.sums.dot(share, arm) for arm in (arm_y, arm_x)])
-
-
-def _guess(
-    problem: Problem, solution: Solution, tilt: Array, y: Array, x: Array, operator: Operator
-) -> tuple[Array, float]:
-    """Return how fast the moment may fall with the tilt, and how far that may hold.
-
-    A flat circle of radius a has the vertical stiffness 2 E* a, the tilting stiffness 4/3 E* a³
-    and the mean square lever a²/3 of its pressure: twice their product.
-    """
-    added = operator.sums.added
-    *levers_of_pixels, share = _arms(solution, y, x, operator)
-    arms = np.stack(levers_of_pixels)
-    opened = problem.initial_gap.ravel()[solution.index] + tilt[0] * arms[0] + tilt[1] * arms[1]
-    displacement = solution.gap.ravel()[solution.index] + solution.approach - opened
-    # A pixel sinks by its own pressure at least; the difference loses that on steep heights.
-    alone = operator.self_displacement * operator.sums.dot(share, solution.pressure)
-    sunk = max(operator.sums.dot(share, displacement), alone)
-    arms = arms - added(np.einsum("pn,n->p", arms, share))[:, None]
-    # A pixel has some width even where it is alone.
-    width = np.diag([np.ptp(y) / y.size, np.ptp(x) / x.size])
-    spread = added(np.einsum("pn,qn->pq", share * arms, arms)) + width**2 / 12
-    return 2 * spread / sunk, sunk / math.sqrt(np.trace(spread))
-
-
-def balance(
-    respond: Callable[[Array, float], Array | None],
-    tilt: Array,
-    error: Array,
-    steepness: Array,
-    reach: float,
-    *,
-    tolerance: float,
-) -> None:
-    """Change the tilt until the moment of the pressure is what it should be.
-
-    Parameters
-    ----------
-    respond : callable
-        ``respond(tilt, accuracy)`` returns the moment at a tilt less the moment wanted, shape
-        (2,), about as exactly as asked for, or None to give up. The last call is the solution
-        if the search succeeds.
-    tilt : ndarray, shape (2,)
-        Where to start.
-    error : ndarray, shape (2,)
-        What ``respond`` returned there.
-    steepness : ndarray, shape (2, 2)
-        A guess of how fast the moment falls with the tilt; symmetric, positive definite.
-    reach : float
-        Longest first step that the guess is good for.
-    tolerance : float
-        Largest component of the error at the end.
 
     Notes
     -----
-    The least energy at a given tilt is a concave function of the tilt, and the moment its
-    gradient: it never rises along a step. Its maximum less ``target · tilt`` is sought by
-    quasi-Newton steps in a trust region, with the symmetric rank-one formula where that keeps the
-    steepness positive and the BFGS formula elsewhere (Nocedal and Wright 2006, Numerical
-    Optimization, secs. 4.1 and 6.2, doi:10.1007/978-0-387-40065-5).
+    Approach and tilt are the multipliers of load and moments: the solver keeps all three sums.
     """
-    for _ in range(_TILT_MOST_STEPS):
-        size = float(np.abs(error).max())
-        if size <= tolerance:
-            return
-        # Flatter than this it would be lost in the rounding of the other direction.
-        values, axes = np.linalg.eigh(steepness)
-        values = np.maximum(values, _FLATTEST * values[1])
-        steepness = (axes * values) @ axes.T
-        step = axes @ _step(values, axes.T @ error, reach)
-        after = respond(tilt + step, _PART * size)
-        if after is None:
-            return
-        slope, end = float(error @ step), float(after @ step)
-        predicted = slope - 0.5 * float(step @ steepness @ step)
-        steepness = _updated(steepness, step, error - after)
-        # Along a step the gradient falls: the gain is positive as long as it is not negative at
-        # the end, and about the mean of both ends times the step where it is.
-        if end < -_OVERSHOOT * slope:
-            reach = 0.3 * math.hypot(*step)
-            continue
-        if 0.5 * (slope + end) >= 0.5 * predicted:
-            reach = max(reach, 3 * math.hypot(*step))
-        tilt, error = tilt + step, after
-
-
-def _step(steepness: Array, error: Array, reach: float) -> Array:
-    """Return the step at which the error vanishes, or the best one no longer than the reach.
-
-    Along the principal axes of the steepness.
-    """
-    low, high = 0.0, math.hypot(*error) / reach
-    if math.hypot(*(error / steepness)) <= reach:
-        return error / steepness
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if math.hypot(*(error / (steepness + middle))) > reach:
-            low = middle
-        else:
-            high = middle
-    return error / (steepness + high)
-
-
-def _updated(steepness: Array, step: Array, fall: Array) -> Array:
-    """Return the steepness with what was learnt from the fall of the moment along a step."""
-    image = steepness @ step
-    rest = fall - image
-    product = float(rest @ step)
-    if abs(product) > 1e-8 * math.hypot(*rest) * math.hypot(*step):
-        updated: Array = steepness + np.outer(rest, rest) / product
-        if np.linalg.eigvalsh(updated)[0] > 1e-4 * np.linalg.eigvalsh(steepness)[0]:
-            return updated
-    # Where the moment hardly falls, the steepness shrinks, but not to nothing at once.
-    curvature = float(step @ image)
-    lacking = max(1e-3 * curvature - float(fall @ step), 0.0)
-    fall = fall + lacking / float(step @ step) * step
-    return (
-        steepness - np.outer(image, image) / curvature + np.outer(fall, fall) / float(fall @ step)
+    side = max(points * edge for points, edge in zip(problem.shape, pixel, strict=True))
+    y, x = moment_arms(problem.shape, pixel)
+    moments = Moments((y[:, 0], x), (float(target[0]), float(target[1])))
+    tilt = np.zeros(2)
+    solution = bounded.solve(
+        replace(problem, moments=moments), family, max_iterations=max_iterations, **options
     )
+    left = max_iterations - solution.convolutions
+    if solution.status is Status.STALLED and left > 0:
+        rest = rigid_tilt(problem, (y, x), target)
+        if rest is not None:
+            tilt = rest
+            gap = problem.initial_gap + tilt[0] * y + tilt[1] * x
+            solution = bounded.solve(
+                replace(problem, initial_gap=gap, moments=moments), family,
+                max_iterations=left, **options,
+            )  # fmt: skip
+    slope_y, slope_x = (tilt + solution.tilt) / side
+    return solution, (float(slope_y), float(slope_x))

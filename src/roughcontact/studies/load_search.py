@@ -1,8 +1,8 @@
 """Inverse questions: the load at which a contact has a value.
 
-`bracket_crossing`: Secants of the logarithms, each a little longer than needed so that it lands
-beyond the passage and the points close in from both sides; halves where two of them do not
-halve the bracket. On the tread of a staircase each step is twice the one before.
+`bracket_crossing`: Inverse interpolation of the logarithms, aimed a little beyond the passage so
+that the points close in from both sides; halves where three of them do not halve the bracket. On
+the tread of a staircase each step is twice the one before.
 """
 
 from __future__ import annotations
@@ -147,37 +147,47 @@ def bracket_crossing(
     ends: tuple[float, float],
     *,
     accuracy: float,
+    slope: float = 1.0,
     known: Iterable[Point] = (),
     adjacent: Callable[[float, float], bool] = lambda low, high: False,
 ) -> tuple[Point, Point]:
     """Return two neighboring points between which a quantity passes a value."""
     points = sorted(known)
     widths: list[float] = []
+    errors: list[float] = []
+    beyond, last = 0.4 * accuracy, math.inf
     x = min(max(first, ends[0]), ends[1])
     for _ in range(_SOLVES):
         if all(x != index for index, _ in points):
-            points = sorted([*points, (x, excess(x))])
+            y = excess(x)
+            points = sorted([*points, (x, y)])
+            # Where steps land on the same side and come no nearer, each aims further beyond.
+            beyond = 10 * beyond if y / last > 0.3 else 0.4 * accuracy
+            last = y or accuracy
         result = _bracket(points)
         if result is None:
-            x = _beyond(points, ends, accuracy)
+            x = _ahead(points, ends, beyond, slope)
             continue
         low, high = result
-        width = high[0] - low[0]
+        widths.append(high[0] - low[0])
+        errors.append(min(abs(low[1]), abs(high[1])))
         near = max(abs(low[1]), abs(high[1])) <= accuracy
-        if near or width <= accuracy or adjacent(low[0], high[0]):
+        if near or widths[-1] <= ACCURACY or adjacent(low[0], high[0]):
             break
-        widths.append(width)
-        x = _between(points, low, high, accuracy)
-        slow = len(widths) > 2 and widths[-1] > 0.5 * widths[-3]
+        x = _interpolated(points, beyond, slope)
+        if not low[0] < x < high[0]:
+            x = _interpolated([low, high], beyond, slope)
+        slow = len(widths) > 3 and all(v[-1] > 0.5 * v[-4] for v in (widths, errors))
         middle = 0.5 * (low[0] + high[0])
         for a, b in pairwise(points):
+            # On the tread of a staircase each step is twice the one before.
             if a[1] == b[1] and b is low:
                 x = min(low[0] + 2 * (b[0] - a[0]), middle)
             elif a[1] == b[1] and a is high:
                 x = max(high[0] - 2 * (b[0] - a[0]), middle)
         if slow or not low[0] < x < high[0]:
             x = middle
-            widths = []
+            widths, errors = [], []
     return low, high
 
 
@@ -190,41 +200,41 @@ def _bracket(points: list[Point]) -> tuple[Point, Point] | None:
     return result
 
 
-def _secant(points: list[Point], accuracy: float) -> tuple[float, float] | None:
-    """Return the nearest point's x and where the passage should be, a little beyond."""
+def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
+    """Return where the passage should be, a little beyond the nearest point; NaN without one.
+
+    Inverse interpolation through the nearest points that ascend, three at most: the root's error
+    is about the product of theirs (Brent 1973, Algorithms for Minimization, chap. 4).
+    """
     finite = sorted((p for p in points if math.isfinite(p[1])), key=lambda p: abs(p[1]))
     if not finite:
-        return None
-    (index, value), *others = finite
-    other = others[0] if others else None
-    slope = 1.0 if other is None else (other[1] - value) / (other[0] - index)
-    if not slope > 0:
-        slope = 1.0
-    beyond = 0.1 if other is None else min(0.1, abs(other[1]))
-    aim = math.copysign(max(beyond * abs(value), 0.4 * accuracy), -value)
-    return index, index + (aim - value) / slope
+        return math.nan
+    chosen = finite[:1]
+    for point in finite[1:]:
+        # Those close together tell nothing about what is far from them.
+        apart = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
+        ascending = all((point[0] - x) * (point[1] - y) > 0 for x, y in chosen)
+        if len(chosen) < 3 and apart and ascending:
+            chosen.append(point)
+    aim = math.copysign(beyond, -finite[0][1])
+    if len(chosen) == 1:
+        return chosen[0][0] + (aim - chosen[0][1]) / slope
+    return sum(
+        x * math.prod((aim - other) / (y - other) for _, other in chosen if other != y)
+        for x, y in chosen
+    )
 
 
-def _between(points: list[Point], low: Point, high: Point, accuracy: float) -> float:
-    guess = _secant(points, accuracy)
-    if guess is None or not low[0] < guess[1] < high[0]:
-        guess = _secant([low, high], accuracy)
-    return math.nan if guess is None else guess[1]
-
-
-def _beyond(points: list[Point], ends: tuple[float, float], accuracy: float) -> float:
+def _ahead(points: list[Point], ends: tuple[float, float], beyond: float, slope: float) -> float:
     """Return where to look next while all points lie on one side."""
     above = points[-1][1] >= 0
     end, edge = (points[0], ends[0]) if above else (points[-1], ends[1])
     if (end[0] <= edge) if above else (end[0] >= edge):
         raise NotPassedError(end)
-    guess = _secant(points, accuracy)
-    step = _BLIND if guess is None else abs(guess[1] - end[0])
-    # A secant that points back, or creeps, would never leave this side.
-    ahead = guess is not None and ((guess[1] < end[0]) if above else (guess[1] > end[0]))
-    step = min(step, _STEP) if ahead else _BLIND
-    if len(points) > 4:
-        step = max(step, 0.5 * abs(points[-1][0] - points[0][0]))
+    guess = _interpolated(points, beyond, slope)
+    # A guess that points back, or creeps, would never leave this side.
+    ahead = (guess < end[0]) if above else (guess > end[0])
+    step = min(abs(guess - end[0]), _STEP) if ahead else _BLIND
     return max(end[0] - step, edge) if above else min(end[0] + step, edge)
 
 
@@ -234,12 +244,17 @@ def _beyond(points: list[Point], ends: tuple[float, float], accuracy: float) -> 
 ACCURACY = 1e-6
 """How close value or loads of a bracket come, relatively."""
 
+SHARE_ACCURACY = 1e-4
+"""How close a share comes, relatively, unless whole pixels forbid it."""
+
 HELD = 6
 """Maps held meanwhile: pressure and gap at both ends of the bracket, and of the answer before."""
 
 # Loads less far apart than this, relatively, start from each other; for others the solver's own
 # coarse grids find a better start than the pressure of the load before.
 _NEAR = 2e-3
+# Pixels around the contact within which the largest stress is sought.
+_MARGIN = 8
 # The smallest load, as part of that which presses one pixel flat.
 _LEAST = 1e-9
 
@@ -315,9 +330,10 @@ max_iterations
     -----
     Approach and mean gap are met to 1e-6 of the value, at both ends of the bracket. Contact and
     saturation are counts of pixels and pass a value in steps: the bracket ends where its loads
-    differ by one pixel, or by 1e-6, and the answer is the smaller load at which the value is
-    reached. The part of the contact that is saturated need not grow with the load; where it
-    passes the value several times the answer is the passage at the largest load that was seen.
+    differ by one pixel, or by 1e-6, or where both are within 1e-4 of the value, and the answer is
+    the smaller load at which the value is reached. The part of the contact that is saturated need
+    not grow with the load; where it passes the value several times the answer is the passage at
+    the largest load that was seen.
 
     Examples
     --------
@@ -415,7 +431,8 @@ class _Finder:
                 lambda x: self.excess(x, target, progress),
                 first,
                 self.ends(),
-                accuracy=ACCURACY,
+                accuracy=SHARE_ACCURACY if name in COUNTED else ACCURACY,
+                slope=self.slope(target),
                 known=known,
                 adjacent=(lambda a, b: self.adjacent(name, a, b)) if name in COUNTED
                 else (lambda a, b: False),
@@ -435,20 +452,34 @@ class _Finder:
         """Return the logarithm of a load to begin with."""
         name, value = target
         pair = self.pair
-        if name == APPROACH:
-            terms = replace(self.terms, load=None, approach=value)
+        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        flat = name == GAP and ceiling is None and not pair.boundary.free_axes
+        if name == APPROACH or flat:
+            # The mean displacement of a periodic surface is zero.
+            approach = float(pair.initial_gap.mean()) - value if flat else value
+            terms = replace(self.terms, load=None, approach=approach)
             return math.log(self.solved(terms, None, progress).load)
         if name == YIELD:
             body = min(strength for _, strength in _yielding(pair))
             return math.log(1.6 * body * pair.pixel_area)
         # Spots of rough surfaces bear E* h'/2 under little load, or the ceiling.
         slope = max(roughness.rms_gradient(pair.initial_gap, pair.pixel), 1e-9)
-        ceiling = resolved_ceiling(self.terms.ceiling, pair)
         bears = 0.5 * slope * pair.contact_modulus
         if ceiling is not None:
             bears = min(bears, float(np.mean(ceiling)))
         share = value if name == CONTACT else 0.05
         return math.log(share * bears * pair.size[0] * pair.size[1])
+
+    def slope(self, target: Target) -> float:
+        """Return how fast ln(quantity / value) grows with ln(load), about."""
+        name, value = target
+        if name == SATURATED:
+            # Under any load the highest asperities are at the ceiling.
+            return 0.15
+        if name != GAP:
+            return 1.0
+        # W ~ exp(-gap / (Sq / 2)): Persson 2007, doi:10.1103/PhysRevLett.99.125502
+        return 0.5 * float(np.nanstd(self.pair.initial_gap)) / value
 
     def excess(self, x: float, target: Target, progress: Callable[[Step], None] | None) -> float:
         """Return ln(quantity / value) at the load exp(x), negative where it is not reached."""
@@ -543,10 +574,15 @@ def _yielding(pair: Pair) -> list[tuple[Material, float]]:
 
 def _utilization(result: ContactResult) -> float:
     """Return the largest von Mises stress at or below the surface over the yield strength."""
-    pair = result.pair
+    pair, pressure = result.pair, result.pressure
+    # Nothing else displaces the bodies: the largest stress lies below these pixels or beside them.
+    for axis in pair.boundary.free_axes:
+        loaded = np.flatnonzero(pressure.any(axis=1 - axis))
+        first, end = max(int(loaded[0]) - _MARGIN, 0), int(loaded[-1]) + _MARGIN + 1
+        pressure = np.moveaxis(np.moveaxis(pressure, axis, 0)[first:end], 0, axis)
     return max(
         stress_summary.summarize(
-            result.pressure, pair.pixel, body.poisson, boundary=pair.boundary
+            pressure, pair.pixel, body.poisson, boundary=pair.boundary
         ).max_von_mises
         / strength
         for body, strength in _yielding(pair)
