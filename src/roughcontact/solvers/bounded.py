@@ -136,9 +136,9 @@ def solve(
     shapes = [level.shape for level in levels]
 
     def note(step: Step) -> None:
-        history.append(step)
+        history.append(replace(step, done=_share_done((*history, step), shapes, tolerance)))
         if progress is not None:
-            progress(replace(step, done=_share_done(history, shapes, tolerance)))
+            progress(history[-1])
 
     # Made and let go where it is needed: in full contact it is as large as the map twice.
     first: Callable[[], Loaded] = partial(_first, levels[-1], start)
