@@ -160,11 +160,10 @@ def may_reach_tresca(stress: NDArray[Any], bound: float) -> NDArray[np.bool_]:
     squared = 1.5 * (a * a + b * b + c * c) + 3 * (d * d + e * e + f * f)
     third = a * (b * c - d * d) - f * (f * c - d * e) + e * (f * d - b * e)
     beyond = np.maximum(bound - squared, 0)
-    reached: NDArray[np.bool_] = (
+    return (
         squared * squared * squared * (4 / 27 + 1e-9) - 27 * third * third
         >= bound * beyond * beyond
     )
-    return reached
 
 
 def _tensor(stress: ArrayLike) -> NDArray[Any]:

@@ -69,8 +69,7 @@ def every() -> list[Kind]:
 
 
 def _loaded(place: str) -> Kind:
-    kind: Kind = pkgutil.resolve_name(f"{__package__}.{place}")
-    return kind
+    return pkgutil.resolve_name(f"{__package__}.{place}")
 
 
 # --- What is told of any result, by its kind ---
