@@ -273,7 +273,7 @@ def refuse(*_: object, **__: object) -> None:
     ("arguments", "error", "message"),
     [
         ({"moments": (0.0, 0.6e-4)}, rc.CapacityError,
-         r"at \(0, 6e-05\) m from the centre.*1\.\d+e-05 m beyond what points that can touch"),
+         r"at \(0, 6e-05\) m from the center.*1\.\d+e-05 m beyond what points that can touch"),
         ({"load": 10.0, "moments": (0.0, 3.6e-4), "ceiling": 3e9}, rc.CapacityError,
          "beyond what pressures up to the ceiling can balance"),
         ({"moments": (0.0, 1e-9), "boundary": "periodic"}, rc.InputError, "boundary=\"free\""),

@@ -183,7 +183,8 @@ def _share_done(
         for shape, goal in zip(shapes, goals, strict=True)
     ]
     number = shapes.index(now.shape)
-    return 1 - (sum(work[:number]) + (1 - gained) * work[number]) / sum(work)
+    left = math.fsum(work[:number]) + (1 - gained) * work[number]
+    return 1 - left / math.fsum(work)
 
 
 def coarser_grids(shape: tuple[int, int]) -> int:
