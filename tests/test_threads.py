@@ -23,7 +23,6 @@ BLAS = {
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
     "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
-    "contact.solve": {"_rounding": "a sum that is compared with a bound only"},
     "studies.load_curve": {"low_load_slope": "the loads of a curve"},
     "halfspace.plastic_halfspace": {
         "_restricted": "a sparse matrix, no BLAS",
@@ -39,11 +38,11 @@ FEW = {
     "solvers.partial_slip": dict.fromkeys(
         ("_dual", "linear", "merit", "project", "stiffness"), "two components"
     ),
+    "solvers.active_set": {"_orthonormal": "three by three"},
+    "solvers.problem": {"_balanced": "three by three"},
     "solvers.rigid_tilt": {
         "rigid_tilt": "the few points on which rigid bodies rest",
         "excess": "two components",
-        "balance": "two angles",
-        "_updated": "two angles",
     },
     "surface.alignment": {"place": "two axes"},
     "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},

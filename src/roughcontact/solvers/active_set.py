@@ -236,7 +236,8 @@ class Viewer:
         plane = self.unit * shift_to_balance(values, limit, moments.rows(index), rest, self.sums)[1]
         self._tilt -= plane[1:]
         self.open -= plane[1] * moments.arms[0][:, None] + plane[2] * moments.arms[1]
-        return float(offset + plane[0] - plane[1:] @ moments.target)
+        tilted = plane[1] * moments.target[0] + plane[2] * moments.target[1]
+        return float(offset + plane[0] - tilted)
 
     def _joined(
         self,
@@ -492,10 +493,10 @@ def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     products = np.array([[sums.dot(one, two) for two in rows] for one in rows])
     squares, axes = np.linalg.eigh(products)
     apart = squares > _ALIKE * squares[-1]
-    result: NDArray[np.float64] = np.einsum(
-        "kj,kn->jn", axes[:, apart] / np.sqrt(squares[apart]), rows
-    )
-    return result
+    return np.array([
+        axis[0] * rows[0] + axis[1] * rows[1] + axis[2] * rows[2]
+        for axis in (axes[:, apart] / np.sqrt(squares[apart])).T
+    ])  # fmt: skip
 
 
 def _without(

@@ -232,6 +232,8 @@ def _solve_level(
     warm: bool,
     interruptible: bool,
 ) -> Solution:
+    if problem.moments is not None:
+        problem = replace(problem, moments=problem.moments.within(operator.rows))
     viewer = Viewer(problem, operator, tolerance)
     patches = Patches(viewer.rough, family, pixel)
     loaded = first()

@@ -22,13 +22,17 @@ class Moments:
     Parameters
     ----------
     arms : (ndarray, ndarray), shapes (ny,) and (nx,)
-        Levers of the rows and of the columns: any length, from any point.
+        Levers of the rows and of the columns.
     target : (float, float)
         Mean lever (y, x) of the pressure wanted.
     """
 
     arms: tuple[NDArray[np.float64], NDArray[np.float64]]
     target: tuple[float, float]
+
+    def within(self, rows: slice) -> Moments:
+        """Return those of some rows."""
+        return replace(self, arms=(self.arms[0][rows], self.arms[1]))
 
     def rows(self, index: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return ones and both distances from the target of some pixels, shape (3, n)."""
@@ -125,7 +129,7 @@ def coarsened(problem: Problem) -> Problem:
         total=None if problem.total is None else problem.total / (4 if problem.shape[0] > 1 else 2),
         approach=problem.approach,
         whole=problem.whole and _halved(problem.whole),
-        moments=problem.moments and _thinned(problem.moments, gap.shape),
+        moments=problem.moments and _thinned(problem.moments, _halved(problem.shape)),
     )
 
 
@@ -188,6 +192,8 @@ _MOST_PASSES = 4
 # Steps of Newton's method for load and moments that may gain nothing, the least slope relatively;
 # what may be missing of the load before the last digits, and how fast values grow.
 _MOST_FRUITLESS, _FLATTEST, _ROUGH, _STEEPER = 10, 1e-13, 1e-6, 4.0
+# Part of the slope left at the end of a step, and the longest step.
+_NEARLY, _LONGEST = 0.1, 1e60
 # Relative to the limit, or to the largest value: values this near to a bound are put on it.
 _DUST = 1e-12
 
@@ -328,11 +334,12 @@ def shift_to_balance(
     between its bounds: then values of the size of the entries come first, and grow.
     """
     kept, enough = np.zeros(3), _LEFT * rest[0]
-    if not (values.size and rest[0] > 0):
+    if not (sums.size(values) and rest[0] > 0):
         return None, kept
     shift, error = _balanced(values, limit, rows, rest, sums, kept)
     if error > _ROUGH * rest[0]:
-        steep = max(float(np.ptp(values)) * values.size / rest[0], 1.0)
+        steep = sums.largest(values) - sums.smallest(values)
+        steep = max(steep * sums.size(values) / rest[0], 1.0)
         shift, error = _balanced(values / steep, limit, rows, rest, sums, kept)
         if error > _ROUGH * rest[0]:
             return None, kept
@@ -344,12 +351,12 @@ def shift_to_balance(
     for _ in range(_MOST_PASSES):
         kept += shift
         # Where the values dwarf the sums, only among those shifted before a shift is resolved.
-        values = values + np.einsum("kn,k->n", rows, shift)
+        values = values + _combined(rows, shift)
         shift, error = _balanced(values, limit, rows, rest, sums, np.zeros(3))
         if error <= enough:
             break
     kept += shift
-    result = np.clip(values + np.einsum("kn,k->n", rows, shift), 0, limit)
+    result = np.clip(values + _combined(rows, shift), 0, limit)
     return (result if error <= enough else None), kept
 
 
@@ -364,7 +371,7 @@ def _balanced(
     """Return the multipliers of `shift_to_balance` by Newton's method, and what is missing."""
     best, least, fruitless = shift, math.inf, 0
     while fruitless < _MOST_FRUITLESS:
-        moved = values + np.einsum("kn,k->n", rows, shift)
+        moved = values + _combined(rows, shift)
         clipped = np.clip(moved, 0, limit)
         error = np.array([sums.dot(row, clipped) for row in rows]) - rest
         size = float(np.abs(error).max())
@@ -379,33 +386,41 @@ def _balanced(
         # Flatter than this nothing is resolved; no entry may be free.
         slope[np.diag_indices(3)] += _FLATTEST * max(float(np.trace(slope)), 1.0)
         step = -np.linalg.solve(slope, error)
-        length = _length(float(step @ error), moved, np.einsum("kn,k->n", rows, step), limit)
+        length = _length(float(step @ error), moved, _combined(rows, step), limit, sums)
         if not length < math.inf:
             break
         shift = shift + length * step
     return best, least
 
 
-def _length(
-    start: float, moved: NDArray[np.float64], along: NDArray[np.float64], limit: Limit
-) -> float:
-    """Return where the slope along a step is zero, ``start`` at its beginning; infinite if nowhere.
+def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArray[np.float64]:
+    return factors[0] * rows[0] + factors[1] * rows[1] + factors[2] * rows[2]
 
-    It is ``⟨along, clip(moved + t along, 0, limit)⟩`` and a constant, straight between the lengths
-    at which an entry meets a bound.
+
+def _length(
+    start: float,
+    moved: NDArray[np.float64],
+    along: NDArray[np.float64],
+    limit: Limit,
+    sums: Sums,
+) -> float:
+    """Return where the slope along a step is nearly zero, ``start`` at its beginning.
+
+    It never falls along the step; infinite where it stays below zero.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ends = np.sort(np.stack([-moved / along, (limit - moved) / along]), axis=0)
-    square = np.where(np.isnan(ends[0]), 0.0, along**2)
-    rate = float(np.sum(square[(ends[0] <= 0) & (ends[1] > 0)]))
-    places, changes = ends.ravel(), np.concatenate([square, -square])
-    ahead = np.flatnonzero((places > 0) & np.isfinite(places))
-    ahead = ahead[np.argsort(places[ahead])]
-    places = np.append(0.0, places[ahead])
-    rates = np.maximum(rate + np.append(0.0, np.cumsum(changes[ahead])), 0.0)
-    slopes = start + np.append(0.0, np.cumsum(rates[:-1] * np.diff(places)))
-    last = max(int(np.searchsorted(slopes, 0.0)) - 1, 0)
-    return float(places[last] - slopes[last] / rates[last]) if rates[last] > 0 else math.inf
+    beginning = sums.dot(along, np.clip(moved, 0, limit))
+    low, high = 0.0, math.inf
+    length = 1.0
+    while high - low > _ROUNDING * length and length < _LONGEST:
+        slope = start + sums.dot(along, np.clip(moved + length * along, 0, limit)) - beginning
+        if abs(slope) <= _NEARLY * abs(start):
+            return length
+        low, high = (low, length) if slope > 0 else (length, high)
+        if high == math.inf:
+            length *= 4
+        else:
+            length = 0.5 * (low + high) if low > 0.1 * high else 0.25 * high
+    return length if length < _LONGEST else math.inf
 
 
 def without_dust(
