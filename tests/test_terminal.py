@@ -200,19 +200,26 @@ def test_the_status_tells_of_the_signal_wherever_it_came(tmp_path: Path) -> None
 def test_a_line_of_progress_where_there_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(terminal, "EVERY", 0.5)
+    monkeypatch.setattr(terminal, "EVERY", 2.0)
+
+    def lines() -> set[str]:
+        told = ""
+        while not told:
+            time.sleep(0.1)
+            told = capsys.readouterr().err
+        return set(told.splitlines())
+
+    began = time.monotonic()
+    with terminal.progress() as line:
+        line.say("a solve", 4000.0)
+        assert lines() == {"progress: a solve, about 67 min left"}
+        assert time.monotonic() - began >= 0.4
+    began = time.monotonic()
     with terminal.progress() as line:
         # As long as nothing takes long, nothing is said; what takes long need say nothing.
         line.say("a map")
-        time.sleep(0.3)
-        assert capsys.readouterr() == ("", "")
-        line.say("a solve", 40.4)
-        time.sleep(0.3)
-    assert capsys.readouterr() == ("", "progress: a solve, about 40 s left\n")
-    with terminal.progress() as line:
-        line.say("a map")
-        time.sleep(1.3)
-    assert set(capsys.readouterr().err.splitlines()) == {"progress: a map"}
+        assert lines() == {"progress: a map"}
+        assert time.monotonic() - began >= 2.0
     with terminal.progress(quiet=True) as line:
         line.say("nothing", 40.0)
         time.sleep(0.3)
@@ -233,7 +240,7 @@ def test_a_terminal_shows_the_time_left_as_it_runs_down(monkeypatch: pytest.Monk
     shown = os.read(reading, 100_000).decode()
     os.close(reading)
     assert "a solve, about 40 s left" in shown
-    assert "a solve, about 39 s left" in shown
+    assert re.search(r"a solve, about 3\d s left", shown)
 
 
 def test_a_long_sweep_tells_its_time_and_what_an_interrupt_leaves(run: Run, tmp_path: Path) -> None:
@@ -241,8 +248,10 @@ def test_a_long_sweep_tells_its_time_and_what_an_interrupt_leaves(run: Run, tmp_
     sweep = SOLVE.replace("solve", "sweep").replace('--load "1 mN"', '--from "1 mN" --to "9 mN"')
     done = run(f"{sweep} --steps 13 --folder kept")
     assert (done.returncode, done.stdout) == (app.INTERRUPTED, "")
-    first, *_, last = done.stderr.splitlines()
-    assert re.fullmatch(r"progress: \d of 13: .*, about \d+ s left", first)
+    *lines, last = done.stderr.splitlines()
+    # A slow machine says something before its first load is done.
+    told = re.compile(r"progress: \d of 13: .*, about \d+ s left")
+    assert any(map(told.fullmatch, lines)), lines
     assert last == (
         "roughcontact: interrupted; 3 of 13 loads saved in kept; the same command resumes"
     )
