@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -59,6 +60,8 @@ class Viewer:
     """
 
     def __init__(self, problem: Problem, operator: Operator, tolerance: float) -> None:
+        if problem.moments is not None:
+            problem = replace(problem, moments=problem.moments.within(operator.rows))
         self.problem, self.operator = problem, operator
         # Of this size there is one: patches work with it too.
         self.rough = operator.in_single()
@@ -428,11 +431,7 @@ def _solved(
         return None
     # From here on in place where that can be: in full contact every array is as large as the map.
     limit = bound[free] if isinstance(bound, np.ndarray) else bound
-    centred = _centred if viewer.problem.total is not None else _as_it_is
-    if viewer.problem.moments is not None:
-        centred = partial(
-            _without, _orthonormal(viewer.problem.moments.rows(now.index[free]), sums)
-        )
+    centred = _centring(viewer, now.index[free])
     x = pressure[free]
     residual = gap[free]
     np.negative(residual, out=residual)
@@ -486,6 +485,17 @@ def _centred(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
     """Return values, changed to be less their mean: what changes the load is the approach's."""
     values -= sums.total(values) / sums.size(values)
     return values
+
+
+def _centring(
+    viewer: Viewer, index: NDArray[np.int64]
+) -> Callable[[NDArray[np.float64], Sums], NDArray[np.float64]]:
+    """Return what takes off values on some pixels what approach and tilt do."""
+    if viewer.problem.total is None:
+        return _as_it_is
+    if viewer.problem.moments is None:
+        return _centred
+    return partial(_without, _orthonormal(viewer.problem.moments.rows(index), viewer.sums))
 
 
 def _orthonormal(rows: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:

@@ -232,14 +232,12 @@ def _solve_level(
     warm: bool,
     interruptible: bool,
 ) -> Solution:
-    if problem.moments is not None:
-        problem = replace(problem, moments=problem.moments.within(operator.rows))
     viewer = Viewer(problem, operator, tolerance)
     patches = Patches(viewer.rough, family, pixel)
     loaded = first()
     if warm:
         loaded = viewer.carrying(*loaded)
-    now = best = viewer.look(*admissible(problem, loaded, operator.sums))
+    now = best = viewer.look(*admissible(viewer.problem, loaded, operator.sums))
     del loaded
     iteration, fruitless, bursts = 0, 0, 0
     try:

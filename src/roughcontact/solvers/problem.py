@@ -394,7 +394,10 @@ def _balanced(
 
 
 def _combined(rows: NDArray[np.float64], factors: NDArray[np.float64]) -> NDArray[np.float64]:
-    return factors[0] * rows[0] + factors[1] * rows[1] + factors[2] * rows[2]
+    result: NDArray[np.float64] = factors[0] * rows[0]
+    result += factors[1] * rows[1]
+    result += factors[2] * rows[2]
+    return result
 
 
 def _length(
