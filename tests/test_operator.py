@@ -366,7 +366,6 @@ ALLOWED = {
         ),
         "the flow through a gap, a whole map of which lies on one process",
     ),
-    "bounded": {"_share_done": "the work of a handful of grids"},
     "anderson": {
         "add": "unknowns of one layer, which lies on one process",
         "_products": "parts of the volume, of which `whole` has gathered those of all processes",

@@ -118,8 +118,7 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
     ),
     (
         *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
-        options.MISSING,
-        QUARTERS, OUTPUT, options.REPORT,
+        options.MISSING, OUTPUT, options.REPORT,
     ),
     run=_run,
     rules=joints.PRESSURE_RULES,

@@ -175,4 +175,9 @@ class Task(Command):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle it as the one of its module."""
-        return lambda run: sys.modules[run.__module__].TASK, (self.run,)
+        return _task_of, (self.run,)
+
+
+def _task_of(run: Any) -> Any:
+    # What a `lambda` holds no other process can load.
+    return sys.modules[run.__module__].TASK

@@ -183,8 +183,7 @@ def _share_done(
         for shape, goal in zip(shapes, goals, strict=True)
     ]
     number = shapes.index(now.shape)
-    left = math.fsum(work[:number]) + (1 - gained) * work[number]
-    return 1 - left / math.fsum(work)
+    return math.fsum([*work[number + 1 :], gained * work[number]]) / math.fsum(work)
 
 
 def coarser_grids(shape: tuple[int, int]) -> int:
