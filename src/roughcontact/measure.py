@@ -1,3 +1,3 @@
-"""Instruments that measure surfaces, and what their maps say of a contact."""
+"""Virtual instruments: what a measurement changes in a map."""
 
 from roughcontact.surface.instrument import Instrument as Instrument

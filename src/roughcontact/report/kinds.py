@@ -66,6 +66,7 @@ KINDS = (
     comparison.KIND,
     comparison.SAMPLING_KIND,
     uncertainty.KIND,
+    uncertainty.MEASURED_KIND,
     estimate.KIND,
 )
 

@@ -6,10 +6,10 @@ A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw
 B: Q of the map, times Q of random surfaces over Q of their own maps, measured by the same
 instrument.
 
-The center is the mean of both. The half width is ``√((h_A² + h_B²)/2 + (A - B)²)`` with ``h = t s √(1
-+ 1/K)``, s the standard deviation of K draws and t of Student at 95 %. Grid, remainder of the method
-and material add in squares. Resolution, tip radius, noise, exponent, level and shortest wave are
-drawn once per draw, in K strata each.
+The center is the mean of both. The half width is ``√((h_A² + h_B²)/2 + (A - B)²)`` with ``h = 1.96
+s``, s the standard deviation of K draws; of its part that is left to chance ``h = t s √(1 + 1/K)``,
+with t of Student at 95 %. Grid, remainder of the method and material add in squares. Resolution,
+tip radius, noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
 Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
 the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from statistics import NormalDist
@@ -36,7 +35,7 @@ from roughcontact.contact.stiffness import growth, unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError, Sentence, require_count
 from roughcontact.halfspace.fft import Workspace, at_most
 from roughcontact.result import Result
-from roughcontact.solvers.progress import Progress, Tell
+from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.studies import reconstruction
 from roughcontact.studies.reconstruction import Reconstruction
 from roughcontact.surface import filters, resolution
@@ -289,16 +288,16 @@ class _Draws:
         """Return the logarithms of all numbers of each contact, by the name of the contact."""
         jobs = self._jobs()
         found: dict[Any, Array] = {}
-        done, began = itertools.count(1), time.perf_counter()
+        done = itertools.count(1)
 
         def solve(name: Any) -> None:
             with at_most(1):
                 for key, contact in jobs[name]():
                     found[key] = np.log(_numbers(contact))
             if callable(progress):
-                number = next(done)
-                left = (time.perf_counter() - began) * (len(jobs) / number - 1)
-                progress(Progress(number, len(jobs), None, f"uncertainty, about {left:.0f} s left"))
+                last = contact.pair.shape, contact.iterations, contact.convolutions
+                step = Step(*last, contact.certificate, contact.tolerance)
+                progress(Progress(next(done), len(jobs), step, "uncertainty"))
 
         Workspace().each(solve, jobs)
         return found
@@ -319,10 +318,9 @@ class _Draws:
             yield ("image", k), self._pressed(image)
 
         def moved(source: str) -> Any:
-            # Deviations that belong together count one after the other.
-            for name in SOURCES[source]:
-                drawn = self._drawn({name: 1.0}, self.seed)[0]
-                yield ("moved", name), self._pressed(drawn + self.smooth)
+            for name, sign in itertools.product(SOURCES[source], (-1, 1)):
+                drawn = self._drawn({name: sign}, self.seed)[0]
+                yield (name, sign), self._pressed(drawn + self.smooth)
 
         def base() -> Any:
             yield "base", self._pressed(self.base)
@@ -373,11 +371,12 @@ def _numbers(result: ContactResult) -> Array:
 
 
 def _strata(columns: int, rows: int, rng: np.random.Generator) -> Array:
-    """Return standard normal numbers, of which each column has one in each of its strata."""
-    uniform = (rng.permuted(np.tile(np.arange(rows), (columns, 1)), axis=1)
-               + rng.random((columns, rows))) / max(rows, 1)  # fmt: skip
-    normal = NormalDist()
-    return np.array([[normal.inv_cdf(p) for p in row] for row in uniform.T]).reshape(rows, columns)
+    """Return columns of the same standard normal quantiles, each in another order."""
+    inverse = NormalDist().inv_cdf
+    quantiles = np.array([inverse((row + 0.5) / rows) for row in range(rows)])
+    if rows:
+        quantiles /= quantiles.std(ddof=1)
+    return rng.permuted(np.tile(quantiles, (columns, 1)), axis=1).T
 
 
 # --- The intervals ---
@@ -447,15 +446,17 @@ def _corrected(
     bracket = twin - image
     first, second = float(drawn.mean()), values["measured"] + float(bracket.mean())
     # What the draws have in common with their deviations, one by one; the rest is chance.
-    moves = {name: values["moved", name] - values["base"]
+    moves = {name: (values[name, 1] - values[name, -1]) / 2
              for source in study.sources for name in SOURCES[source]}  # fmt: skip
     shared = [sum(moves[name] * row[name] for name in moves) for row in study.deviations]
     parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
     parts[CHANCE] = float(np.var(drawn - np.array(shared), ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
-    scale = _student(count - 1) ** 2 * (1 + 1 / count)
-    width = scale * (spread + float(np.var(bracket, ddof=1))) / 2
+    # Quantiles of what is drawn are exact; what is left to chance has few draws.
+    chance = parts[CHANCE] / total if total else 0.0
+    factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
+    width = factor * (spread + float(np.var(bracket, ddof=1))) / 2
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
     squares[METHOD] = (first - second) ** 2
     closing = total / spread if spread else 1.0

@@ -38,6 +38,7 @@ from roughcontact.units import Quantity, quantity
 
 Array = NDArray[np.float64]
 
+_LENGTHS = {"optical": "resolution", "tip": "tip_radius"}
 STORED = Path(__file__).with_name("instruments.toml")
 
 
@@ -94,10 +95,9 @@ class Instrument:
         u_noise: float = 0.2,
         name: str = "",
     ) -> None:
-        require_choice(("optical", "tip"), kind=kind)
-        needed = {"optical": ("resolution", resolution), "tip": ("tip_radius", tip_radius)}[kind]
-        if needed[1] is None:
-            raise InputError(f"is needed for kind {kind!r}", argument=needed[0])
+        require_choice(tuple(_LENGTHS), kind=kind)
+        if {"optical": resolution, "tip": tip_radius}[kind] is None:
+            raise InputError(f"is needed for kind {kind!r}", argument=_LENGTHS[kind])
         numbers = {"u_resolution": u_resolution, "u_tip_radius": u_tip_radius, "u_noise": u_noise}
         for key, value in (("resolution", resolution), ("tip_radius", tip_radius), ("noise", noise)):
             numbers[key] = quantity(value or 0.0, "length", key)
@@ -110,12 +110,13 @@ class Instrument:
 
     @classmethod
     def named(cls, name: str, noise: Quantity = 0.0) -> Instrument:
-        """Return an instrument of the catalog, with typical values.
+        """Return an instrument of the catalog, with typical values, or one of a kind.
 
         Parameters
         ----------
         name : str
-            Its name, as ``"CSI 50x"``.
+            Its name, as ``"CSI 50x"``, or its kind with resolution or tip radius, as ``"optical
+            1.2 um"`` or ``"tip 50 nm"``.
         noise : float
             Root-mean-square noise of one point [m]. The catalog has none: data sheets state
             the noise on a flat, and noise on a rough surface is higher.
@@ -132,10 +133,15 @@ class Instrument:
         """
         rows = tomllib.loads(STORED.read_text(encoding="utf-8"))["instrument"]
         known = {row["name"].casefold(): row for row in rows}
+        kind, _, length = name.partition(" ")
+        if kind in _LENGTHS and name.casefold() not in known:
+            size = quantity(length, "length", "instrument")
+            return cls(kind, **{_LENGTHS[kind]: size}, noise=noise, name=name)
         if name.casefold() not in known:
             listed = ", ".join(row["name"] for row in rows)
             raise InputError(
-                f"{name!r} is not in the catalog; it holds {listed}",
+                f"{name!r} is not in the catalog, which holds {listed}; or give 'optical 1.2 um' or "
+                "'tip 50 nm'",
                 argument="instrument",
                 value=name,
             )
