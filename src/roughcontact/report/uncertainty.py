@@ -233,7 +233,7 @@ def measured_by(known: Uncertainty) -> str:
 
 def measured_rows(result: ContactResult) -> list[tuple[str, ...]]:
     """Return name, values, interval and sources of each number of a contact."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for item in result.measurement.intervals:
         form = _form(item)
         ends = problem.between(item.low, item.high, form)

@@ -253,7 +253,8 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES, *options.SHOWN,
+        STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES,
+        *options.SHOWN,
     ),
     (
         options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,

@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -41,12 +42,18 @@ from roughcontact.studies.reconstruction import Reconstruction
 from roughcontact.surface import filters, resolution
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
+from roughcontact.units import Quantity, engineering, percent, quantity
 
 Array = NDArray[np.float64]
 
 CERTIFICATE = 1e-4
 """Certificate of the solve of a draw."""
+
+# Factor of the widths for maps whose summits are smoother than their valleys.
+_WORN = 1.5
+
+# Relative standard uncertainty of the noise that a plateau of the spectrum shows.
+_PLATEAU = 0.05
 
 MOST_FILLED = 0.1
 """Largest share of filled points of a map that gets intervals."""
@@ -74,9 +81,7 @@ NUMBERS: dict[str, _Number] = {
     "mean_gap": _Number(lambda r: r.mean_gap, 0.02),
     "approach": _Number(lambda r: r.approach, 0.03),
     "stiffness": _Number(lambda r: growth(r).stiffness, 0.02, 1),
-    "constriction_length": _Number(
-        lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02
-    ),
+    "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
     "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
     "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
 }
@@ -228,8 +233,10 @@ def _reconstruction(
             f"{engineering(wave, 'm')}",
             argument="shortest_wave",
         )
-    forms = [step.arguments["form"] for step in surface.provenance.operations
-             if step.method == "leveled" and step.arguments["form"] in ("plane", "quadric")]  # fmt: skip
+    tool = _with_plateau(tool, surface)
+    leveled = (step.arguments["form"] for step in surface.provenance.operations
+               if step.method == "leveled")  # fmt: skip
+    forms = [form for form in leveled if form in ("plane", "quadric")]
     periodic = len(result.boundary.periodic_axes) == 2
     heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
     measured = Reconstruction(
@@ -243,6 +250,14 @@ def _reconstruction(
         measured = replace(measured, finer=4)
     _require_unsmoothed(surface, tool, wave)
     return measured
+
+
+def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
+    """Return an instrument with the noise that the spectrum shows, if that is near to its own."""
+    seen = resolution.noise_height(surface.heights, surface.pixel)
+    if not tool.noise / 2 < seen < 2 * tool.noise:
+        return tool
+    return replace(tool, noise=seen, u_noise=min(tool.u_noise, _PLATEAU))
 
 
 def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) -> None:
@@ -308,7 +323,7 @@ class _Draws:
         return self._drawn({}, self.seed)[0] + self.smooth
 
     def _jobs(self) -> dict[Any, Callable[[], Any]]:
-        result, double = self.result, tuple(2 * n for n in self.measured.shape)
+        result, (ny, nx) = self.result, self.measured.shape
 
         def draw(k: int) -> Any:
             # Seeds of different draws have nothing in common.
@@ -326,7 +341,8 @@ class _Draws:
             yield "base", self._pressed(self.base)
 
         def finer() -> Any:
-            yield "finer", self._pressed(filters.resample(self.base, double, self._method))
+            heights = filters.resample(self.base, (2 * ny, 2 * nx), self._method)
+            yield "finer", self._pressed(heights)
 
         def loaded() -> Any:
             yield "load", self._pressed(result.surface.heights, load=_STEP)
@@ -338,8 +354,8 @@ class _Draws:
             yield "measured", result
 
         jobs: dict[Any, Callable[[], Any]] = {"finer": finer, "base": base}
-        jobs |= {("draw", k): lambda k=k: draw(k) for k in range(self.draws)}
-        jobs |= {source: lambda source=source: moved(source) for source in self.sources}
+        jobs |= {("draw", k): partial(draw, k) for k in range(self.draws)}
+        jobs |= {source: partial(moved, source) for source in self.sources}
         jobs |= {"load": loaded, "measured": measured}
         return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
 
@@ -456,6 +472,8 @@ def _corrected(
     # Quantiles of what is drawn are exact; what is left to chance has few draws.
     chance = parts[CHANCE] / total if total else 0.0
     factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
+    if study.measured.unevenness is not None:
+        factor *= _WORN**2
     width = factor * (spread + float(np.var(bracket, ddof=1))) / 2
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
     squares[METHOD] = (first - second) ** 2
@@ -473,7 +491,7 @@ def _student(degrees: int) -> float:
 def _remarks(
     result: ContactResult, measured: Reconstruction, instrument: Instrument | None,
     wave: float | None, intervals: Sequence[MeasuredInterval],
-) -> Sequence[str]:  # fmt: skip
+) -> Iterator[str]:  # fmt: skip
     """Return the limits of the intervals."""
     if instrument is None:
         yield Sentence(
@@ -495,5 +513,10 @@ def _remarks(
         yield Sentence("The noise was taken as zero. Give ", ArgumentRef("noise"), ".")
     if any(item.disagreement > 2 for item in intervals):
         yield "The two ways of correcting the map disagree. Do not use the intervals."
+    if measured.unevenness is not None:
+        yield (
+            "The roughness differs between summits and valleys, as on worn surfaces. The contact "
+            "area may be larger than the interval."
+        )
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."

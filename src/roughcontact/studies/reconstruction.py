@@ -14,11 +14,15 @@ stated would raise them without limit.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
-Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A q``;
-A is the inverse of the gradient tensor within an ellipse of the same k. It counts up to k_r, where
-T is one half or noise is half of the power. From there to the shortest wave of the surface it is a
-power law, with the exponent of the two octaves below k_r and the prior of a Hurst exponent of
-0.8 ± 0.4.
+Worn surfaces: ζ - R(M(ζ)) is multiplied with the roughness of the map at the same height, over
+that of all heights.
+
+Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A
+q``; A is the inverse of the gradient tensor within an ellipse of the same k. It counts up to k_r,
+where T is one half or noise is half of the power. From there to the shortest wave of the surface
+it is a power law with the exponent that it has between its roll-off and k_r, and the prior of a
+Hurst exponent of 0.8 ± 0.4. The more a transfer makes the spectrum bend up, the less plausible it
+is.
 
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
@@ -31,7 +35,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from statistics import NormalDist
 
@@ -45,21 +49,25 @@ from roughcontact.surface.cleaning import fill
 from roughcontact.surface.form import level
 from roughcontact.surface.instrument import Instrument, dilated
 from roughcontact.surface.random_surfaces import random_amplitudes
-from roughcontact.surface.resolution import tip_cutoff
 
 Array = NDArray[np.float64]
 Deviations = Mapping[str, float]
 """Standard normal deviations of what is not known exactly, by name; 0 where none is given."""
 
-# Fraction of an octave of one bin of the spectrum, and octaves that set its exponent.
-_BINS, _OCTAVES = 5, 2
+# Bins of the spectrum in an octave.
+_BINS = 5
 # Prior of the exponent of the spectrum, H 0.8 ± 0.4, its range, and the spread of its level.
 _EXPONENT, _SPREAD, _STEEPEST, _FLATTEST, _LEVEL = -3.6, 0.8, -4.4, -1.8, 0.25
-# An undone spectrum is over-sharpened if its exponent exceeds this one or grows, by this measure.
-_SHARP, _TOLERATED = -2.2, 0.5
+# Scatter of the logarithm of a bin about a power law.
+_SCATTER = 0.15
 UNKNOWN = 4.0
 """Resolution over the shortest wave of a surface, at most, where none is stated."""
-_LARGEST_RATIO = 8.0
+# Largest ratio of the axes of its ellipse, and the smallest that one map tells from a circle.
+_LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
+# Classes of height, and the difference of their roughness that counts.
+_CLASSES, _UNEVEN = 16, 0.35
+# Rounds in which the image of a surface under a tip gets the spectrum of the map.
+_ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +133,6 @@ class Reconstruction:
         q = np.linspace(0.0, nyquist, 400)[1:]
         half = np.exp2(-((self.instrument.resolution * q) ** 2)) * np.sinc(q * max(self.pixel))
         limit = float(q[half >= 0.5][-1])
-        if self.instrument.tip_radius:
-            tip = tip_cutoff(self.heights, self.pixel, self.instrument.tip_radius)
-            limit = limit if tip is None else min(limit, 2 / tip)
         if self.noise:
             place, power = _binned(self._wave_numbers(np.eye(2)), self.power, nyquist)
             noisy = np.exp(place[power < 2 * self.noise])
@@ -143,40 +148,34 @@ class Reconstruction:
         tensor = np.eye(2)
         for _ in range(8):
             part = clean * (self._wave_numbers(tensor) < self.limit)
-            gradient = np.array(
-                [[np.sum(part * a * b) for a in (qy, qx)] for b in (qy, qx)]
-            )
+            gradient = np.array([[np.sum(part * a * b) for a in (qy, qx)] for b in (qy, qx)])
             values, vectors = np.linalg.eigh(gradient)
             values = np.maximum(values, values[-1] / _LARGEST_RATIO**2)
+            if values[-1] < _ISOTROPIC**2 * values[0]:
+                values[:] = 1.0
             tensor = vectors @ np.diag(values[-1] / values) @ vectors.T
         return tensor
 
     @cached_property
-    def resolutions(self) -> tuple[Array, Array]:
-        """Cumulated plausibility of deviations of the resolution from the one stated."""
-        deviations = np.linspace(-3, 3, 61)
-        weights = np.exp(-(deviations**2) / 2)
-        if self.instrument.resolution and self.instrument.u_resolution:
-            for index, deviation in enumerate(deviations):
-                factor = math.exp(self.instrument.u_resolution * deviation)
-                place, power = self._bins(self.instrument.changed(resolution=factor))
-                exponents = [
-                    _slope(place, power, math.log(self.limit) - octave * math.log(2), 1)[0]
-                    for octave in (0, 1)
-                ]
-                excess = max(exponents[0] - exponents[1], 0) + max(exponents[0] - _SHARP, 0)
-                weights[index] *= math.exp(-((excess / _TOLERATED) ** 2) / 2)
-        total = np.cumsum(weights) - weights / 2
-        return total / weights.sum(), deviations
+    def resolution(self) -> tuple[float, float]:
+        """Mean and spread of the logarithm of the resolution over that stated, by the spectrum."""
+        tool = self.instrument
+        if not tool.resolution * tool.u_resolution:
+            return 0.0, 0.0
+        place, power = self._bins(tool)
+        # A resolution that is larger by t standard deviations raises the spectrum by this times t.
+        rise = 4 * math.log(2) * (np.exp(place) * tool.resolution) ** 2 * tool.u_resolution
+        known, covariance = self._power_law(place, power, rise)
+        # One that bends down may be that of the surface; one that bends up was sharpened too much.
+        mean = min(float(known[2]), 0.0)
+        return tool.u_resolution * mean, tool.u_resolution * math.sqrt(covariance[2, 2])
 
     def told(self, deviations: Deviations) -> Instrument:
         """Return the instrument with its lengths moved by some standard deviations."""
-        cumulated, known = self.resolutions
-        normal = NormalDist().cdf(deviations.get("resolution", 0.0))
-        moved = float(np.interp(normal, cumulated, known))
+        mean, spread = self.resolution
         tool = self.instrument
         return tool.changed(
-            resolution=math.exp(tool.u_resolution * moved),
+            resolution=math.exp(mean + spread * deviations.get("resolution", 0.0)),
             tip_radius=math.exp(tool.u_tip_radius * deviations.get("tip", 0.0)),
             noise=math.exp(tool.u_noise * deviations.get("noise", 0.0)),
         )
@@ -186,8 +185,8 @@ class Reconstruction:
         place, power = self._bins(instrument)
         cutoff = 1 / self._shortest(deviations)
         result = self._continued(place, power, cutoff, deviations)
-        # A measured synthetic map has the power of the map: with a tip, in two rounds.
-        for _ in range(2 if instrument.tip_radius else 1):
+        # A measured synthetic map has the power of the map.
+        for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
             image = _power(self.image(model, instrument, np.random.default_rng(seed)))
             _, got = _binned(self._wave_numbers(self.tensor), image, self.limit)
@@ -203,7 +202,7 @@ class Reconstruction:
         waves = random_amplitudes(self.shape, self.fine, np.random.default_rng(seed))
         if even:
             size = np.abs(waves)
-            waves = np.divide(waves, size, out=waves, where=size > 0) * math.sqrt(2)
+            waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
         waves *= np.sqrt(spectrum.at(k) / 2) * math.prod(self.shape)
         return fft.irfft2(waves, self.shape)
@@ -236,7 +235,37 @@ class Reconstruction:
         twin = self.surface(spectrum, seed)
         image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
         known = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
-        return known + twin - self.undone(image, spectrum, instrument), twin, image
+        if self.unevenness is None:
+            return known + twin - self.undone(image, spectrum, instrument), twin, image
+        drawn = known + self.unevenness * (twin - self.undone(image, spectrum, instrument))
+        # Summits that are smoother than valleys: no Gaussian surface is like this one.
+        return drawn, drawn, self.image(drawn, instrument, np.random.default_rng([seed, 1]))
+
+    @cached_property
+    def unevenness(self) -> Array | None:
+        """Local over mean roughness in the shortest octave that the map shows, by height.
+
+        None where it differs by less than `_UNEVEN` from one height of the surface to another.
+        """
+        instrument = self.told({})
+        spectrum = self.spectrum(instrument, {}, 0)
+        heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
+        k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
+        end = min(self.limit, spectrum.cutoff)
+        waves = fft.rfft2(heights)
+        short = fft.irfft2(np.where((k > end / 2) & (k <= end), waves, 0), self.shape)
+        order = fft.irfft2(np.where(k <= end / 2, waves, 0), self.shape).ravel().argsort()
+        # Medians: the edges of a worn plateau are no roughness of it.
+        parts = np.array_split(np.abs(short).ravel()[order], _CLASSES)
+        local = np.array([np.median(part) for part in parts])
+        local /= math.sqrt(np.mean(local**2))
+        if np.ptp(local) < _UNEVEN:
+            return None
+        rank = np.empty(order.size)
+        rank[order] = np.arange(order.size)
+        middles = (np.arange(_CLASSES) + 0.5) * order.size / _CLASSES
+        result: Array = np.interp(rank, middles, local).reshape(self.shape)
+        return result
 
     def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return the map, with the power that a twin's map has in the waves beyond the limit."""
@@ -246,7 +275,9 @@ class Reconstruction:
         (place, wanted), (_, got) = (_binned(k, p, float(k.max())) for p in (expected, self.power))
         beyond = k > self.limit
         factor = np.ones(k.shape)
-        factor[beyond] = np.exp(np.interp(np.log(k[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2))
+        factor[beyond] = np.exp(
+            np.interp(np.log(k[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+        )
         return fft.irfft2(fft.rfft2(self.heights) * factor, self.heights.shape)
 
     def _transfer(self, instrument: Instrument) -> Array:
@@ -258,7 +289,8 @@ class Reconstruction:
     def _shortest(self, deviations: Deviations) -> float:
         if self.shortest_wave is not None:
             return self.shortest_wave
-        return UNKNOWN ** -NormalDist().cdf(deviations.get("waves", 0.0)) / self.limit
+        part = NormalDist().cdf(deviations.get("waves", 0.0))
+        return float(UNKNOWN**-part / self.limit)
 
     def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
         """Return the logarithms of wave number and power of each bin, without the instrument."""
@@ -271,15 +303,35 @@ class Reconstruction:
     def _continued(
         self, place: Array, power: Array, cutoff: float, deviations: Deviations
     ) -> RoughSpectrum:
-        end = math.log(self.limit)
-        slope, error, level = _slope(place, power, end, _OCTAVES)
-        # The measured exponent and its prior, each weighted by its inverse variance.
-        weights = error**-2, _SPREAD**-2
-        exponent = (slope * weights[0] + _EXPONENT * weights[1]) / sum(weights)
-        exponent += deviations.get("exponent", 0.0) / math.sqrt(sum(weights))
+        (level, exponent), covariance = self._power_law(place, power)
+        exponent += deviations.get("exponent", 0.0) * math.sqrt(covariance[1, 1])
         exponent = min(max(exponent, _STEEPEST), _FLATTEST)
         level += math.log1p(_LEVEL) * deviations.get("level", 0.0)
         return RoughSpectrum(self.tensor, place, power, self.limit, exponent, level, cutoff)
+
+    def _power_law(self, place: Array, power: Array, *rise: Array) -> tuple[Array, Array]:
+        """Return level at the limit, exponent and factors of `rise`, with their covariance.
+
+        Below the wave number of a roll-off, the one that fits best, the spectrum is flat.
+        """
+        inside = place <= math.log(min(self.limit, 1 / (self.shortest_wave or 1e-300))) + 1e-9
+        x, y = place[inside] - math.log(self.limit), power[inside]
+        area = self.heights.size * math.prod(self.pixel)
+        waves = math.pi * math.log(2) / _BINS * area * np.exp(2 * place[inside])
+        scatter = np.sqrt(_SCATTER**2 + 1 / waves)
+        prior = np.diag([0.0, _SPREAD**-2, *(1.0 for _ in rise)])
+        center = np.array([0.0, _EXPONENT, *(0.0 for _ in rise)])
+        best, result = math.inf, (center, prior)
+        for rolloff in x[: max(x.size - _BINS, 1)]:
+            columns = [np.ones(x.size), np.maximum(x, rolloff), *(-part[inside] for part in rise)]
+            matrix = np.stack(columns, axis=1) / scatter[:, None]
+            covariance = np.linalg.inv(matrix.T @ matrix + prior)
+            known = covariance @ (matrix.T @ (y / scatter) + prior @ center)
+            error, off = matrix @ known - y / scatter, known - center
+            misfit = float(error @ error + off @ prior @ off)
+            if misfit < best:
+                best, result = misfit, (np.asarray(known), np.asarray(covariance))
+        return result
 
 
 def periodic_part(heights: Array) -> Array:
@@ -301,8 +353,10 @@ def periodic_part(heights: Array) -> Array:
 
 def require_octaves(reconstruction: Reconstruction) -> None:
     """Raise `InputError` if the map shows too few waves of its surface."""
-    longest = max(1 / (n * edge) for n, edge in zip(
-        reconstruction.heights.shape, reconstruction.pixel, strict=True))
+    longest = max(
+        1 / (n * edge)
+        for n, edge in zip(reconstruction.heights.shape, reconstruction.pixel, strict=True)
+    )
     if reconstruction.limit < 10 * longest:
         raise InputError(
             f"the map shows its surface down to waves of {1 / reconstruction.limit:.3g} m, more "
@@ -324,7 +378,7 @@ def _waves(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, A
 def _wave_numbers(shape: tuple[int, ...], pixel: tuple[float, float], tensor: Array) -> Array:
     qy, qx = _waves(shape, pixel)
     square = tensor[0, 0] * qy**2 + 2 * tensor[0, 1] * qy * qx + tensor[1, 1] * qx**2
-    return np.sqrt(square)
+    return np.asarray(np.sqrt(square))
 
 
 def _binned(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
@@ -341,15 +395,3 @@ def _binned(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
     )
     full = np.flatnonzero(count)[::-1]
     return place[full] / count[full], total[full] / count[full]
-
-
-def _slope(place: Array, power: Array, end: float, octaves: float) -> tuple[float, float, float]:
-    """Return exponent, its standard error and the level at the end of some octaves below it."""
-    inside = (place <= end + 1e-9) & (place > end - octaves * math.log(2) - 1e-9)
-    x, y = place[inside] - end, power[inside]
-    if x.size < 3:
-        return _EXPONENT, _SPREAD, float(power[-1])
-    slope, level = np.polyfit(x, y, 1)
-    rest = y - level - slope * x
-    error = math.sqrt(float(rest @ rest) / (x.size - 2) / float(np.sum((x - x.mean()) ** 2)))
-    return float(slope), max(error, 0.05), float(level)

@@ -99,7 +99,11 @@ class Instrument:
         if {"optical": resolution, "tip": tip_radius}[kind] is None:
             raise InputError(f"is needed for kind {kind!r}", argument=_LENGTHS[kind])
         numbers = {"u_resolution": u_resolution, "u_tip_radius": u_tip_radius, "u_noise": u_noise}
-        for key, value in (("resolution", resolution), ("tip_radius", tip_radius), ("noise", noise)):
+        for key, value in (
+            ("resolution", resolution),
+            ("tip_radius", tip_radius),
+            ("noise", noise),
+        ):
             numbers[key] = quantity(value or 0.0, "length", key)
         for key, value in numbers.items():
             if not 0 <= value < math.inf:
@@ -140,8 +144,8 @@ class Instrument:
         if name.casefold() not in known:
             listed = ", ".join(row["name"] for row in rows)
             raise InputError(
-                f"{name!r} is not in the catalog, which holds {listed}; or give 'optical 1.2 um' or "
-                "'tip 50 nm'",
+                f"{name!r} is not in the catalog, which holds {listed}; or give a text such as "
+                "'optical 1.2 um' or 'tip 50 nm'",
                 argument="instrument",
                 value=name,
             )
@@ -246,9 +250,7 @@ class Instrument:
         pixel = surface.pixel[0] * steps[0], surface.pixel[1] * steps[1]
         return Surface(image, pixel)
 
-    def image(
-        self, heights: Array, pixel: tuple[float, float], points: tuple[int, int]
-    ) -> Array:
+    def image(self, heights: Array, pixel: tuple[float, float], points: tuple[int, int]) -> Array:
         """Return the noiseless image of periodic heights on a coarser grid."""
         if self.tip_radius:
             heights = dilated(heights, pixel, self.tip_radius)
@@ -287,5 +289,5 @@ def dilated(heights: Array, pixel: tuple[float, float], tip_radius: float) -> Ar
         shape = [1, 1]
         shape[axis] = 2 * reach + 1
         tip = (np.arange(-reach, reach + 1) * edge) ** 2 / (2 * tip_radius)
-        heights = ndimage.grey_dilation(heights, structure=-tip.reshape(shape), mode="wrap")
+        heights = ndimage.grey_dilation(heights, structure=-tip.reshape(shape), mode="wrap")  # type: ignore[call-overload]
     return heights
