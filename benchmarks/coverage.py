@@ -6,8 +6,8 @@
 Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
 shortest waves of 8 to 32 points, slope 0.1; a third isotropic, a third with a lay, a third with
 worn summits. A virtual instrument measures them on 128² points, three of four optically (λ50 of 2
-to 7 pixels), one with a tip (radius times curvature of 0.2 to 1.5), with noise of 0.1 to 3 % of Sq and
-0, 1 or 4 % of missing points in clusters on steep places; the map is filled and leveled. The
+to 7 pixels), one with a tip (radius times curvature of 0.2 to 1.5), with noise of 0.1 to 3 % of Sq
+and 0, 1 or 4 % of missing points on steep places; the map is filled and leveled. The
 intervals are given a resolution, a tip radius and a noise that are wrong by a random deviation of
 their standard uncertainty (the resolution of every tenth case by 2). The truth is the contact of
 the surface on 768² points, elastic and with a ceiling, with the same constants.

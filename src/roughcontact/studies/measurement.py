@@ -49,8 +49,8 @@ Array = NDArray[np.float64]
 CERTIFICATE = 1e-4
 """Certificate of the solve of a draw."""
 
-# Factor of the widths for maps whose summits are smoother than their valleys.
-_WORN = 1.5
+# Of maps whose summits are smoother than their valleys: numbers with intervals, and their factor.
+_LONG_WAVES, _WORN = ("mean_gap", "approach"), 1.5
 
 # Relative standard uncertainty of the noise that a plateau of the spectrum shows.
 _PLATEAU = 0.05
@@ -208,8 +208,8 @@ def _check(result: ContactResult) -> None:
         "counter_surface": pair.counter_surface is not None,
         "ceiling": isinstance(result.ceiling, np.ndarray),
     }
-    for argument, given in refused.items():
-        if given:
+    for argument, is_refused in refused.items():
+        if is_refused:
             raise InputError("has no intervals; omit it", argument=argument)
     surface = result.surface
     if surface.missing:
@@ -409,17 +409,24 @@ def _intervals(
             continue
         if name == "max_pressure" and at_edge:
             continue
+        if study.measured.unevenness is not None and name not in _LONG_WAVES:
+            continue
         column = {key: float(value[index]) for key, value in numbers.items()}
         if not all(map(math.isfinite, column.values())):
             continue
-        given = float(getattr(result, name, measured[index]) if name != "stiffness"
-                      else measured[index])  # fmt: skip
-        answer.append(_interval(study, name, column, given, known))
+        # The headline area counts the excess of the rim, and the corrected one does not.
+        area = name == "contact_fraction"
+        as_measured = result.contact_fraction if area else float(measured[index])
+        answer.append(_interval(study, name, column, as_measured, known))
     return answer
 
 
 def _interval(
-    study: _Draws, name: str, values: Mapping[Any, float], given: float, known: Mapping[str, float]
+    study: _Draws,
+    name: str,
+    values: Mapping[Any, float],
+    as_measured: float,
+    known: Mapping[str, float],
 ) -> MeasuredInterval:
     center, squares, disagreement, closing = _corrected(study, values)
     number = NUMBERS[name]
@@ -443,7 +450,7 @@ def _interval(
     shares = {key: square / total for key, square in squares.items() if square > 0}
     budget = dict(sorted(shares.items(), key=lambda item: -item[1]))
     relative = disagreement / half if half else 0.0
-    return MeasuredInterval(name, given, value, low, high, budget, relative, closing)
+    return MeasuredInterval(name, as_measured, value, low, high, budget, relative, closing)
 
 
 _NORMAL = NormalDist().inv_cdf(0.975)
@@ -515,8 +522,8 @@ def _remarks(
         yield "The two ways of correcting the map disagree. Do not use the intervals."
     if measured.unevenness is not None:
         yield (
-            "The roughness differs between summits and valleys, as on worn surfaces. The contact "
-            "area may be larger than the interval."
+            "The roughness differs between summits and valleys, as on worn surfaces. Mean gap and "
+            "approach alone have intervals."
         )
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."

@@ -82,7 +82,7 @@ class RoughSpectrum:
     level: float  # Logarithm of the power at the limit [m²]
     cutoff: float  # Largest wave number [1/m]
 
-    def at(self, k: Array) -> Array:
+    def of_waves(self, k: Array) -> Array:
         """Return the power of waves [m²]."""
         logarithm = np.log(np.maximum(k, np.exp(self.place[0])))
         beyond = self.level + self.exponent * (logarithm - math.log(self.limit))
@@ -170,7 +170,7 @@ class Reconstruction:
         mean = min(float(known[2]), 0.0)
         return tool.u_resolution * mean, tool.u_resolution * math.sqrt(covariance[2, 2])
 
-    def told(self, deviations: Deviations) -> Instrument:
+    def drawn_instrument(self, deviations: Deviations) -> Instrument:
         """Return the instrument with its lengths moved by some standard deviations."""
         mean, spread = self.resolution
         tool = self.instrument
@@ -204,7 +204,7 @@ class Reconstruction:
             size = np.abs(waves)
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
-        waves *= np.sqrt(spectrum.at(k) / 2) * math.prod(self.shape)
+        waves *= np.sqrt(spectrum.of_waves(k) / 2) * math.prod(self.shape)
         return fft.irfft2(waves, self.shape)
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
@@ -221,7 +221,7 @@ class Reconstruction:
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
-        power = spectrum.at(self._wave_numbers(spectrum.tensor))
+        power = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
         below = power * transfer**2 + instrument.noise**2 / self.heights.size
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
         undo[0, 0] = 1.0
@@ -230,7 +230,7 @@ class Reconstruction:
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, and a random surface with its map."""
-        instrument = self.told(deviations)
+        instrument = self.drawn_instrument(deviations)
         spectrum = self.spectrum(instrument, deviations, seed)
         twin = self.surface(spectrum, seed)
         image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
@@ -247,7 +247,7 @@ class Reconstruction:
 
         None where it differs by less than `_UNEVEN` from one height of the surface to another.
         """
-        instrument = self.told({})
+        instrument = self.drawn_instrument({})
         spectrum = self.spectrum(instrument, {}, 0)
         heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
@@ -270,7 +270,7 @@ class Reconstruction:
     def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return the map, with the power that a twin's map has in the waves beyond the limit."""
         k = self._wave_numbers(spectrum.tensor)
-        expected = spectrum.at(k) * self._transfer(instrument) ** 2
+        expected = spectrum.of_waves(k) * self._transfer(instrument) ** 2
         expected += instrument.noise**2 / self.heights.size
         (place, wanted), (_, got) = (_binned(k, p, float(k.max())) for p in (expected, self.power))
         beyond = k > self.limit
