@@ -64,8 +64,9 @@ UNKNOWN = 4.0
 """Resolution over the shortest wave of a surface, at most, where none is stated."""
 # Largest ratio of the axes of its ellipse, and the smallest that one map tells from a circle.
 _LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
-# Classes of height, and the difference of their roughness that counts.
-_CLASSES, _UNEVEN = 16, 0.35
+# Classes of height, by how much smoother the two highest have to be to count, and the standard
+# deviation of the median of one wave over its root-mean-square, of the mean of two classes.
+_CLASSES, _UNEVEN, _CHANCE = 16, 0.2, 0.83
 # Rounds in which the image of a surface under a tip gets the spectrum of the map.
 _ROUNDS = 3
 
@@ -245,7 +246,7 @@ class Reconstruction:
     def unevenness(self) -> Array | None:
         """Local over mean roughness in the shortest octave that the map shows, by height.
 
-        None where it differs by less than `_UNEVEN` from one height of the surface to another.
+        None where summits are as rough as all of the surface, up to `_UNEVEN` and chance.
         """
         instrument = self.drawn_instrument({})
         spectrum = self.spectrum(instrument, {}, 0)
@@ -259,7 +260,10 @@ class Reconstruction:
         parts = np.array_split(np.abs(short).ravel()[order], _CLASSES)
         local = np.array([np.median(part) for part in parts])
         local /= math.sqrt(np.mean(local**2))
-        if np.ptp(local) < _UNEVEN:
+        # One over the root of the number of waves in a class.
+        area = self.heights.size * math.prod(self.pixel)
+        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * area / _CLASSES)
+        if local[-2:].mean() > 1 - max(_UNEVEN, 3 * chance):
             return None
         rank = np.empty(order.size)
         rank[order] = np.arange(order.size)
