@@ -151,7 +151,7 @@ def main() -> None:
                 right = true[one.name]
                 half = math.log(one.high / one.low) / 2
                 row = (
-                    one.low <= right <= one.high, half, math.log(one.value / right),
+                    one.low <= right * (1 + 1e-9) and right <= one.high * (1 + 1e-9), half, math.log(one.value / right),
                     math.log(one.measured / right), one.closing, one.disagreement,
                 )  # fmt: skip
                 for key in (f"{one.name}, {model}", *case.classes, "all"):

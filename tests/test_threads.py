@@ -46,6 +46,7 @@ FEW = {
         "_updated": "two angles",
     },
     "surface.alignment": {"place": "two axes"},
+    "studies.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
     "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},
     "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",
