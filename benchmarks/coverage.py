@@ -150,8 +150,10 @@ def main() -> None:
             for one in intervals:
                 right = true[one.name]
                 half = math.log(one.high / one.low) / 2
+                # The end that is the ceiling itself is rounded.
+                held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
                 row = (
-                    one.low <= right * (1 + 1e-9) and right <= one.high * (1 + 1e-9), half, math.log(one.value / right),
+                    held, half, math.log(one.value / right),
                     math.log(one.measured / right), one.closing, one.disagreement,
                 )  # fmt: skip
                 for key in (f"{one.name}, {model}", *case.classes, "all"):
