@@ -523,7 +523,7 @@ def _remarks(
     if measured.unevenness is not None:
         yield (
             "The roughness differs between summits and valleys, as on worn surfaces. Mean gap and "
-            "approach alone have intervals."
+            "approach alone have intervals, and these are too narrow."
         )
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
