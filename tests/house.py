@@ -46,6 +46,7 @@ WINGS = (
     "batch",
     "desk",
     "face",
+    "measure",
     "mpi",
     "results",
     "cli",

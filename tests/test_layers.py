@@ -176,7 +176,7 @@ CONTRACTS = {"theory", "plots", "halfspace", "solvers"}
 def offered() -> set[str]:
     """Return what the package offers, by room and name."""
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    nodes = [*stub.body, *tree("mpi").body, *tree("results").body]
+    nodes = [*stub.body, *tree("measure").body, *tree("mpi").body, *tree("results").body]
     names = {
         f"{(node.module or '').removeprefix('roughcontact.')}.{alias.name}".strip(".")
         for node in nodes

@@ -266,10 +266,12 @@ def test_every_kind_of_result_has_them(compared: rc.results.Comparison) -> None:
     # Tests have kinds of their own.
     own = {kind for kind in Result.__subclasses__() if kind.__module__.startswith("roughcontact")}
     assert told == {*own, rc.Surface}
-    # A study of the resolution is told with its contact, and a surface by its parameters.
+    # Studies of resolution and uncertainty are told with their contact, a surface by parameters.
     none = surface_kind.KIND.works
     citing = {kind.result for kind in kinds.every() if kind.contact or kind.works is not none}
-    assert {kind.__name__ for kind in told - citing} == {"ResolutionStudy", "Surface"}
+    assert {kind.__name__ for kind in told - citing} == {
+        "ResolutionStudy", "Surface", "Uncertainty",
+    }  # fmt: skip
 
 
 def test_a_curve_cites_what_its_contacts_do_and_its_laws() -> None:

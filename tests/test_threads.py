@@ -45,6 +45,7 @@ FEW = {
         "excess": "two components",
     },
     "surface.alignment": {"place": "two axes"},
+    "studies.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
     "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},
     "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",

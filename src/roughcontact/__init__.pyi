@@ -1,6 +1,7 @@
 """What `roughcontact` offers: the one list, which is read at run time as well."""
 
 from . import (
+    measure as measure,
     mpi as mpi,
     plots as plots,
     results as results,

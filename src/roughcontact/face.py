@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from roughcontact.joint.estimate import Estimate
     from roughcontact.material.material import Material
     from roughcontact.references import References
+    from roughcontact.studies.measurement import Uncertainty
 
 Path = str | os.PathLike[str]
 
@@ -123,6 +124,13 @@ def stiffness(shown: ContactResult) -> float:
     from roughcontact.contact import stiffness
 
     return stiffness.stiffness(shown)
+
+
+def uncertainty(shown: ContactResult, *how: Any) -> Uncertainty:
+    """Return the intervals of a contact of a measured map."""
+    from roughcontact.studies import measurement
+
+    return measurement.uncertainty(shown, *how)
 
 
 def estimate(shown: ContactResult) -> Estimate | None:

@@ -270,6 +270,8 @@ def _scalar_attributes(result: ContactResult) -> dict[str, Any]:
         for name, unit in _RECOMMENDED.items():
             value = getattr(result.calibration, name)
             attributes |= _with_unit(f"recommended_{name}", value, unit)
+    if result.measurement is not None:
+        attributes["uncertainty"] = to_json(result.measurement.summary())
     if result.calibrated is not None:
         for name, unit in _CALIBRATED.items():
             value = getattr(result.calibrated, name)

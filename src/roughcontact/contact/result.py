@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -23,7 +24,9 @@ from roughcontact.contact.spots import Spots, Totals
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import Material
 from roughcontact.result import Result, face
+from roughcontact.solvers.progress import Tell
 from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity
 
 CALIBRATED = "calibrated"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
@@ -183,6 +186,8 @@ class ContactResult(Result):
         The load in the form in which it was given, where that was no force.
     calibrated : Calibrated or None
         The same contact under the calibrated ceiling, where that was computed.
+    measurement : Uncertainty or None
+        Intervals that include the instrument, where `uncertainty` computed them.
     communication : float
         Mean time that processes which hold the map together spent in communication and in waiting
         for each other [s].
@@ -215,6 +220,7 @@ class ContactResult(Result):
     extra_cautions: tuple[Caution, ...] = ()
     specified_load: GivenLoad | None = None
     calibrated: Calibrated | None = None
+    measurement: Any = None
     communication: float = 0.0
     sent: int = 0
     # The totals, and of what: a copy with the same maps need not count again.
@@ -422,3 +428,45 @@ class ContactResult(Result):
     def stiffness(self) -> float:
         """Return the contact stiffness dW/dω [N/m]; see `roughcontact.contact.stiffness`."""
         return face().stiffness(self)
+
+    def uncertainty(
+        self,
+        instrument: Any = None,
+        shortest_wave: Quantity | None = None,
+        material: Mapping[str, float] | None = None,
+        draws: int = 8,
+        seed: int = 0,
+        progress: Tell = None,
+    ) -> Any:
+        """Return the intervals of the numbers, corrected for the instrument that measured the map.
+
+        Parameters
+        ----------
+        instrument : Instrument or str, optional
+            What measured the map, or its name in the catalog; see `roughcontact.measure`.
+            Without it the intervals hold the grid and the material alone.
+        shortest_wave : float, str or quantity of pint, optional
+            Shortest wave of the surface [m], as a finer measurement shows it. Without it a
+            quarter of the resolution to the resolution are equally likely, in octaves.
+        material : dict, optional
+            Relative standard uncertainties: ``"E"`` of the contact modulus, 0.03 by default, and
+            ``"yield"`` of the ceiling, 0.05 by default.
+        draws : int
+            Number of draws of the surface, at least 4.
+        seed : int
+            Seed of the draws. Equal seeds give equal intervals.
+        progress : callable, optional
+            Called with a `Progress` after every solve.
+
+        Returns
+        -------
+        Uncertainty
+            Intervals that hold the number of the surface in 95 of 100 cases, and their budget;
+            see `roughcontact.studies.measurement`.
+
+        Raises
+        ------
+        InputError
+            If the map or the contact gets no intervals.
+        """
+        return face().uncertainty(self, instrument, shortest_wave, material, draws, seed, progress)

@@ -83,6 +83,8 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
     """Return the blocks on the intervals of a contact and what contributes to them."""
     if result is None or not (result.converged and result.load):
         return []
+    if result.measurement is not None:
+        return _measured(result)
     known = uncertainty.ends(result, study)
     rows = [
         (capital(name), interval, causes)
@@ -101,6 +103,17 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
         blocks += [Block("text", " ".join(study.sentences))]
         blocks += chapters.steps(uncertainty.KIND, study)
     return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
+
+
+def _measured(result: ContactResult) -> list[Block]:
+    """Return the blocks on intervals that include the instrument."""
+    known = result.measurement
+    return [
+        *chapters.table(uncertainty.measured_rows(result), uncertainty.MEASURED_HEADS),
+        *chapters.shown(uncertainty.BUDGET, known),
+        Block("small", uncertainty.measured_by(known)),
+        *(Block("small", str(remark)) for remark in known.remarks),
+    ]
 
 
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
@@ -260,6 +273,8 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
         return "No solution: do not use these numbers."
     if not result.contact_area:
         return "The bodies do not touch."
+    if result.measurement is not None:
+        return f"{uncertainty.corrected_area(result)}{_yields(result)}"
     interval = uncertainty.of_area(result, study)
     smooth = result.hertz if hertz_comparison.applies(result) else None
     if smooth is not None:
@@ -359,7 +374,9 @@ def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tupl
     if not result.converged:
         return (phrases.status(result),)
     interval = uncertainty.of_area(result, study) if result.load else None
-    lines = [] if interval is None else [uncertainty.sources(interval)]
+    lines: Sequence[str] = [] if interval is None else [uncertainty.sources(interval)]
+    if result.measurement is not None:
+        lines = uncertainty.measured_remarks(result.measurement)
     return tuple(filter(None, (*lines, _calibrated(result), phrases.status(result))))
 
 

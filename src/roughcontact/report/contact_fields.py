@@ -200,6 +200,7 @@ CONTACT: Table = (
         of=lambda r: str(r.regime),
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
+    Quantity("uncertainty", of=lambda r: r.measurement and r.measurement.summary()),
     *estimate.BESIDE,
     Quantity("hertz", of=hertz_comparison.record),
     *CAUTIONS,

@@ -50,6 +50,7 @@ KINDS = {
     "Comparison": ("comparison:KIND",),
     "SamplingStudy": ("comparison:SAMPLING_KIND",),
     "ResolutionStudy": ("uncertainty:KIND",),
+    "Uncertainty": ("uncertainty:MEASURED_KIND",),
     "Estimate": ("estimate:KIND",),
 }
 

@@ -8,9 +8,12 @@ from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.report import contact_fields
-from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, quantity_of
+from roughcontact.plots import uncertainty as budget
+from roughcontact.report import contact_fields, figures, phrases
+from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, capital, quantity_of
+from roughcontact.report.page import WIDE
 from roughcontact.studies import uncertainty
+from roughcontact.studies.measurement import MeasuredInterval, Uncertainty
 from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
 from roughcontact.studies.uncertainty import Cause, Interval
 from roughcontact.units import changed_by, engineering, percent
@@ -178,3 +181,114 @@ def _causes(interval: Interval) -> list[str]:
             sign, size = ("-", -doubt.low) if -doubt.low > doubt.high else ("+", doubt.high)
             result.append(f"{doubt.cause} {sign}{percent(size)}")
     return result
+
+
+# --- Intervals that include the instrument ---
+
+
+MEASURED: Table = (
+    Quantity("instrument", of=lambda known: known.instrument and vars(known.instrument)),
+    Quantity("shortest_wave", unit="m"),
+    Quantity("resolved", unit="m"),
+    Quantity("draws"),
+    Quantity("seed"),
+    Quantity("remarks", of=lambda known: [str(remark) for remark in known.remarks]),
+    Quantity("intervals", of=lambda known: [item.summary() for item in known.intervals]),
+)  # fmt: skip
+"""Of an `Uncertainty`."""
+
+MEASURED_COLUMNS: Columns = (
+    Column("name", "quantity", steps="intervals"),
+    Column("measured", "as measured", steps="intervals"),
+    Column("value", "corrected", steps="intervals"),
+    Column("low", "lower end", steps="intervals"),
+    Column("high", "upper end", steps="intervals"),
+)
+"""Of its intervals."""
+
+MEASURED_HEADS = ("quantity", "as measured", "corrected", "95 % interval", "sources")
+
+# Shares below this are not shown in a line.
+_SHOWN_SHARE = 0.05
+
+_MEASURED_NAMES = {
+    "contact_fraction": ("contact area", ""), "saturated_fraction": ("saturated area", ""),
+    "mean_gap": ("mean gap", "m"), "approach": ("approach", "m"), "stiffness": ("stiffness", "N/m"),
+    "constriction_length": ("constriction length", "m"), "mean_pressure": ("mean pressure", "Pa"),
+    "max_pressure": ("largest pressure", "Pa"),
+}  # fmt: skip
+
+
+def measured_name(interval: MeasuredInterval) -> str:
+    """Return the name of a number."""
+    return _MEASURED_NAMES[interval.name][0]
+
+
+def measured_by(known: Uncertainty) -> str:
+    """Return what measured a map, and how the intervals were found."""
+    tool = known.instrument
+    if tool is None:
+        return "Intervals of grid and material, without the instrument."
+    resolved = f"the map shows waves down to {phrases.size(known.resolved, 'm')}"
+    down = "" if known.shortest_wave is None else (
+        f", the surface has waves down to {phrases.size(known.shortest_wave, 'm')}")  # fmt: skip
+    lengths = (("resolution", tool.resolution), ("tip radius", tool.tip_radius),
+               ("noise", tool.noise))  # fmt: skip
+    stated = ", ".join(f"{name} {phrases.size(value, 'm')}" for name, value in lengths if value)
+    name = tool.name or f"{tool.kind} instrument"
+    return f"{name} ({stated}): {resolved}{down}. {known.draws} draws, seed {known.seed}."
+
+
+def measured_rows(result: ContactResult) -> list[tuple[str, ...]]:
+    """Return name, values, interval and sources of each number of a contact."""
+    rows: list[tuple[str, ...]] = []
+    for item in result.measurement.intervals:
+        form = _form(item)
+        ends = phrases.between(item.low, item.high, form)
+        name = capital(measured_name(item))
+        rows.append((name, form(item.measured), form(item.value), ends, _budget(item)))
+    return rows
+
+
+def corrected_area(result: ContactResult) -> str:
+    """Return the corrected contact area with its interval, and that of the map as measured."""
+    item = result.measurement.of("contact_fraction")
+    form = _form(item)
+    ends = phrases.between(item.low, item.high, form)
+    return (
+        f"{form(item.value)} of the face is in contact ({ends} in 95 of 100; as measured "
+        f"{form(item.measured)})"
+    )
+
+
+def measured_remarks(known: Uncertainty) -> list[str]:
+    """Return the sources of the interval of the contact area, and the limits of all."""
+    item = known.of("contact_fraction")
+    lines = [] if item is None else [f"Interval from: {_budget(item)}"]
+    return [*lines, *map(str, known.remarks)]
+
+
+def _form(item: MeasuredInterval) -> Callable[[float], str]:
+    unit = _MEASURED_NAMES[item.name][1]
+    return (lambda value: phrases.size(value, unit)) if unit else phrases.share
+
+
+def _budget(item: MeasuredInterval) -> str:
+    """Return the sources of an interval with their shares, the largest first."""
+    shown = {name: part for name, part in item.budget.items() if part >= _SHOWN_SHARE}
+    return ", ".join(f"{name} {100 * part:.0f} %" for name, part in shown.items())
+
+
+BUDGET: figures.Illustrations = (
+    figures.Illustration(
+        "",
+        lambda known: budget.uncertainty_budget(
+            [(measured_name(item), item.budget) for item in known.intervals]
+        ),
+        lambda _: "Sources of each interval. The shares of a bar add to 100 %.",
+        width=WIDE,
+    ),
+)
+"""The figure of its sources."""
+
+MEASURED_KIND = Kind(Uncertainty, MEASURED, MEASURED_COLUMNS)

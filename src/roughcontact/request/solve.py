@@ -9,7 +9,7 @@ from roughcontact.errors import ArgumentRef
 from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.memory import STEPS
-from roughcontact.request import options, outputs, parsing
+from roughcontact.request import measurement, options, outputs, parsing
 from roughcontact.request.options import (
     EXCLUDES,
     NEEDS,
@@ -118,6 +118,8 @@ def _run(request: Request, work: Work) -> Outcome:
             (*extra_cautions, *study.cautions),
             {STUDY.name: study},
         )
+    if request[measurement.UNCERTAINTY] and result.converged:
+        result = measurement.measured(request, result, work.look)
     result = replace(result, extra_cautions=extra_cautions)
     return Outcome(request, result, result, extras)
 
@@ -251,7 +253,8 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     (
         *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
-        STUDY, OUTPUT, FOLDER, options.REPORT, options.FIGURES, *options.SHOWN,
+        STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES,
+        *options.SHOWN,
     ),
     (
         options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,
@@ -260,12 +263,14 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     run=_run,
     rules=(
         *options.LOAD_RULES,
+        *measurement.RULES,
+        Rule(EXCLUDES, options.LOAD_POINT, measurement.UNCERTAINTY),
         Rule(EXCLUDES, options.LOAD_POINT, STUDY),
         *(
             Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
             for option in (
                 options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
-                STUDY,
+                STUDY, measurement.UNCERTAINTY,
             )
         ),
         *(

@@ -147,18 +147,28 @@ def tip_cutoff(heights: Array, pixel: tuple[float, float], tip_radius: float) ->
 def noise_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:
     """Return the wavelength below which a map holds more white noise than surface."""
     spectrum = _binned_spectrum(heights, pixel)
-    if spectrum is None:
+    if spectrum is None or not (floor := _plateau(*spectrum)):
         return None
     q, C = spectrum
-    octave = q > q[-1] / 2
-    if _exponent(q[octave], C[octave]) <= _NOISE_EXPONENT:
-        return None
-    floor = float(np.mean(C[octave]))
     above = np.flatnonzero(C > 2 * floor)
     if above.size == 0:
         return float(2 * math.pi / q[0])
     last = int(above[-1])
     return _crossing(q[last : last + 2], C[last : last + 2], 2 * floor)
+
+
+def noise_height(heights: Array, pixel: tuple[float, float]) -> float:
+    """Return the root-mean-square height of the white noise that a spectrum shows, 0 without."""
+    spectrum = _binned_spectrum(heights, pixel)
+    floor = 0.0 if spectrum is None else _plateau(*spectrum)
+    return math.sqrt(floor / (pixel[0] * pixel[1]))
+
+
+def _plateau(q: Array, C: Array) -> float:
+    """Return the spectral density of white noise; 0 where the shortest octave falls."""
+    octave = q > q[-1] / 2
+    falls = _exponent(q[octave], C[octave]) <= _NOISE_EXPONENT
+    return 0.0 if falls else float(np.mean(C[octave]))
 
 
 def smoothing_cutoff(heights: Array, pixel: tuple[float, float]) -> float | None:

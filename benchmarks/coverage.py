@@ -1,0 +1,178 @@
+"""How often the interval of a number holds what the surface behind a measured map gives.
+
+    python benchmarks/coverage.py --cases 24          # some twenty minutes on one core
+    python benchmarks/coverage.py --cases 40 --first 100
+
+Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
+shortest waves of 8 to 32 points, slope 0.1; a third isotropic, a third with a lay, a third with
+worn summits. A virtual instrument measures them on 128² points, three of four optically (λ50 of 2
+to 7 pixels), one with a tip (radius times curvature of 0.2 to 1.5), with noise of 0.1 to 3 % of Sq
+and 0, 1 or 4 % of missing points on steep places; the map is filled and leveled. The
+intervals are given a resolution, a tip radius and a noise that are wrong by a random deviation of
+their standard uncertainty (the resolution of every tenth case by 2). The truth is the contact of
+the surface on 768² points, elastic and with a ceiling, with the same constants.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import roughcontact as rc
+from roughcontact.halfspace import fft
+from roughcontact.studies.measurement import NUMBERS, MeasuredInterval, uncertainty
+from roughcontact.surface import filters, random_surfaces
+from roughcontact.surface.instrument import Instrument
+
+Array = NDArray[np.float64]
+
+POINTS, MEASURED, TRUTH, SLOPE, PIXEL = 512, 128, 768, 0.1, 1e-7
+MATERIAL = rc.Material(1e9, 0.0)
+KINDS = ("isotropic", "lay", "worn")
+EXACT = {"E": 0.0, "yield": 0.0}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A surface, its measured map, and what is stated of the instrument."""
+
+    classes: tuple[str, str]
+    surface: Array
+    map: rc.Surface
+    stated: Instrument
+    shortest_wave: float
+    load: float
+    ceiling: float
+
+
+def drawn(number: int) -> Case:
+    """Return a case."""
+    rng = np.random.default_rng([36, number])
+    kind, tip = KINDS[number % 3], number % 4 == 3
+    side, wave = POINTS * PIXEL, 8 * PIXEL * 4 ** rng.random()
+    heights = _heights(kind, side / rng.uniform(2.5, 8), wave, rng)
+    surface = rc.Surface(heights, (PIXEL, PIXEL))
+    pixel = PIXEL * POINTS / MEASURED
+    if tip:
+        bend = np.diff(heights, 2, axis=1).std() / PIXEL**2
+        true = Instrument("tip", tip_radius=rng.uniform(0.2, 1.5) / bend)
+    else:
+        true = Instrument("optical", resolution=rng.uniform(2, 7) * pixel)
+    true = replace(true, noise=surface.Sq * 10 ** rng.uniform(-3, math.log10(0.03)))
+    image = true.measure(surface, points=(MEASURED, MEASURED), periodic=True, rng=rng)
+    missing = _holes(image.heights, (0.0, 0.01, 0.04)[int(rng.integers(3))], rng)
+    found = rc.Surface(np.where(missing, np.nan, image.heights), image.pixel)
+    wrong = rng.standard_normal(3)
+    if number % 10 == 9:
+        wrong[0] = math.copysign(2, wrong[0])
+    stated = true.changed(
+        resolution=math.exp(-0.15 * wrong[0]),
+        tip_radius=math.exp(-0.2 * wrong[1]),
+        noise=math.exp(-0.2 * wrong[2]),
+    )
+    unit = SLOPE * rc.contact_modulus(MATERIAL, rc.RIGID)
+    return Case(
+        ("tip" if tip else "optical", kind), heights, found.filled().leveled(), stated, wave,
+        unit * 0.008 * 10 ** rng.random() * side**2, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
+    )  # fmt: skip
+
+
+def _heights(kind: str, rolloff: float, wave: float, rng: np.random.Generator) -> Array:
+    ratio = 1 / rng.uniform(3, 8) if kind == "lay" else 1.0
+    spectrum = random_surfaces.Spectrum(
+        (POINTS, POINTS), (PIXEL, PIXEL), max(rolloff, 1.5 * wave), wave, rng.uniform(0.4, 0.95),
+        ratio, float(rng.uniform(0, 180)),
+    )  # fmt: skip
+    waves = random_surfaces.random_amplitudes(spectrum.shape, spectrum.pixel, rng)
+    heights = fft.irfft2(waves * np.sqrt(spectrum.power), spectrum.shape)
+    if kind == "worn":
+        plane = np.quantile(heights, rng.uniform(0.75, 0.95))
+        heights = np.where(heights > plane, plane + 0.15 * (heights - plane), heights)
+    return heights * (SLOPE / rc.Surface(heights, (PIXEL, PIXEL)).Sdq)
+
+
+def _holes(heights: Array, share: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Return clusters of points on steep places."""
+    slope = np.hypot(*np.gradient(heights))
+    chance = filters.gaussian(rng.random(heights.shape), (1.0, 1.0), 4.0)
+    score = chance / chance.std() + slope / slope.std()
+    return score > np.quantile(score, 1 - share) if share else np.zeros(heights.shape, bool)
+
+
+def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Iterable[MeasuredInterval]]:
+    """Return the numbers of the surface, and the intervals from its map."""
+    problem = {
+        "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": "periodic",
+        "calibrated": False, "on_failure": "return",
+    }  # fmt: skip
+    edge = PIXEL * POINTS / TRUTH
+    fine = rc.Surface(filters.resample(case.surface, (TRUTH, TRUTH)), (edge, edge))
+    true = rc.solve(fine, **problem, tolerance=1e-4)
+    result = rc.solve(case.map, **problem)
+    known = uncertainty(result, case.stated, case.shortest_wave, EXACT)
+    return {name: number.of(true) for name, number in NUMBERS.items()}, known.intervals
+
+
+def bounds(held: int, count: int) -> str:
+    """Return the Clopper-Pearson interval of a share."""
+    from scipy.special import betaincinv
+
+    low = betaincinv(held, count - held + 1, 0.025) if held else 0.0
+    high = betaincinv(held + 1, count - held, 0.975) if held < count else 1.0
+    return f"{held / count:.2f} ({low:.2f} to {high:.2f})"
+
+
+def main() -> None:
+    """Count, and print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--cases", type=int, default=24)
+    parser.add_argument("--first", type=int, default=0)
+    options = parser.parse_args()
+    rows = defaultdict(list)
+    for number in range(options.first, options.first + options.cases):
+        began, case = time.process_time(), drawn(number)
+        for ceiling in (None, case.ceiling):
+            try:
+                true, intervals = told(case, ceiling)
+            except rc.InputError as error:
+                print(f"case {number}: {error}", flush=True)
+                continue
+            model = "elastic" if ceiling is None else "ceiling"
+            for one in intervals:
+                right = true[one.name]
+                half = math.log(one.high / one.low) / 2
+                # The end that is the ceiling itself is rounded.
+                held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
+                row = (
+                    held, half, math.log(one.value / right),
+                    math.log(one.measured / right), one.closing, one.disagreement,
+                )  # fmt: skip
+                for key in (f"{one.name}, {model}", *case.classes, "all"):
+                    rows[key].append(row)
+                if half and not row[0]:
+                    print(f"case {number} {case.classes} {model} {one.name}: off {row[2]:+.3f} of "
+                          f"{half:.3f}, as measured {row[3]:+.3f}", flush=True)  # fmt: skip
+        print(f"case {number}: {time.process_time() - began:.0f} s of processor", flush=True)
+    for key, values in rows.items():
+        held, half, off, raw, closing, apart = np.array(values).T
+        rms, before = (math.sqrt(np.mean(part**2)) for part in (off, raw))
+        print(
+            f"{key:32} held {bounds(int(held.sum()), held.size)}, half width "
+            f"{100 * np.median(half):5.1f} %, error {100 * rms:5.1f} % (mean "
+            f"{100 * off.mean():+5.1f} %), as measured {100 * before:5.1f} %, ratio "
+            f"{np.median(half) / max(rms, 1e-12):4.1f}, budget {np.nanmedian(closing):.2f}, "
+            f"ways apart {np.median(apart):.2f}"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,3 @@
+"""Virtual instruments: what a measurement changes in a map."""
+
+from roughcontact.surface.instrument import Instrument as Instrument

@@ -1,0 +1,81 @@
+"""Options of the instrument that measured a map, and the intervals of a contact of it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.errors import InputError
+from roughcontact.request import parsing
+from roughcontact.request.options import LENGTH, NEEDS, Option, Panel, Rule, flag
+from roughcontact.request.outcome import Look
+from roughcontact.request.request import Request
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.surface.instrument import Instrument
+
+
+def _instrument(text: str, argument: str) -> Instrument:
+    """Return an instrument of the catalog or of a kind."""
+    from roughcontact.surface.instrument import Instrument
+
+    try:
+        return Instrument.named(text)
+    except InputError as error:
+        raise parsing.about(argument, error) from None
+
+
+def _uncertainties(text: str, argument: str) -> dict[str, float]:
+    """Return relative standard uncertainties of the material."""
+    found = {}
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*(E|yield)\s+([\d.]+)\s*%\s*", part)
+        if match is None:
+            raise InputError(
+                f"must read like 'E 3 %, yield 5 %', got {text!r}", argument=argument, value=text
+            )
+        found[match[1]] = parsing.number(match[2], argument) / 100
+    return found
+
+
+UNCERTAINTY = flag(
+    "uncertainty", Panel.SOLVER,
+    "Correct for the instrument; give 95 % intervals and their sources.",
+)  # fmt: skip
+INSTRUMENT: Option[Any] = Option(
+    "instrument", Panel.SOLVER, "NAME",
+    'What measured the map: "CSI 50x", "stylus 2 um", "optical 1.2 um", "tip 50 nm".',
+    _instrument, None, whole_map=False,
+)  # fmt: skip
+NOISE = Option(
+    "noise", Panel.SOLVER, "LENGTH", 'Noise of one point, from two maps: "1.2 nm".', LENGTH, None,
+    whole_map=False,
+)  # fmt: skip
+SHORTEST_WAVE = Option(
+    "shortest-wave", Panel.SOLVER, "LENGTH",
+    'Shortest wave of the surface, from a finer map: "0.3 um".', LENGTH, None, whole_map=False,
+)  # fmt: skip
+MATERIAL_UNCERTAINTY: Option[Any] = Option(
+    "material-uncertainty", Panel.SOLVER, "TEXT",
+    'Standard uncertainties; default: "E 3 %, yield 5 %".', _uncertainties, None, whole_map=False,
+)  # fmt: skip
+OPTIONS: tuple[Option[Any], ...] = (
+    UNCERTAINTY, INSTRUMENT, NOISE, SHORTEST_WAVE, MATERIAL_UNCERTAINTY,
+)  # fmt: skip
+RULES = (
+    *(Rule(NEEDS, option, UNCERTAINTY) for option in (INSTRUMENT, MATERIAL_UNCERTAINTY)),
+    *(Rule(NEEDS, option, INSTRUMENT) for option in (NOISE, SHORTEST_WAVE)),
+)
+
+
+def measured(request: Request, result: ContactResult, look: Look) -> ContactResult:
+    """Return a contact with its intervals."""
+    instrument = request[INSTRUMENT]
+    if instrument is not None and request[NOISE] is not None:
+        instrument = replace(instrument, noise=request[NOISE])
+    known = result.uncertainty(
+        instrument, request[SHORTEST_WAVE], request[MATERIAL_UNCERTAINTY], progress=look
+    )
+    return replace(result, measurement=known)

@@ -1,0 +1,540 @@
+"""Intervals of the numbers of a contact, from how its map was measured.
+
+`uncertainty`: two ways of correcting a number Q for the instrument, in logarithms.
+
+A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw`).
+B: Q of the map, times Q of random surfaces over Q of their own maps, measured by the same
+instrument.
+
+The center is the mean of both. The half width is ``√((h_A² + h_B²)/2 + (A - B)²)`` with ``h = 1.96
+s``, s the standard deviation of K draws; of its part that is left to chance ``h = t s √(1 + 1/K)``,
+with t of Student at 95 %. Grid, remainder of the method and material add in squares. Resolution,
+tip radius, noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+
+Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
+the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
+the logarithmic derivative by load and by ceiling and n the power of a pressure in Q.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.stiffness import growth, unloading_stiffness
+from roughcontact.errors import ArgumentRef, InputError, Sentence, require_count
+from roughcontact.halfspace.fft import Workspace, at_most
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Progress, Step, Tell
+from roughcontact.studies import reconstruction
+from roughcontact.studies.reconstruction import Reconstruction
+from roughcontact.surface import filters, resolution
+from roughcontact.surface.instrument import Instrument
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity, engineering, percent, quantity
+
+Array = NDArray[np.float64]
+
+CERTIFICATE = 1e-4
+"""Certificate of the solve of a draw."""
+
+# Relative standard uncertainty of the noise that a plateau of the spectrum shows.
+_PLATEAU = 0.05
+
+MOST_POINTS = 1 << 20
+"""Most points of a draw: some 40 contacts of this size are solved."""
+
+MOST_FILLED = 0.1
+"""Largest share of filled points of a map that gets intervals."""
+
+
+class _Number(NamedTuple):
+    """How a number is taken from a contact, and what remains of the method [relative]."""
+
+    of: Callable[[ContactResult], float]
+    remainder: float  # Half width
+    pressure: int = 0  # Power of a pressure in it
+    grid: float = 1.5  # Power of the factor of the grid
+
+
+def _floor(part: float, result: ContactResult) -> float:
+    """Return a share of the map, at least half a pixel, so that it has a logarithm."""
+    return max(part, 0.5 / result.pressure.size)
+
+
+NUMBERS: dict[str, _Number] = {
+    "contact_fraction": _Number(
+        lambda r: _floor(r.perimeter_corrected_area / r.nominal_area, r), 0.01
+    ),
+    "saturated_fraction": _Number(lambda r: _floor(r.saturated_fraction, r), 0.015),
+    "mean_gap": _Number(lambda r: r.mean_gap, 0.02),
+    "approach": _Number(lambda r: r.approach, 0.03),
+    "stiffness": _Number(lambda r: growth(r).stiffness, 0.02, 1),
+    "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
+    "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
+    "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
+}
+"""Numbers with an interval."""
+
+SOURCES = {
+    "resolution": ("resolution",), "tip radius": ("tip",), "noise": ("noise",),
+    "short waves": ("exponent", "level"), "shortest wave": ("waves",),
+}  # fmt: skip
+"""Sources of the instrument and the surface, each with the deviations that it draws."""
+
+CHANCE, METHOD, GRID, YOUNG, YIELD = (
+    "waves not measured", "method", "grid", "Young's modulus", "yield strength",
+)  # fmt: skip
+"""The other sources."""
+
+
+@dataclass(frozen=True)
+class MeasuredInterval:
+    """A number of a contact with its interval."""
+
+    name: str  # One of `NUMBERS`
+    measured: float  # On the map as measured [SI]
+    value: float  # Corrected [SI]
+    low: float  # Lower end of the 95 % interval [SI]
+    high: float  # Upper end [SI]
+    budget: Mapping[str, float] = field(hash=False)  # Share of each source of the squared width
+    disagreement: float  # Difference of the two ways over the half width
+    closing: float  # Sum of the variances of the sources over that of the draws; NaN without
+
+    def summary(self) -> dict[str, Any]:
+        """Return it by name, in SI units, ready for JSON."""
+        return {**vars(self), "budget": dict(self.budget)}
+
+
+@dataclass(frozen=True, repr=False)
+class Uncertainty(Result):
+    """Intervals of the numbers of a contact, and what they come from.
+
+    Parameters
+    ----------
+    intervals : tuple of MeasuredInterval
+        One for each number.
+    instrument : Instrument or None
+        What measured the map; without it the intervals hold grid and material alone.
+    shortest_wave : float or None
+        Shortest wave of the surface that was stated [m].
+    resolved : float
+        Shortest wave that the map shows [m].
+    draws, seed : int
+        Number of draws, and their seed.
+    remarks : tuple of str
+        Limits of the intervals, one sentence each.
+    surface : Surface
+        The corrected map: one draw of the surface behind it.
+    """
+
+    intervals: tuple[MeasuredInterval, ...]
+    instrument: Instrument | None
+    shortest_wave: float | None
+    resolved: float
+    draws: int
+    seed: int
+    remarks: tuple[str, ...]
+    surface: Surface
+
+    def of(self, name: str) -> MeasuredInterval | None:
+        """Return the interval of a number; None where there is none."""
+        return next((item for item in self.intervals if item.name == name), None)
+
+
+def uncertainty(
+    result: ContactResult,
+    instrument: Instrument | str | None = None,
+    shortest_wave: Quantity | None = None,
+    material: Mapping[str, float] | None = None,
+    draws: int = 8,
+    seed: int = 0,
+    progress: Tell = None,
+) -> Uncertainty:
+    """Return the intervals of a contact; see `ContactResult.uncertainty`."""
+    if isinstance(instrument, str):
+        instrument = Instrument.named(instrument)
+    wave = quantity(shortest_wave, "length", "shortest_wave")
+    require_count(4, 1000, draws=draws)
+    known = _material(result, material)
+    _check(result)
+    measured = _reconstruction(result, instrument, wave)
+    study = _Draws(result, measured, draws if instrument else 0, seed)
+    numbers = study.solved(progress)
+    intervals = tuple(_intervals(study, numbers, known))
+    base = study.base
+    remarks = tuple(_remarks(result, measured, instrument, wave, intervals))
+    return Uncertainty(
+        intervals, instrument, wave, 1 / measured.limit, draws, seed, remarks,
+        Surface(base, measured.fine),
+    )  # fmt: skip
+
+
+# --- Which contacts and maps ---
+
+
+def _material(result: ContactResult, material: Mapping[str, float] | None) -> dict[str, float]:
+    known = {"E": 0.03, "yield": 0.05, **(material or {})}
+    for name, value in known.items():
+        if name not in ("E", "yield") or not 0 <= value < 1:
+            raise InputError(
+                f"must hold relative standard uncertainties of E and yield, got {name} = {value!r}",
+                argument="material",
+            )
+    return known
+
+
+def _check(result: ContactResult) -> None:
+    """Raise `InputError` for a contact that gets no intervals."""
+    pair = result.pair
+    pair.require_whole("intervals")
+    pair.require_map("an interval")
+    if not (result.converged and result.load and result.contact_area):
+        raise InputError("intervals need a converged contact under a load")
+    refused = {
+        "moments": result.moments is not None,
+        "approach": result.control == "approach",
+        "counter_surface": pair.counter_surface is not None,
+        "ceiling": isinstance(result.ceiling, np.ndarray),
+    }
+    for argument, is_refused in refused.items():
+        if is_refused:
+            raise InputError("has no intervals; omit it", argument=argument)
+    surface = result.surface
+    if surface.missing:
+        raise InputError("has missing points; intervals need a filled map", argument="surface")
+    share = surface.provenance.filled_share(surface.heights.size)
+    if share > MOST_FILLED:
+        raise InputError(
+            f"has {percent(share)} filled points; intervals need at most {percent(MOST_FILLED)}",
+            argument="surface",
+        )
+
+
+def _reconstruction(
+    result: ContactResult, instrument: Instrument | None, wave: float | None
+) -> Reconstruction:
+    """Return the map with its instrument, or with a perfect one."""
+    surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
+    if wave is not None and not wave >= max(surface.pixel):
+        raise InputError(
+            f"must be at least one pixel = {engineering(max(surface.pixel), 'm')}, got "
+            f"{engineering(wave, 'm')}",
+            argument="shortest_wave",
+        )
+    tool = _with_plateau(tool, surface)
+    leveled = (step.arguments["form"] for step in surface.provenance.operations
+               if step.method == "leveled")  # fmt: skip
+    forms = [form for form in leveled if form in ("plane", "quadric")]
+    periodic = len(result.boundary.periodic_axes) == 2
+    heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
+    measured = Reconstruction(
+        heights, surface.pixel, tool, wave, surface._filled, forms[-1] if forms else None
+    )
+    if instrument is None:
+        return measured
+    reconstruction.require_octaves(measured)
+    finest = wave or 1 / measured.limit / reconstruction.UNKNOWN
+    if finest < 2 * max(surface.pixel):
+        measured = replace(measured, finer=4)
+    if math.prod(measured.shape) > MOST_POINTS:
+        rows, columns = measured.shape
+        raise InputError(
+            f"is drawn on {rows} × {columns} points, and intervals take at most "
+            f"{math.isqrt(MOST_POINTS)} × {math.isqrt(MOST_POINTS)}: crop the map, resample it "
+            "with ", ArgumentRef("pixel"), ", or give ", ArgumentRef("shortest_wave"),
+            argument="surface",
+        )  # fmt: skip
+    _require_unsmoothed(surface, tool, wave)
+    if measured.is_worn:
+        raise InputError(
+            "has summits smoother than its valleys, as worn surfaces have: the short waves that "
+            "the instrument did not show cannot be added to them; measure finer, and omit ",
+            ArgumentRef("uncertainty"), argument="surface",
+        )  # fmt: skip
+    return measured
+
+
+def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
+    """Return an instrument with the noise that the spectrum shows, if that is near to its own."""
+    seen = resolution.noise_height(surface.heights, surface.pixel)
+    if not tool.noise / 2 < seen < 2 * tool.noise:
+        return tool
+    return replace(tool, noise=seen, u_noise=min(tool.u_noise, _PLATEAU))
+
+
+def _require_unsmoothed(surface: Surface, tool: Instrument, wave: float | None) -> None:
+    """Raise `InputError` for a map that is smoother than its instrument."""
+    cutoff = resolution.smoothing_cutoff(surface.heights, surface.pixel) or 0.0
+    if tool.kind == "optical" and cutoff > 2 * max(tool.resolution, wave or 0.0) > 0:
+        raise InputError(
+            f"holds hardly any waves below {engineering(cutoff, 'm')}, though its instrument "
+            f"resolves {engineering(tool.resolution, 'm')}: it was smoothed. Give the true "
+            f"resolution, or {ArgumentRef('shortest_wave')} of a surface that is so smooth",
+            argument="surface",
+        )
+
+
+# --- The draws and their solves ---
+
+
+class _Draws:
+    """The draws of one contact, and the numbers of the contact of each."""
+
+    def __init__(
+        self, result: ContactResult, measured: Reconstruction, draws: int, seed: int
+    ) -> None:
+        self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
+        self.smooth = np.zeros(measured.shape)
+        if measured.heights is not result.surface.heights:
+            rest = result.surface.heights - measured.heights
+            self.smooth = filters.resample(rest, measured.shape, "spline")
+        tool = measured.instrument
+        active = {
+            "resolution": tool.resolution * tool.u_resolution,
+            "tip radius": tool.tip_radius * tool.u_tip_radius,
+            "noise": tool.noise * tool.u_noise,
+            "short waves": measured.limit < 1 / (measured.shortest_wave or 1e-300),
+            "shortest wave": measured.shortest_wave is None,
+        }
+        self.sources = [name for name in SOURCES if active[name]] if draws else []
+        names = [name for source in self.sources for name in SOURCES[source]]
+        strata = _strata(len(names), draws, np.random.default_rng(seed))
+        self.deviations = [dict(zip(names, row, strict=True)) for row in strata]
+
+    def solved(self, progress: Tell) -> dict[Any, Array]:
+        """Return the logarithms of all numbers of each contact, by the name of the contact."""
+        jobs = self._jobs()
+        found: dict[Any, Array] = {}
+        done = itertools.count(1)
+
+        def solve(name: Any) -> None:
+            with at_most(1):
+                for key, contact in jobs[name]():
+                    found[key] = np.log(_numbers(contact))
+            if callable(progress):
+                last = contact.pair.shape, contact.iterations, contact.convolutions
+                step = Step(*last, contact.certificate, contact.tolerance)
+                progress(Progress(next(done), len(jobs), step, "uncertainty"))
+
+        Workspace().each(solve, jobs)
+        return found
+
+    @property
+    def base(self) -> Array:
+        """The corrected map: a draw with the stated values [m]."""
+        return self._drawn({}, self.seed)[0] + self.smooth
+
+    def _jobs(self) -> dict[Any, Callable[[], Any]]:
+        result, (ny, nx) = self.result, self.measured.shape
+
+        def draw(k: int) -> Any:
+            # Seeds of different draws have nothing in common.
+            drawn, twin, image = self._drawn(self.deviations[k], self.seed + 1 + k)
+            yield ("draw", k), self._pressed(drawn + self.smooth)
+            yield ("twin", k), self._pressed(twin)
+            yield ("image", k), self._pressed(image)
+
+        def moved(source: str) -> Any:
+            for name, sign in itertools.product(SOURCES[source], (-1, 1)):
+                drawn = self._drawn({name: sign}, self.seed)[0]
+                yield (name, sign), self._pressed(drawn + self.smooth)
+
+        def base() -> Any:
+            yield "base", self._pressed(self.base)
+
+        def finer() -> Any:
+            heights = filters.resample(self.base, (2 * ny, 2 * nx), self._method)
+            yield "finer", self._pressed(heights)
+
+        def loaded() -> Any:
+            yield "load", self._pressed(result.surface.heights, load=_STEP)
+
+        def yielding() -> Any:
+            yield "ceiling", self._pressed(result.surface.heights, ceiling=_STEP)
+
+        def measured() -> Any:
+            yield "measured", result
+
+        jobs: dict[Any, Callable[[], Any]] = {"finer": finer, "base": base}
+        jobs |= {("draw", k): partial(draw, k) for k in range(self.draws)}
+        jobs |= {source: partial(moved, source) for source in self.sources}
+        jobs |= {"load": loaded, "measured": measured}
+        return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
+
+    @property
+    def _method(self) -> str:
+        return "bandlimited" if not self.smooth.any() else "spline"
+
+    def _drawn(self, deviations: Mapping[str, float], seed: int) -> tuple[Array, Array, Array]:
+        if not self.draws:
+            fine = filters.resample(self.measured.heights, self.measured.shape)
+            return fine, fine, fine
+        return self.measured.draw(deviations, seed)
+
+    def _pressed(self, heights: Array, load: float = 1.0, ceiling: float = 1.0) -> ContactResult:
+        """Return the contact of other heights over the same sides."""
+        result = self.result
+        edges = [side / n for side, n in zip(result.surface.size, heights.shape, strict=True)]
+        pair = replace(result.pair, share=Surface(heights, (edges[0], edges[1])))
+        top = None if result.ceiling is None else float(result.ceiling) * ceiling
+        terms = LoadCase(result.load * load, ceiling=top, tolerance=CERTIFICATE)
+        return press(pair, terms, workers=1)
+
+
+_STEP = 1.05
+
+
+def _numbers(result: ContactResult) -> Array:
+    return np.array([number.of(result) for number in NUMBERS.values()])
+
+
+def _strata(columns: int, rows: int, rng: np.random.Generator) -> Array:
+    """Return columns of the same standard normal quantiles, each in another order."""
+    inverse = NormalDist().inv_cdf
+    quantiles = np.array([inverse((row + 0.5) / rows) for row in range(rows)])
+    if rows:
+        quantiles /= quantiles.std(ddof=1)
+    return rng.permuted(np.tile(quantiles, (columns, 1)), axis=1).T
+
+
+# --- The intervals ---
+
+
+def _intervals(
+    study: _Draws, numbers: Mapping[Any, Array], known: Mapping[str, float]
+) -> Sequence[MeasuredInterval]:
+    result, measured = study.result, np.exp(numbers["measured"])
+    at_edge = result.ceiling is None and result.totals.edge_load is not None
+    answer = []
+    for index, name in enumerate(NUMBERS):
+        if name == "saturated_fraction" and not result.saturated_fraction:
+            continue
+        if name == "max_pressure" and at_edge:
+            continue
+        column = {key: float(value[index]) for key, value in numbers.items()}
+        if not all(map(math.isfinite, column.values())):
+            continue
+        # The headline area counts the excess of the rim, and the corrected one does not.
+        area = name == "contact_fraction"
+        as_measured = result.contact_fraction if area else float(measured[index])
+        answer.append(_interval(study, name, column, as_measured, known))
+    return answer
+
+
+def _interval(
+    study: _Draws,
+    name: str,
+    values: Mapping[Any, float],
+    as_measured: float,
+    known: Mapping[str, float],
+) -> MeasuredInterval:
+    center, squares, disagreement, closing = _corrected(study, values)
+    number = NUMBERS[name]
+    factor = values["finer"] - values["base"]
+    center += number.grid * factor
+    squares[GRID] = (factor / 2) ** 2
+    saturated = name == "max_pressure" and study.result.saturated_fraction > 0
+    if name == "mean_gap" and study.measured.instrument.tip_radius:
+        # Dilation fills valleys where the map is deep, which neither way knows.
+        squares = {key: _UNDER_A_TIP**2 * square for key, square in squares.items()}
+    if study.draws and not saturated:
+        squares[METHOD] = squares.get(METHOD, 0.0) + number.remainder**2
+    by_load, by_ceiling = (
+        (values[key] - values["measured"]) / math.log(_STEP) if key in values else 0.0
+        for key in ("load", "ceiling")
+    )
+    squares[YOUNG] = (_NORMAL * known["E"] * (number.pressure - by_load - by_ceiling)) ** 2
+    squares[YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
+    total = sum(squares.values())
+    half = math.sqrt(total)
+    low, value, high = (math.exp(center + sign * half) for sign in (-1, 0, 1))
+    if name.endswith("fraction"):
+        value, high = min(value, 1.0), min(high, 1.0)
+    shares = {key: square / total for key, square in squares.items() if square > 0}
+    budget = dict(sorted(shares.items(), key=lambda item: -item[1]))
+    relative = disagreement / half if half else 0.0
+    return MeasuredInterval(name, as_measured, value, low, high, budget, relative, closing)
+
+
+_NORMAL = NormalDist().inv_cdf(0.975)
+
+# Half width of the mean gap under a tip, over that which the two ways give.
+_UNDER_A_TIP = 2.0
+
+
+def _corrected(
+    study: _Draws, values: Mapping[Any, float]
+) -> tuple[float, dict[str, float], float, float]:
+    """Return the center by both ways, squared half widths by source, and the two checks."""
+    count = study.draws
+    if not count:
+        return values["base"], {}, 0.0, math.nan
+    drawn, twin, image = (
+        np.array([values[key, k] for k in range(count)]) for key in ("draw", "twin", "image")
+    )
+    bracket = twin - image
+    first, second = float(drawn.mean()), values["measured"] + float(bracket.mean())
+    # What the draws have in common with their deviations, one by one; the rest is chance.
+    moves = {name: (values[name, 1] - values[name, -1]) / 2
+             for source in study.sources for name in SOURCES[source]}  # fmt: skip
+    shared = [sum(moves[name] * row[name] for name in moves) for row in study.deviations]
+    parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
+    parts[CHANCE] = float(np.var(drawn - np.array(shared), ddof=1))
+    spread = float(np.var(drawn, ddof=1))
+    total = sum(parts.values())
+    # Quantiles of what is drawn are exact; what is left to chance has few draws.
+    chance = parts[CHANCE] / total if total else 0.0
+    factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
+    width = factor * (spread + float(np.var(bracket, ddof=1))) / 2
+    squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
+    squares[METHOD] = (first - second) ** 2
+    closing = total / spread if spread else 1.0
+    return (first + second) / 2, squares, abs(first - second), closing
+
+
+def _student(degrees: int) -> float:
+    """Return the quantile of Student's distribution that leaves 2.5 % above it."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees, 0.975))
+
+
+def _remarks(
+    result: ContactResult, measured: Reconstruction, instrument: Instrument | None,
+    wave: float | None, intervals: Sequence[MeasuredInterval],
+) -> Iterator[str]:  # fmt: skip
+    """Return the limits of the intervals."""
+    if instrument is None:
+        yield Sentence(
+            "The intervals hold the grid and the material alone. Give ",
+            ArgumentRef("instrument"), " to include the measurement.",
+        )  # fmt: skip
+        return
+    resolved = 1 / measured.limit
+    if wave is None:
+        yield Sentence(
+            f"The map shows waves down to {engineering(resolved, 'm', 2)}. The intervals hold if "
+            f"the surface ends between this and "
+            f"{engineering(resolved / reconstruction.UNKNOWN, 'm', 2)}; give ",
+            ArgumentRef("shortest_wave"), ".",
+        )  # fmt: skip
+    if instrument.name.startswith("estimated"):
+        yield "The noise was estimated from the map. It is a lower bound."
+    elif not instrument.noise:
+        yield Sentence("The noise was taken as zero. Give ", ArgumentRef("noise"), ".")
+    if any(item.disagreement > 2 for item in intervals):
+        yield "The two ways of correcting the map disagree. Do not use the intervals."
+    if instrument.tip_radius:
+        yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."

@@ -1,0 +1,388 @@
+"""The surface behind a measured map: its spectrum, and random draws of it.
+
+`Reconstruction.draw`: pathwise conditioning. With the map y, its instrument M and a random surface
+ζ of the fitted spectrum, ``d = R(y) + ζ - R(M(ζ))`` is a draw of the surface, where R undoes the
+transfer. For a linear M and the best R it is an exact draw of the Gaussian posterior; else the
+error of R is transferred from ζ to y.
+
+Wilson et al. 2021, arXiv:2011.04026
+
+R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first undone
+by erosion with its own shape. Waves
+of the map beyond k_r first get the power that the model expects there: a transfer that is not as
+stated would raise them without limit.
+
+Villarrubia 1997, doi:10.6028/jres.102.030
+
+Worn surfaces have weaker short waves on summits than in valleys. No Gaussian surface is like them:
+they are told by the roughness of the map by height.
+
+Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A
+q``; A is the inverse of the gradient tensor within an ellipse of the same k. It counts up to k_r,
+where T is one half or noise is half of the power. From there to the shortest wave of the surface
+it is a power law with the exponent that it has between its roll-off and k_r, and the prior of a
+Hurst exponent of 0.8 ± 0.4. The more a transfer makes the spectrum bend up, the less plausible it
+is.
+
+Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
+
+A map that is not periodic is split into a periodic and a smooth part.
+
+Moisan 2011, doi:10.1007/s10851-010-0227-1
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.errors import InputError
+from roughcontact.halfspace import fft
+from roughcontact.surface import filters
+from roughcontact.surface.cleaning import fill
+from roughcontact.surface.form import level
+from roughcontact.surface.instrument import Instrument, dilated
+from roughcontact.surface.random_surfaces import random_amplitudes
+
+Array = NDArray[np.float64]
+Deviations = Mapping[str, float]
+"""Standard normal deviations of what is not known exactly, by name; 0 where none is given."""
+
+# Bins of the spectrum in an octave.
+_BINS = 5
+# Prior of the exponent of the spectrum, H 0.8 ± 0.4, its range, and the spread of its level.
+_EXPONENT, _SPREAD, _STEEPEST, _FLATTEST, _LEVEL = -3.6, 0.8, -4.4, -1.8, 0.25
+# Scatter of the logarithm of a bin about a power law.
+_SCATTER = 0.15
+UNKNOWN = 4.0
+"""Resolution over the shortest wave of a surface, at most, where none is stated."""
+# Largest ratio of the axes of its ellipse, and the smallest that one map tells from a circle.
+_LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
+# Classes of height, by how much smoother the two highest have to be to count, and the standard
+# deviation of the median of one wave over its root-mean-square, of the mean of two classes.
+_CLASSES, _UNEVEN, _CHANCE = 16, 0.2, 0.83
+# Rounds in which the image of a surface under a tip gets the spectrum of the map.
+_ROUNDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class RoughSpectrum:
+    """Power of the waves of a surface in bins of a wave number, with a power law beyond."""
+
+    tensor: Array  # A of k² = qᵀ A q, smallest eigenvalue 1
+    place: Array  # Logarithm of the wave number of each bin [1/m]
+    power: Array  # Logarithm of the power of one wave in it [m²]
+    limit: float  # Wave number of the last bin [1/m]
+    exponent: float  # Exponent beyond
+    level: float  # Logarithm of the power at the limit [m²]
+    cutoff: float  # Largest wave number [1/m]
+
+    def of_waves(self, k: Array) -> Array:
+        """Return the power of waves [m²]."""
+        logarithm = np.log(np.maximum(k, np.exp(self.place[0])))
+        beyond = self.level + self.exponent * (logarithm - math.log(self.limit))
+        inside = np.interp(logarithm, self.place, self.power)
+        power = np.exp(np.where(logarithm <= math.log(self.limit), inside, beyond))
+        power[k > self.cutoff * (1 + 1e-9)] = 0.0
+        power[0, 0] = 0.0
+        return np.asarray(power)
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstruction:
+    """A measured map, its instrument, and the shortest wave of its surface."""
+
+    heights: Array  # Periodic part of the filled map [m]
+    pixel: tuple[float, float]  # Pixel edges [m]
+    instrument: Instrument
+    shortest_wave: float | None = None  # Shortest wave of the surface [m]
+    missing: NDArray[np.bool_] | None = None  # Points that were filled
+    form: str | None = None  # Form that was leveled
+    finer: int = 2  # Points of the surface per point of the map along an axis
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Grid points of the surface."""
+        ny, nx = self.heights.shape
+        return ny * self.finer, nx * self.finer
+
+    @property
+    def fine(self) -> tuple[float, float]:
+        """Pixel edges of the surface [m]."""
+        return self.pixel[0] / self.finer, self.pixel[1] / self.finer
+
+    @property
+    def noise(self) -> float:
+        """Noise in the power of one wave [m²]."""
+        return self.instrument.noise**2 / self.heights.size
+
+    @cached_property
+    def power(self) -> Array:
+        """Power of the waves of the map [m²]."""
+        return _power(self.heights)
+
+    @cached_property
+    def limit(self) -> float:
+        """Wave number up to which the map shows its surface [1/m]."""
+        nyquist = 0.5 / max(self.pixel)
+        q = np.linspace(0.0, nyquist, 400)[1:]
+        half = np.exp2(-((self.instrument.resolution * q) ** 2)) * np.sinc(q * max(self.pixel))
+        limit = float(q[half >= 0.5][-1])
+        if self.noise:
+            place, power = _binned(self._wave_numbers(np.eye(2)), self.power, nyquist)
+            noisy = np.exp(place[power < 2 * self.noise])
+            limit = min([limit, *noisy])
+        return limit
+
+    @cached_property
+    def tensor(self) -> Array:
+        """A of the wave number k, from the gradient tensor."""
+        qy, qx = _waves(self.heights.shape, self.pixel)
+        clean = np.maximum(self.power - self.noise, 0.0) / self._transfer(self.instrument) ** 2
+        clean[:, 1:] *= 2
+        tensor = np.eye(2)
+        for _ in range(8):
+            part = clean * (self._wave_numbers(tensor) < self.limit)
+            gradient = np.array([[np.sum(part * a * b) for a in (qy, qx)] for b in (qy, qx)])
+            values, vectors = np.linalg.eigh(gradient)
+            values = np.maximum(values, values[-1] / _LARGEST_RATIO**2)
+            if values[-1] < _ISOTROPIC**2 * values[0]:
+                values[:] = 1.0
+            tensor = vectors @ np.diag(values[-1] / values) @ vectors.T
+        return tensor
+
+    @cached_property
+    def resolution(self) -> tuple[float, float]:
+        """Mean and spread of the logarithm of the resolution over that stated, by the spectrum."""
+        tool = self.instrument
+        if not tool.resolution * tool.u_resolution:
+            return 0.0, 0.0
+        place, power = self._bins(tool)
+        # A resolution that is larger by t standard deviations raises the spectrum by this times t.
+        rise = 4 * math.log(2) * (np.exp(place) * tool.resolution) ** 2 * tool.u_resolution
+        known, covariance = self._power_law(place, power, rise)
+        # One that bends down may be that of the surface; one that bends up was sharpened too much.
+        mean = min(float(known[2]), 0.0)
+        return tool.u_resolution * mean, tool.u_resolution * math.sqrt(covariance[2, 2])
+
+    def drawn_instrument(self, deviations: Deviations) -> Instrument:
+        """Return the instrument with its lengths moved by some standard deviations."""
+        mean, spread = self.resolution
+        tool = self.instrument
+        return tool.changed(
+            resolution=math.exp(mean + spread * deviations.get("resolution", 0.0)),
+            tip_radius=math.exp(tool.u_tip_radius * deviations.get("tip", 0.0)),
+            noise=math.exp(tool.u_noise * deviations.get("noise", 0.0)),
+        )
+
+    def spectrum(self, instrument: Instrument, deviations: Deviations, seed: int) -> RoughSpectrum:
+        """Return the spectrum of the surface for one instrument."""
+        place, power = self._bins(instrument)
+        cutoff = 1 / self._shortest(deviations)
+        result = self._continued(place, power, cutoff, deviations)
+        # A measured synthetic map has the power of the map.
+        for _ in range(_ROUNDS if instrument.tip_radius else 1):
+            model = self.surface(result, seed, even=True)
+            image = _power(self.image(model, instrument, np.random.default_rng(seed)))
+            _, got = _binned(self._wave_numbers(self.tensor), image, self.limit)
+            _, wanted = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
+            noise = instrument.noise**2 / self.heights.size
+            ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
+            power = power + np.log(np.clip(ratio, 0.3, 3))
+            result = self._continued(place, power, cutoff, deviations)
+        return result
+
+    def surface(self, spectrum: RoughSpectrum, seed: int, even: bool = False) -> Array:
+        """Return a random surface of a spectrum; ``even``: every wave has its mean power."""
+        waves = random_amplitudes(self.shape, self.fine, np.random.default_rng(seed))
+        if even:
+            size = np.abs(waves)
+            waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
+        k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
+        waves *= np.sqrt(spectrum.of_waves(k) / 2) * math.prod(self.shape)
+        return fft.irfft2(waves, self.shape)
+
+    def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
+        """Return the map of a surface as this one was made: measured, filled and leveled."""
+        image = instrument.image(surface, self.fine, self.heights.shape)
+        image = image + instrument.noise * rng.standard_normal(image.shape)
+        if self.missing is not None and self.missing.any():
+            image[self.missing] = np.nan
+            image = fill(image, self.pixel)
+        return image if self.form is None else level(image, self.form)
+
+    def undone(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+        """Return a surface whose map this is nearly."""
+        if instrument.tip_radius:
+            image = -dilated(-image, self.pixel, instrument.tip_radius)
+        transfer = self._transfer(instrument)
+        power = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
+        below = power * transfer**2 + instrument.noise**2 / self.heights.size
+        undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
+        undo[0, 0] = 1.0
+        heights = fft.irfft2(fft.rfft2(image) * undo, self.heights.shape)
+        return filters.resample(heights, self.shape)
+
+    def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
+        """Return a draw of the surface, and a random surface with its map."""
+        instrument = self.drawn_instrument(deviations)
+        spectrum = self.spectrum(instrument, deviations, seed)
+        twin = self.surface(spectrum, seed)
+        image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
+        known = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
+        return known + twin - self.undone(image, spectrum, instrument), twin, image
+
+    @property
+    def is_worn(self) -> bool:
+        """Whether the shortest octave that the map shows is weaker on summits, beyond chance."""
+        instrument = self.drawn_instrument({})
+        spectrum = self.spectrum(instrument, {}, 0)
+        heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
+        k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
+        end = min(self.limit, spectrum.cutoff)
+        waves = fft.rfft2(heights)
+        short = fft.irfft2(np.where((k > end / 2) & (k <= end), waves, 0), self.shape)
+        order = fft.irfft2(np.where(k <= end / 2, waves, 0), self.shape).ravel().argsort()
+        # Medians: the edges of a worn plateau are no roughness of it.
+        parts = np.array_split(np.abs(short).ravel()[order], _CLASSES)
+        local = np.array([np.median(part) for part in parts])
+        local /= math.sqrt(np.mean(local**2))
+        # One over the root of the number of waves in a class.
+        area = self.heights.size * math.prod(self.pixel)
+        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * area / _CLASSES)
+        return bool(local[-2:].mean() <= 1 - max(_UNEVEN, 3 * chance))
+
+    def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+        """Return the map, with the power that a twin's map has in the waves beyond the limit."""
+        k = self._wave_numbers(spectrum.tensor)
+        expected = spectrum.of_waves(k) * self._transfer(instrument) ** 2
+        expected += instrument.noise**2 / self.heights.size
+        (place, wanted), (_, got) = (_binned(k, p, float(k.max())) for p in (expected, self.power))
+        beyond = k > self.limit
+        factor = np.ones(k.shape)
+        factor[beyond] = np.exp(
+            np.interp(np.log(k[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+        )
+        return fft.irfft2(fft.rfft2(self.heights) * factor, self.heights.shape)
+
+    def _transfer(self, instrument: Instrument) -> Array:
+        return instrument.transfer(self.heights.shape, self.pixel, self.pixel)
+
+    def _wave_numbers(self, tensor: Array) -> Array:
+        return _wave_numbers(self.heights.shape, self.pixel, tensor)
+
+    def _shortest(self, deviations: Deviations) -> float:
+        if self.shortest_wave is not None:
+            return self.shortest_wave
+        part = NormalDist().cdf(deviations.get("waves", 0.0))
+        return float(UNKNOWN**-part / self.limit)
+
+    def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
+        """Return the logarithms of wave number and power of each bin, without the instrument."""
+        noise = instrument.noise**2 / self.heights.size
+        clean = (self.power - noise) / self._transfer(instrument) ** 2
+        place, power = _binned(self._wave_numbers(self.tensor), clean, self.limit)
+        _, raw = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
+        return place, np.log(np.maximum(power, 0.1 * raw))
+
+    def _continued(
+        self, place: Array, power: Array, cutoff: float, deviations: Deviations
+    ) -> RoughSpectrum:
+        (level, exponent), covariance = self._power_law(place, power)
+        exponent += deviations.get("exponent", 0.0) * math.sqrt(covariance[1, 1])
+        exponent = min(max(exponent, _STEEPEST), _FLATTEST)
+        level += math.log1p(_LEVEL) * deviations.get("level", 0.0)
+        return RoughSpectrum(self.tensor, place, power, self.limit, exponent, level, cutoff)
+
+    def _power_law(self, place: Array, power: Array, *rise: Array) -> tuple[Array, Array]:
+        """Return level at the limit, exponent and factors of `rise`, with their covariance.
+
+        Below the wave number of a roll-off, the one that fits best, the spectrum is flat.
+        """
+        inside = place <= math.log(min(self.limit, 1 / (self.shortest_wave or 1e-300))) + 1e-9
+        x, y = place[inside] - math.log(self.limit), power[inside]
+        area = self.heights.size * math.prod(self.pixel)
+        waves = math.pi * math.log(2) / _BINS * area * np.exp(2 * place[inside])
+        scatter = np.sqrt(_SCATTER**2 + 1 / waves)
+        prior = np.diag([0.0, _SPREAD**-2, *(1.0 for _ in rise)])
+        center = np.array([0.0, _EXPONENT, *(0.0 for _ in rise)])
+        best, result = math.inf, (center, prior)
+        for rolloff in x[: max(x.size - _BINS, 1)]:
+            columns = [np.ones(x.size), np.maximum(x, rolloff), *(-part[inside] for part in rise)]
+            matrix = np.stack(columns, axis=1) / scatter[:, None]
+            covariance = np.linalg.inv(matrix.T @ matrix + prior)
+            known = covariance @ (matrix.T @ (y / scatter) + prior @ center)
+            error, off = matrix @ known - y / scatter, known - center
+            misfit = float(error @ error + off @ prior @ off)
+            if misfit < best:
+                best, result = misfit, (np.asarray(known), np.asarray(covariance))
+        return result
+
+
+def periodic_part(heights: Array) -> Array:
+    """Return a map without the smooth part that makes it differ at opposite edges."""
+    ny, nx = heights.shape
+    jump = np.zeros_like(heights)
+    for axis in (0, 1):
+        first, last = (np.take(heights, index, axis) for index in (0, -1))
+        rows = (0, -1) if axis == 0 else ((slice(None), 0), (slice(None), -1))
+        jump[rows[0]] += last - first
+        jump[rows[1]] -= last - first
+    qy, qx = 2 * math.pi * fft.frequencies(ny)[:, None], 2 * math.pi * fft.half_frequencies(nx)
+    laplace = 2 * np.cos(qy) + 2 * np.cos(qx) - 4
+    laplace[0, 0] = 1.0
+    smooth = fft.rfft2(jump) / laplace
+    smooth[0, 0] = 0.0
+    return heights - fft.irfft2(smooth, heights.shape)
+
+
+def require_octaves(reconstruction: Reconstruction) -> None:
+    """Raise `InputError` if the map shows too few waves of its surface."""
+    longest = max(
+        1 / (n * edge)
+        for n, edge in zip(reconstruction.heights.shape, reconstruction.pixel, strict=True)
+    )
+    if reconstruction.limit < 10 * longest:
+        raise InputError(
+            f"the map shows its surface down to waves of {1 / reconstruction.limit:.3g} m, more "
+            "than a tenth of a side: measure a larger map or with a finer instrument",
+        )
+
+
+def _power(heights: Array) -> Array:
+    spectrum = fft.rfft2(heights) / heights.size
+    power = np.square(spectrum.real) + np.square(spectrum.imag)
+    power[0, 0] = 0.0
+    return np.asarray(power)
+
+
+def _waves(shape: tuple[int, ...], pixel: tuple[float, float]) -> tuple[Array, Array]:
+    return fft.frequencies(shape[0], pixel[0])[:, None], fft.half_frequencies(shape[1], pixel[1])
+
+
+def _wave_numbers(shape: tuple[int, ...], pixel: tuple[float, float], tensor: Array) -> Array:
+    qy, qx = _waves(shape, pixel)
+    square = tensor[0, 0] * qy**2 + 2 * tensor[0, 1] * qy * qx + tensor[1, 1] * qx**2
+    return np.asarray(np.sqrt(square))
+
+
+def _binned(k: Array, power: Array, limit: float) -> tuple[Array, Array]:
+    """Return the logarithm of the wave number and the mean power of the bins up to a limit."""
+    index = np.full(k.shape, -1)
+    inside = (k > 0) & (k <= limit * (1 + 1e-9))
+    index[inside] = np.ceil(_BINS * np.log2(limit * (1 + 1e-9) / k[inside])).astype(int)
+    weight = np.full(k.shape, 2.0)
+    weight[:, 0] = 1.0
+    chosen = index[inside]
+    count, place, total = (
+        np.bincount(chosen, weight[inside] * values)
+        for values in (1.0, np.log(k[inside]), power[inside])
+    )
+    full = np.flatnonzero(count)[::-1]
+    return place[full] / count[full], total[full] / count[full]

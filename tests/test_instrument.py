@@ -1,0 +1,130 @@
+"""The virtual instrument against closed forms."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.errors import InputError
+from roughcontact.surface import instrument
+from roughcontact.surface.instrument import Instrument, dilated
+
+UM = 1e-6
+
+
+def sine(points: int, waves: int) -> rc.Surface:
+    x = (np.arange(points) + 0.5) / points
+    return rc.Surface(np.tile(np.sin(2 * math.pi * waves * x), (points, 1)) * UM, (UM, UM))
+
+
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_a_sine_is_sampled_at_pixel_centers_with_half_its_amplitude(step: int) -> None:
+    surface, waves, n = sine(64, 4), 4, 64 // step
+    tool = Instrument(resolution=64 * UM / waves)
+    rng = np.random.default_rng(0)
+    image = tool.measure(surface, points=(n, n), periodic=True, rng=rng)
+    x = (np.arange(n) + 0.5) / n
+    expected = 0.5 * np.sinc(waves / n) * UM * np.sin(2 * math.pi * waves * x)
+    assert image.pixel == (step * UM, step * UM)
+    np.testing.assert_allclose(image.heights[3], expected, rtol=0, atol=1e-12 * UM)
+
+
+def test_a_perfect_instrument_averages_a_pixel_alone() -> None:
+    image = Instrument(resolution=0.0).measure(
+        sine(64, 4), periodic=True, rng=np.random.default_rng(0)
+    )
+    assert image.Sq / sine(64, 4).Sq == pytest.approx(np.sinc(4 / 64), rel=1e-12)
+
+
+def test_a_map_that_ends_is_mirrored() -> None:
+    # A step from one edge to the other would blur into both.
+    ramp = rc.Surface(np.outer(np.ones(32), np.linspace(0, UM, 32)), (UM, UM))
+    image = Instrument(resolution=4 * UM).measure(ramp, rng=np.random.default_rng(0))
+    assert np.abs(image.heights - ramp.heights).max() < 0.05 * UM
+
+
+def test_noise_and_missing_points() -> None:
+    flat = rc.Surface(np.zeros((128, 128)), (UM, UM))
+    missing = np.zeros((128, 128), bool)
+    missing[3, 5] = True
+    tool = Instrument(resolution=4 * UM, noise="2 nm")
+    image = tool.measure(flat, missing=missing, rng=np.random.default_rng(1))
+    assert np.isnan(image.heights[3, 5])
+    assert image.missing == 1
+    # The standard deviation of a standard deviation of n points is 1/√(2n).
+    assert image.Sq == pytest.approx(2e-9, rel=4 / math.sqrt(2 * 128**2))
+
+
+def test_a_sphere_under_a_tip_has_the_sum_of_both_radii() -> None:
+    y, x = np.mgrid[-32:32, -32:32] * UM
+    top = dilated(-(x**2 + y**2) / (2 * 1e-3), (UM, UM), 2e-3)
+    inside = np.hypot(y, x) < 20 * UM
+    # The tip touches at a grid point: up to half a pixel beside the true one.
+    error = (0.5 * UM) ** 2 * (1 / 1e-3 + 1 / 2e-3)
+    assert np.abs(top + (x**2 + y**2) / (2 * 3e-3))[inside].max() <= error
+
+
+def test_a_tip_draws_a_spike_as_itself() -> None:
+    heights = np.zeros((33, 33))
+    heights[16, 16] = UM
+    y, x = np.mgrid[-16:17, -16:17] * UM
+    expected = np.maximum(UM - (x**2 + y**2) / (2 * 40 * UM), 0)
+    np.testing.assert_allclose(dilated(heights, (UM, UM), 40 * UM), expected, atol=1e-20)
+
+
+def test_noise_from_two_maps_and_from_a_plateau() -> None:
+    surface = rc.generate(128, UM, Sq="0.3 um", Sal="10 um", seed=2)
+    tool = Instrument(resolution=0.0, noise="5 nm")
+    maps = [tool.measure(surface, periodic=True, rng=np.random.default_rng(k)) for k in range(2)]
+    repeated = Instrument.from_repeats(*maps, resolution=2 * UM)
+    assert repeated.noise == pytest.approx(5e-9, rel=0.03)
+    assert repeated.resolution == 2 * UM
+    estimated = Instrument.from_map(maps[0])
+    assert estimated.noise == pytest.approx(5e-9, rel=0.15)
+    # The generated surface has no waves below eight pixels.
+    assert Instrument.from_map(surface).noise == 0
+    with pytest.raises(InputError, match=r"must have \(128, 128\) points"):
+        Instrument.from_repeats(maps[0], maps[1].cropped((0, 64), (0, 64)), resolution=UM)
+
+
+def test_every_row_of_the_catalog_has_a_source() -> None:
+    rows = tomllib.loads(instrument.STORED.read_text("utf-8"))["instrument"]
+    for row in rows:
+        assert row["source"]
+        tool = rc.measure.Instrument.named(row["name"].upper(), noise="1 nm")
+        assert tool.name == row["name"]
+        assert tool.noise == 1e-9
+    # 1.24 λ/NA at 550 nm.
+    assert Instrument.named("CSI 50x").resolution == pytest.approx(1.24 * 550e-9 / 0.55, rel=0.04)
+    assert Instrument.named("tip 50 nm").tip_radius == pytest.approx(50e-9)
+    assert Instrument.named("optical 1.5 um").resolution == pytest.approx(1.5e-6)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"kind": "optical"}, "resolution is needed"),
+        ({"kind": "tip"}, "tip_radius is needed"),
+        ({"kind": "eye", "resolution": 0}, "kind must be"),
+        ({"resolution": -1.0}, "must not be negative"),
+    ],
+)
+def test_wrong_instruments_are_refused(arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Instrument(**arguments)
+
+
+def test_wrong_measurements_are_refused() -> None:
+    rng, tool = np.random.default_rng(0), Instrument(resolution=UM)
+    with pytest.raises(InputError, match="must divide"):
+        tool.measure(sine(64, 4), points=(63, 64), rng=rng)
+    hole = sine(64, 4).heights.copy()
+    hole[0, 0] = np.nan
+    with pytest.raises(InputError, match="fill them first"):
+        tool.measure(rc.Surface(hole, (UM, UM)), rng=rng)
+    with pytest.raises(InputError, match="not in the catalog"):
+        Instrument.named("CSI 51x")
