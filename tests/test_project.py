@@ -286,8 +286,7 @@ def test_an_interrupted_project_goes_on(folder: Path, number: int, start) -> Non
     err = run.communicate()[1]
     if number != signal.SIGKILL:
         assert run.returncode == 128 + number
-        assert err.count("\n") == 1
-        assert "interrupted; only" in err
+        assert "of 41 contacts saved in" in err.splitlines()[-1]
         assert hidden(folder) == []
     done = {p: p.stat().st_mtime_ns for p in results.glob("*.json")}
     assert 2 <= len(done) < 41

@@ -31,6 +31,7 @@ FOUND = {
     ],
     "a ceiling so low that the square of the pressure is no number": [(661, 300)],
     "a moment that is a staircase over the tilt": [(843, 300), (1913, 150), (1932, 150)],
+    "a tilt too steep for its own digits": [(983, 300)],
     "a tilt so steep that judge and program round the gap differently": [(2878, 150)],
 }  # fmt: skip
 
@@ -42,10 +43,9 @@ def test_problems_that_once_failed(seed, largest):
     assert outcome.verdict == random_problems.CERTIFIED, str(outcome)
 
 
-# Of a tilt: the displacement was lost in the rounding of the gap, and divided by; the tilt was
-# too steep for its own digits, which was not said.
+# Of a tilt: the displacement was lost in the rounding of the gap, and divided by.
 @pytest.mark.long
-@pytest.mark.parametrize(("seed", "largest"), [(1595, 150), (983, 300)])
+@pytest.mark.parametrize(("seed", "largest"), [(1595, 150)])
 def test_what_the_digits_do_not_hold_is_said(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))
     assert outcome.verdict == random_problems.ROUNDED, str(outcome)

@@ -215,8 +215,7 @@ def test_a_cluster_of_this_machine_ends_with_the_run(
     if number == signal.SIGINT:
         err = run.communicate()[1]
         assert run.returncode == 128 + number
-        assert err.count("\n") == 1
-        assert "interrupted; only" in err
+        assert "of 201 contacts saved in" in err.splitlines()[-1]
         assert hidden(tmp_path) == []
     assert 2 <= solved(path) < 201
 
