@@ -137,6 +137,7 @@ def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
     assert not {Kind.FEW_MAPS, Kind.UNLIKE_PIXEL, Kind.UNLIKE_SIZE} & {*kinds}
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_three_groups_are_compared_in_pairs() -> None:
     groups = {"a": MAPS[:2], "b": MAPS[2:4], "c": MAPS[4:]}

@@ -166,6 +166,7 @@ def test_what_unloading_leaves_carries_no_force() -> None:
     assert np.abs(force).max() < 1e-8 * 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_work_is_dissipated_or_locked_in() -> None:
     up = [0.1, 0.2, 0.3, 0.4, 0.5]

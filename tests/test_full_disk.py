@@ -138,6 +138,7 @@ def everything_told(kind, folder):
     return json.loads(ran.stdout)
 
 
+@pytest.mark.slow
 # One process for all commands of a kind: a test of each would start it again in every worker.
 @pytest.mark.process
 @pytest.mark.parametrize("kind", ["limit", "disk"])

@@ -104,6 +104,7 @@ def rolled(folder: str | Path | None = None) -> rc.results.RollingResult:
     return rc.roll(FLAT, load=LOAD, passes=2, steps=8, folder=folder, **ARGUMENTS)
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_passes_go_on(tmp_path: Path) -> None:

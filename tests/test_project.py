@@ -109,6 +109,7 @@ load = ["60 N", "100 N"]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_contacts_of_the_volume_model_are_kept_apart(tmp_path: Path, capsys: Capture) -> None:
     np.save(tmp_path / "flat.npy", np.zeros((24, 24)))

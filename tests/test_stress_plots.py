@@ -34,6 +34,7 @@ def texts(figure):
     return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_every_figure_is_rendered_without_warnings(light, heavy):
     cases = [

@@ -125,6 +125,7 @@ def test_ctrl_c_while_modules_are_loaded(run: Run, tmp_path: Path, module: str) 
     assert set(tmp_path.iterdir()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_settings_of_matplotlib_do_not_reach_the_program(run: Run, tmp_path: Path) -> None:
     (tmp_path / "settings").write_text("text.usetex: True\nbackend: nonsense\n")

@@ -40,6 +40,7 @@ def untouched() -> rc.ElastoplasticResult:
     return rc.solve_elastoplastic(surface, material=steel, increments=1, loads=[0.05])
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_every_figure_is_rendered_without_warnings(pressed, released, untouched, unmoved) -> None:
     for result in (pressed, released, untouched, unmoved):

@@ -176,6 +176,7 @@ _MAPS = """(frames) => {
 }"""
 
 
+@pytest.mark.slow
 def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> None:
     demonstrate(seat)
     frames = seat.page.evaluate(_MAPS)
@@ -191,6 +192,7 @@ def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> Non
         seat.page.wait_for_function(_MAPS, arg=frames, timeout=20000)
 
 
+@pytest.mark.slow
 def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Served) -> None:
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
@@ -207,6 +209,7 @@ def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Se
     assert "form =" not in project.read_text()
 
 
+@pytest.mark.slow
 def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     demonstrate(seat)
     page = seat.page
@@ -236,6 +239,7 @@ def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> No
     seat.alert("broken.opd").wait_for(state="hidden")
 
 
+@pytest.mark.slow
 def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Seat) -> None:
     page = seat.page
     seat.bring({"name": EVIL, "mimeType": "", "buffer": wavy()}, EVIL)
@@ -257,6 +261,7 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
     assert page.locator("img[src=x]").count() == 0
 
 
+@pytest.mark.slow
 def test_the_work_is_there_after_a_crash_of_the_program_and_a_reload(
     seat: Seat, served: Served
 ) -> None:
@@ -351,6 +356,7 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     assert rc.read_result(path).converged
 
 
+@pytest.mark.slow
 def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_end(
     seat: Seat,
 ) -> None:
@@ -366,6 +372,7 @@ def test_a_page_that_cannot_take_up_a_change_is_loaded_again_and_never_without_e
     seat.alert("old state").wait_for()
 
 
+@pytest.mark.slow
 def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium: Any) -> None:
     demonstrate(seat)
     other = Seat(chromium, f"{served.home}&work={seat.key}")

@@ -114,6 +114,7 @@ def test_a_cluster_gives_the_bits_of_local_processes_and_one_bad_file_fails_alon
     assert stamps == {file: file.stat().st_mtime_ns for file in stamps}
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
@@ -134,6 +135,7 @@ def test_workers_that_are_killed_lose_nothing(cluster: Cluster, tmp_path: Path) 
     assert hidden(path.parent) == []
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_path: Path) -> None:
     cluster.add()
@@ -159,6 +161,7 @@ def test_a_scheduler_that_is_gone_and_one_that_comes_back(cluster: Cluster, tmp_
     assert solved(path) == 17
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     cluster: Cluster, tmp_path: Path, capsys: Capture

@@ -43,6 +43,7 @@ def narrow(workers: int) -> Iterator[Engine]:
         stop()
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="RLIMIT_AS is heeded on Linux")
 def test_a_contact_that_fills_the_memory_of_a_process_fails_alone(

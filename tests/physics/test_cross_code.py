@@ -89,6 +89,7 @@ def test_the_documentation_holds_every_row(rows):
         assert f"| tamaas | {place} |" in text
 
 
+@pytest.mark.slow
 def test_indentation_of_a_hardening_half_space() -> None:
     rows = cross_code.compare_indentations(("sphere-64",))
     assert [row.load for row in rows] == list(indentation.LOADS)
@@ -114,6 +115,7 @@ def test_indentation_on_half_the_grid() -> None:
     assert max(row.contact for row in rows) == 0
 
 
+@pytest.mark.slow
 def test_passage_over_a_hardening_half_space() -> None:
     rows, field = cross_code.compare_passage()
     assert [row.place for row in rows] == list(passage.PLACES)

@@ -54,6 +54,7 @@ SPHERES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "ratio"), SPHERES)
 def test_the_area_of_a_sphere_whatever_poissons_ratio(poisson: float, ratio: float) -> None:
     case, found = volume(poisson, ratio)

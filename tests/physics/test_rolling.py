@@ -94,6 +94,7 @@ def test_friction_shears_along_its_direction() -> None:
     np.testing.assert_allclose(back[..., 0, 2].sum(), -along[..., 0, 2].sum(), rtol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_path_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     line = Line(4.3, half_width=5, points=32)
@@ -320,6 +321,7 @@ def cautions_of(found: RollingResult) -> dict[str, Caution]:
     return {caution.kind: caution for caution in found.cautions}
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_dents_that_lie_apart_have_no_verdict(tmp_path: Path) -> None:
     line = Line(4.5, half_width=4, points=32)

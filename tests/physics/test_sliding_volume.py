@@ -76,6 +76,7 @@ def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_a_stopped_slide_goes_on_to_the_same_bits(tmp_path: Path) -> None:
     options = dict(material=SOFT, folder=tmp_path)
