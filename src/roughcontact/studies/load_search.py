@@ -244,7 +244,7 @@ def _ahead(points: list[Point], ends: tuple[float, float], beyond: float, slope:
 ACCURACY = 1e-6
 """How close value or loads of a bracket come, relatively."""
 
-SHARE_ACCURACY = 1e-4
+SHARE_ACCURACY = 1e-3
 """How close a share comes, relatively, unless whole pixels forbid it."""
 
 HELD = 6
