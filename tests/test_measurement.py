@@ -151,8 +151,9 @@ def test_a_perfect_instrument_has_no_share_and_a_narrow_interval() -> None:
     known = result.uncertainty(Instrument(resolution=0.0), 6 * UM, {"E": 0.0, "yield": 0.0}, 4)
     for item in known.intervals:
         assert set(item.budget) <= {measurement.METHOD, measurement.GRID, measurement.CHANCE}
-        # The scatter of the grid over surfaces of 64² points: 9 % of the area.
-        assert math.log(item.high / item.low) / 2 < 0.2
+        # The scatter of the grid over surfaces of 64² points: 9 % of the area, more of the peak.
+        most = 0.4 if item.name == "max_pressure" else 0.2
+        assert math.log(item.high / item.low) / 2 < most
 
 
 @pytest.mark.long
