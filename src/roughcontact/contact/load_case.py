@@ -165,7 +165,7 @@ def parse_load(value: Any, argument: str = "load") -> Any:
 
 
 def required(text: str, argument: str, needs: str = NEEDS) -> Any:
-    """Return a load above zero from its text, as `given` does."""
+    """Return a load above zero from its text."""
     return _from_text(text, argument, needs, positive=True)
 
 

@@ -148,7 +148,7 @@ class Friction:
 
     @property
     def ratio(self) -> float:
-        """Mean of `ratios`, which are tangential over unloading stiffness along y and along x."""
+        """Mean of ``ratios``, which are tangential over unloading stiffness along y and along x."""
         return sum(self.ratios) / 2
 
 
