@@ -3,8 +3,8 @@
 `Instrument.measure` applies in this order: contact of a tip, lateral transfer, average over a
 pixel, sampling, noise, missing points.
 
-Tip: the image of a paraboloid of radius R is ``max over u of z(r + u) - |u|²/(2R)``. As ``|u|²`` is a
-sum over both axes, two passes along them are exact. A sphere of radius r becomes one of radius
+Tip: the image of a paraboloid of radius R is ``max over u of z(r + u) - |u|²/(2R)``. As ``|u|²`` is
+a sum over both axes, two passes along them are exact. A sphere of radius r becomes one of radius
 r + R.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
