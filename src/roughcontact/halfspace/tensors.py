@@ -182,7 +182,7 @@ def _tensor(stress: ArrayLike) -> NDArray[Any]:
 def _lode(stress: NDArray[Any]) -> tuple[Array, Array, Array]:
     """Return the mean stress, √J₂ and the angle φ of `principal`."""
     stress = stress.astype(np.float64)
-    # A power of two: the digits of a tensor do not depend on those beside it.
+    # A power of two keeps the digits of each tensor.
     scale = math.ldexp(1.0, math.frexp(float(np.abs(stress).max(initial=0)))[1])
     stress /= scale
     mean = stress[:3].mean(axis=0)

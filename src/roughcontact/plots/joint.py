@@ -54,9 +54,8 @@ def conductance(result: Conductance) -> Figure:
     Returns
     -------
     Figure
-        One panel for each kind that is known, electrical and thermal. Beside what was computed
-        stand the estimates from radii and places of the spots, and from roughness, slope and
-        nominal pressure, the latter with the scatter that it had on other maps.
+        One panel for each known resistance, electrical and thermal: computed, by Greenwood's
+        formula, and by the correlation for flat joints with its scatter on other maps.
     """
     kinds = [
         (title, unit, kind)
@@ -103,10 +102,9 @@ def leak(result: Leakage) -> Figure:
     Returns
     -------
     Figure
-        The open gap with the contact, and beside it the flow density over its mean, in each
-        direction in which a way leads through, four decades from the largest down. A cross marks
-        the narrowest place of the widest way. A cell of several points shows the largest of its
-        flow densities.
+        The open gap with the contact, and the flow density over its mean in each direction that
+        percolates, over four decades. A cross marks the narrowest constriction. A cell of several
+        points shows its largest flow density.
     """
     flows = [flow for flow in result.flows if flow.percolates]
     aspect = style.shown_aspect(result.largest.pair.size)
@@ -129,8 +127,7 @@ def flow_factors(result: Leakage) -> Figure:
     Returns
     -------
     Figure
-        Pressure-flow factors φ = k/ū³ over ū/σ, and the gap at the narrowest place beside the mean
-        gap.
+        Pressure flow factors φ = k/ū³ over ū/σ; mean gap and narrowest gap over the load.
     """
     figure, (left, right) = style.panels(11.2, 4.6, 1, 2)
     load = result.column("load")

@@ -473,7 +473,7 @@ def versus_hertz(result: ContactResult) -> Figure:
     Raises
     ------
     InputError
-        If the bodies have no contact of Hertz's to stand beside.
+        If the bodies have no Hertz contact.
     """
     smooth = result.hertz
     if smooth is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from operator import attrgetter
 from typing import Any
@@ -269,21 +269,14 @@ def _with_scatter(interval: Interval, over: Mean) -> Interval:
     return replace(interval, doubts=(*interval.doubts, scatter))
 
 
-def _with_ends(interval: Interval, form: Callable[[float], str]) -> str:
-    text = form(interval.value)
-    if not uncertainty.has_ends(interval):
-        return text
-    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
-
-
 def _answer(law: InterfaceLaw) -> str:
     """Return how far the faces approach over the pressures, and how stiff the joint is then."""
     steps = law.of_branch(law.branches[0])
     first, last = steps[0].pressure, steps[-1].pressure
     ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
     closing, stiffness = _intervals(law)
-    by = _with_ends(closing, lambda value: phrases.size(value, "m"))
-    stiff = _with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+    by = uncertainty.with_ends(closing, lambda value: phrases.size(value, "m"))
+    stiff = uncertainty.with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
     return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from roughcontact.report.page import Block
 
 PROBLEM, ANSWER, TRUST, HEADLINE = "problem", "answer", "trust", "headline"
-"""Parts of what is told: what went in, what came out, how exactly, and only on top of a report."""
+"""Parts of a table: input, result, accuracy, and what heads a report alone."""
 
 Cells = tuple[str, ...]
 
@@ -45,7 +45,7 @@ class Row:
     value: Any  # In SI units
     unit: str  # SI unit of the value
     meaning: str  # In a few words
-    text: str  # The value in words: a number with its unit
+    text: str  # The value as text, with its unit
 
     @property
     def title(self) -> str:

@@ -236,28 +236,24 @@ def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
     return lambda permeability: _rate(factor * permeability)
 
 
-def _with_ends(result: Leakage, axis: int, form: Callable[[float], str]) -> str:
-    """Return a permeability under the largest load in some form, with its interval."""
-    interval = _interval(result, axis)
-    text = form(interval.value)
-    if not uncertainty.has_ends(interval):
-        return text
-    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
-
-
 def _answer(result: Leakage) -> str:
     """Return what leaks under the largest load, or that nothing does."""
     at = phrases.load(result.largest)
     closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
     if len(closed) == len(result.axes):
         return f"Sealed at {at} on this map: no open path along {' or '.join(closed)}."
+    texts = " and ".join(
+        _with_interval(result, axis) for axis in result.axes if _flows(result, axis)
+    )
     if result.seal is None:
-        texts = [f"{_with_ends(result, axis, lambda k: f'{k:.3g} m³')} along {AXES[axis]}"
-                 for axis in result.axes if _flows(result, axis)]  # fmt: skip
-        return f"At {at} the permeability is {' and '.join(texts)}."
-    texts = [f"{_with_ends(result, axis, _rate_of(result, axis))} along {AXES[axis]}"
-             for axis in result.axes if _flows(result, axis)]  # fmt: skip
-    return f"It leaks {' and '.join(texts)} at {at}."
+        return f"At {at} the permeability is {texts}."
+    return f"It leaks {texts} at {at}."
+
+
+def _with_interval(result: Leakage, axis: int) -> str:
+    """Return the leak rate or the permeability along an axis, with its interval."""
+    form = "{:.3g} m³".format if result.seal is None else _rate_of(result, axis)
+    return f"{uncertainty.with_ends(_interval(result, axis), form)} along {AXES[axis]}"
 
 
 def _numbers(result: Leakage) -> CellTable:

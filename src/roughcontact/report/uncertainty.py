@@ -136,6 +136,14 @@ def has_ends(interval: Interval) -> bool:
     return not interval.unknown and interval.low < interval.high < math.inf
 
 
+def with_ends(interval: Interval, form: Callable[[float], str]) -> str:
+    """Return a number in some form, with its interval where that is known."""
+    text = form(interval.value)
+    if not has_ends(interval):
+        return text
+    return f"{text} ({phrases.between(interval.low, interval.high, form)})"
+
+
 def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[str, str]:
     """Return the intervals of the key numbers of a contact, by key."""
     if result.pair.is_shared or not (result.converged and result.load):
