@@ -24,24 +24,8 @@ hypothesis.settings.load_profile("untimed")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# Who may take long, and the seconds of all cores after which any other test fails: several times
-# the half that the mark `long` stands for, since machines differ and are busy.
-LONG = ("long", "process", "slow", "gpu", "mpi")
-MOST = 3.0
-
 # Scripts for other environments.
 collect_ignore_glob = ["data/*"]
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_call(item):
-    """Let a test without a mark fail where it takes long: what every change runs is quick."""
-    before = sum(os.times()[:4])
-    found = yield
-    took = sum(os.times()[:4]) - before
-    if took > MOST and not any(map(item.get_closest_marker, LONG)):
-        pytest.fail(f"took {took:.1f} s of all cores: make it quicker, or mark it long")
-    return found
 
 
 @pytest.fixture(scope="session", autouse=True)
