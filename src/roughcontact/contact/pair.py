@@ -15,6 +15,7 @@ from roughcontact.checkpoints import digest
 from roughcontact.contact.share import Share, Slab
 from roughcontact.errors import ArgumentRef, InputError, require_choice
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.convolution import LocalSums
 from roughcontact.halfspace.distributed import SlabSums
 from roughcontact.halfspace.fft import Workspace
@@ -247,7 +248,10 @@ class Pair:
                 self.share.edges, *where, self.share.ranks,
                 precision=precision, workspace=workspace,
             )  # fmt: skip
-        return self.boundary.operators(*where, precision=precision, workspace=workspace)
+        coatings = Coatings.of(self.material, self.counter_material)
+        return self.boundary.operators(
+            *where, coatings=coatings, precision=precision, workspace=workspace
+        )
 
     def record(self) -> dict[str, Any]:
         """Return what ``resume.claimed`` has to know of the bodies, and the program's version."""

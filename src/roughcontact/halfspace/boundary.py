@@ -110,6 +110,7 @@ class Boundary(StrEnum):
         contact_modulus: float,
         *,
         datum: float | None = None,
+        coatings: Coatings | None = None,
         precision: str = "double",
         workspace: Workspace | None = None,
     ) -> Convolution:
@@ -125,6 +126,8 @@ class Boundary(StrEnum):
             E* [Pa].
         datum : float, optional
             As for `convolution.strip`; of no account where both axes are alike.
+        coatings : Coatings, optional
+            Of the bodies; not available for strips.
         precision : {"double", "single"}
             Arithmetic of the transforms.
         workspace : Workspace, optional
@@ -135,9 +138,14 @@ class Boundary(StrEnum):
         Convolution
             The operator.
         """
+        more = {}
+        if coatings is not None:
+            self._require_known_below("coated bodies")
+            more = {"coatings": coatings}
         return _BEYOND[self].operator(
-            shape, pixel, contact_modulus, datum=datum, precision=precision, workspace=workspace
-        )
+            shape, pixel, contact_modulus,
+            datum=datum, precision=precision, workspace=workspace, **more,
+        )  # fmt: skip
 
     def operators(
         self,
@@ -145,6 +153,7 @@ class Boundary(StrEnum):
         pixel: tuple[float, float],
         contact_modulus: float,
         *,
+        coatings: Coatings | None = None,
         precision: str = "double",
         workspace: Workspace | None = None,
     ) -> Callable[[tuple[int, int], tuple[int, int]], Convolution]:
@@ -152,7 +161,7 @@ class Boundary(StrEnum):
 
         Parameters
         ----------
-        shape, pixel, contact_modulus, workspace
+        shape, pixel, contact_modulus, coatings, workspace
             As for `operator`.
         precision : {"double", "single"}
             Arithmetic on the grid of the map.
@@ -173,8 +182,8 @@ class Boundary(StrEnum):
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             arithmetic = precision if coarsening == (1, 1) else "single"
             return self.operator(
-                shape, coarse, contact_modulus,
-                datum=datum, precision=arithmetic, workspace=workspace,
+                shape, coarse, contact_modulus, datum=datum,
+                coatings=coatings, precision=arithmetic, workspace=workspace,
             )  # fmt: skip
 
         return operator

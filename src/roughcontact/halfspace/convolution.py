@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace, default_workers
 
 Array = NDArray[np.float64]
@@ -441,6 +442,7 @@ def free(
     pixel: tuple[float, float],
     contact_modulus: float,
     *,
+    coatings: Coatings | None = None,
     workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
@@ -454,7 +456,9 @@ def free(
     pixel : (float, float)
         Pixel edges ``(dy, dx)`` [m].
     contact_modulus : float
-        E* [Pa].
+        E* [Pa]; of coated bodies that of their outermost layers.
+    coatings : Coatings, optional
+        Of the bodies.
     workers : int, optional
         Threads; by default one for each core that the process may use.
     precision : {"double", "single"}
@@ -480,12 +484,15 @@ def free(
         def fill(top: int) -> None:
             rows = quadrant[top : top + BAND]
             rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=top)
+            if coatings is not None:
+                added = coatings.pixels(rows.shape, pixel, top)
+                rows += added / (math.pi * pixel[0])
 
         work.each(fill, range(0, quadrant.shape[0], BAND))
         return fft.even_spectrum(quadrant, work)
 
     return Convolution(
-        SPECTRA.get(("free", half, edges), make),
+        SPECTRA.get(("free", half, edges if coatings is None else pixel, coatings), make),
         shape,
         (2 * half[0], 2 * half[1]),
         workspace=work,
@@ -499,6 +506,7 @@ def periodic(
     pixel: tuple[float, float],
     contact_modulus: float,
     *,
+    coatings: Coatings | None = None,
     workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
@@ -507,16 +515,21 @@ def periodic(
 
     Parameters
     ----------
-    shape, pixel, contact_modulus, workers, precision, workspace
+    shape, pixel, contact_modulus, coatings, workers, precision, workspace
         As for `free`; the map is one period.
 
     Returns
     -------
     Convolution
-        Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0.
+        Circular convolution with the symbol ``2/(E* |q|)``, zero at q = 0 but for coatings on a
+        rigid base.
     """
     # Made as fast as it could be fetched.
     symbol = kernels.periodic(shape, pixel, contact_modulus)
+    if coatings is not None:
+        moved = symbol > 0
+        symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
+        symbol[~moved] = 2 / contact_modulus * coatings.uniform()
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
 

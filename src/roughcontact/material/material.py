@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 
 from roughcontact.arguments import checked
 from roughcontact.deprecated import Renamed
-from roughcontact.errors import ArgumentRef, InputError, input_error
+from roughcontact.errors import (
+    ArgumentRef,
+    InputError,
+    input_error,
+    require_choice,
+    require_positive,
+)
 from roughcontact.material.hardening import Hardening, Perfect, Swift
 from roughcontact.material.hardness import stress
 from roughcontact.result import face
@@ -28,6 +35,69 @@ AT_ODDS = 0.15
 
 PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
 """Plastic strains of a proof stress, and of a hardness test (Tabor 1951)."""
+
+
+BASES = ("bonded", "frictionless")
+"""How the innermost layer of a coating lies on a rigid base."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer of a coating: isotropic, linearly elastic, bonded to what is above and below.
+
+    Parameters
+    ----------
+    young : float, str or quantity of pint
+        Young's modulus E: a number in Pa, or with its unit, as ``"200 GPa"``.
+    poisson : float
+        Poisson's ratio ν, in (-1, 0.5].
+    thickness : float, str or quantity of pint
+        Thickness h: a number in m, or with its unit, as ``"2 um"``.
+    yield_strength, hardness, name
+        As for `Material`.
+
+    Raises
+    ------
+    InputError
+        If a constant is outside its range.
+
+    Examples
+    --------
+    >>> Layer("200 GPa", 0.2, "2 um", name="DLC").thickness
+    2e-06
+    """
+
+    young: float
+    poisson: float
+    thickness: float
+    yield_strength: float | None = None
+    hardness: float | None = None
+    name: str = ""
+
+    @checked
+    def __init__(
+        self,
+        young: Quantity,
+        poisson: float,
+        thickness: Quantity,
+        *,
+        yield_strength: Quantity | None = None,
+        hardness: Quantity | None = None,
+        name: str = "",
+    ) -> None:
+        bulk = Material(young, poisson, yield_strength, name, hardness)
+        if math.isinf(bulk.young):
+            raise input_error("young", young, "must be finite: a layer is elastic")
+        deep = quantity(thickness, "length", "thickness")
+        require_positive(thickness=deep)
+        for key in ("young", "poisson", "yield_strength", "hardness", "name"):
+            object.__setattr__(self, key, getattr(bulk, key))
+        object.__setattr__(self, "thickness", deep)
+
+    @property
+    def bulk(self) -> Material:
+        """A body all of the same material."""
+        return Material(self.young, self.poisson, self.yield_strength, self.name, self.hardness)
 
 
 @dataclass(frozen=True)
@@ -55,6 +125,10 @@ class Material(Renamed):
     caveat : str
         Behavior that the model does not include, such as ``viscoelastic``; every result has a
         caution about it.
+    coating : sequence of Layer
+        Layers on the body, the outermost first; the other constants are those of the base.
+    base : {"bonded", "frictionless"}
+        How the innermost layer lies on a rigid base.
 
     Raises
     ------
@@ -69,6 +143,8 @@ class Material(Renamed):
     hardness: float | None = None
     hardening: Hardening | None = None
     caveat: str = ""
+    coating: tuple[Layer, ...] = ()
+    base: str = "bonded"
 
     @checked
     def __init__(
@@ -80,6 +156,8 @@ class Material(Renamed):
         hardness: Quantity | None = None,
         hardening: Hardening | None = None,
         caveat: str = "",
+        coating: Sequence[Layer] = (),
+        base: str = "bonded",
     ) -> None:
         strength = quantity(yield_strength, "pressure", "yield_strength")
         object.__setattr__(self, "young", quantity(young, "pressure", "young"))
@@ -89,6 +167,8 @@ class Material(Renamed):
         object.__setattr__(self, "hardness", stress(hardness, "hardness"))
         object.__setattr__(self, "hardening", hardening)
         object.__setattr__(self, "caveat", caveat)
+        object.__setattr__(self, "coating", tuple(coating))
+        object.__setattr__(self, "base", base)
         self._check()
 
     @classmethod
@@ -115,6 +195,12 @@ class Material(Renamed):
                 )
         if not -1 < self.poisson <= 0.5:
             raise input_error("poisson", self.poisson, "must lie in (-1, 0.5]")
+        require_choice(BASES, base=self.base)
+        for layer in self.coating:
+            if not isinstance(layer, Layer):
+                raise input_error("coating", layer, "must be layers, as rc.Layer")
+        if self.base == "frictionless" and not (self.coating and math.isinf(self.young)):
+            raise input_error("base", self.base, "needs a coating on a rigid body")
         if self.hardening is None:
             return
         if not isinstance(self.hardening, Hardening):
@@ -135,9 +221,15 @@ class Material(Renamed):
         object.__setattr__(self, "yield_strength", first)
 
     @property
+    def outermost(self) -> Material:
+        """What the surface is made of: the outermost layer, or the body itself."""
+        return self.coating[0].bulk if self.coating else self
+
+    @property
     def compliance(self) -> float:
-        """Plane-strain compliance (1 - ν²)/E [1/Pa]; 0 for a rigid body."""
-        return (1 - self.poisson**2) / self.young
+        """Plane-strain compliance (1 - ν²)/E of the surface [1/Pa]; 0 for a rigid body."""
+        surface = self.outermost
+        return (1 - surface.poisson**2) / surface.young
 
     @property
     def ceiling(self) -> float | None:

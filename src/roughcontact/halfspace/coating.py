@@ -1,0 +1,327 @@
+"""Response of a coated half-space: displacement, and stress, under waves and pixels of pressure.
+
+A wave of pressure ``p cos(q x)`` on a stack of bonded layers displaces its surface by
+``2/(E₁* q) (1 + F(q h₁)) p cos(q x)``, E₁* and h₁ of the outermost layer. F falls as exp(-2 q h₁), so
+that on a free map all that the stack changes is smooth on the scale of h₁:
+
+    K = Love's coefficients of the layer + Δ,  Δ(r) = D(r/h₁)/(π E₁* h₁),  D(ρ) = ∫ F(H) J₀(H ρ) dH.
+
+D and the corner integral M(ρ) = ∫ D ρ dρ are tabulated once for a stack, whatever the pixel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebfit, chebint, chebval
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import NDArray
+
+from roughcontact.material.material import Material
+
+Array = NDArray[np.float64]
+
+# Integrals over waves of D, on a ray of this angle to the real axis, where nothing oscillates: places
+# in H ρ from and up to which panels reach, growing by a factor, and the nodes of one. No wave of a
+# stack has a pole below 30 degrees; bending, the lowest, has one at 60.
+_ANGLE = math.pi / 6
+_FIRST, _LAST, _GROWTH, _NODES = 1e-9, 75.0, 1.6, 16
+# Chebyshev nodes in one unit of asinh ρ, and points of the table there.
+_PIECE, _DENSE = 24, 4096
+# Pixels from the origin up to which corners are integrated, and the nodes of their angles.
+_NEAR, _ANGLES = 10, 32
+# Part of the thickness up to which D hardly changes within a pixel.
+_SMALL = 0.1
+# Waves in a factor of e between which the response is interpolated; depth in waves that is none.
+_WAVES, _LONGEST = 2048, 1e-3
+
+
+# --- A wave ---
+
+
+def excess(material: Material, waves: NDArray[Any]) -> NDArray[Any]:
+    """Return what the layers below the outermost one add to its response.
+
+    Parameters
+    ----------
+    material : Material
+        A coated body.
+    waves : ndarray
+        H = q h₁, wave numbers times the thickness of the outermost layer; positive, or complex.
+
+    Returns
+    -------
+    ndarray
+        F(H): the displacement is ``2/(E₁* q) (1 + F)`` times the pressure.
+
+    Notes
+    -----
+    In each layer two waves fall and two rise, each written as exp(-distance from the face where it
+    starts), so that no exponential grows. With φ = a exp(s ζ)/q² and ψ = b exp(s ζ)/q, s = -1 of
+    those that fall (ζ from the upper face) and +1 of those that rise (ζ ≤ 0 from the lower one)::
+
+        2 μ q u_x = a + ζ b             2 μ q u_z = (3 - 4ν - s ζ) b - s a
+        σ_xz = s a + (s ζ - 1 + 2ν) b   σ_zz = -a + (2 (1 - ν) s - ζ) b
+
+    From the base up, each layer turns the compliance of what is below into that of its upper face.
+
+    References
+    ----------
+    Burmister, J. Appl. Phys. 16 (1945) 89, doi:10.1063/1.1707558;
+    O'Sullivan and King, J. Tribol. 110 (1988) 235, doi:10.1115/1.3261591
+    """
+    compliance = _layers(material, waves.ravel())[0].compliance()
+    return (-compliance[1, 1] / (2 * (1 - material.coating[0].poisson)) - 1).reshape(waves.shape)
+
+
+def _product(first: NDArray[Any], second: NDArray[Any]) -> NDArray[Any]:
+    """Return the matrix product of arrays of shape (rows, columns, n)."""
+    return np.einsum("ijn,jkn->ikn", first, second)
+
+
+def _inverse(matrix: NDArray[Any]) -> NDArray[Any]:
+    """Return the inverses of matrices of shape (2, 2, n)."""
+    (a, b), (c, d) = matrix
+    return np.array([[d, -b], [-c, a]]) / (a * d - b * c)
+
+
+def _state(
+    sign: int, depth: NDArray[Any], distance: NDArray[Any], poisson: float, shear: float
+) -> NDArray[Any]:
+    """Return displacements and stresses of the two waves, shape (5, 2, n).
+
+    The rows are u_x, u_z, σ_xz, σ_zz and σ_xx; displacements times 2 q and the shear modulus that
+    ``shear`` is over. ``distance`` is that from the face where the waves start.
+    """
+    one = np.ones_like(depth)
+    waves = np.array([
+        [one / shear, depth / shear],
+        [-sign * one / shear, (3 - 4 * poisson - sign * depth) / shear],
+        [sign * one, sign * depth - (1 - 2 * poisson)],
+        [-one, 2 * (1 - poisson) * sign - depth],
+        [one, 2 * poisson * sign + depth],
+    ])  # fmt: skip
+    return waves * np.exp(-distance)
+
+
+@dataclass(frozen=True)
+class _Layer:
+    """A layer, or the elastic base, under waves of each of n lengths."""
+
+    poisson: float
+    shear: float  # Shear modulus over that of the outermost layer
+    thickness: NDArray[Any] | None  # q h, shape (n,); None of the base, which has no end
+    rising: NDArray[Any]  # Amplitudes of rising waves over those of falling ones, (2, 2, n)
+
+    def state(self, depth: NDArray[Any]) -> NDArray[Any]:
+        """Return what falling waves of unit amplitude go with at a depth q ζ, shape (5, 2, n)."""
+        result = _state(-1, depth, depth, self.poisson, self.shear)
+        if self.thickness is not None:
+            above = self.thickness - depth
+            risen = _state(1, -above, above, self.poisson, self.shear)
+            result += _product(risen, self.rising)
+        return result
+
+    def falling(self) -> NDArray[Any]:
+        """Return the amplitudes under unit tractions σ_xz and σ_zz of the upper face."""
+        return _inverse(self.state(np.zeros_like(self.rising[0, 0]))[2:4])
+
+    def compliance(self) -> NDArray[Any]:
+        """Return the displacements of the upper face under unit tractions."""
+        return _product(self.state(np.zeros_like(self.rising[0, 0]))[:2], self.falling())
+
+
+def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
+    """Return the layers, the outermost first, and the base if it is elastic."""
+    outermost = material.coating[0]
+
+    def shear(young: float, poisson: float) -> float:
+        return young / (1 + poisson) * (1 + outermost.poisson) / outermost.young
+
+    layers: list[_Layer] = []
+    none = np.zeros((2, 2, waves.size), waves.dtype)
+    below = none
+    if math.isfinite(material.young):
+        layers.append(
+            _Layer(material.poisson, shear(material.young, material.poisson), None, none)
+        )
+        below = layers[0].compliance()
+    # What holds at the lower face of a layer: displacements are the compliance times the tractions.
+    unit = np.zeros_like(none)
+    unit[0, 0] = unit[1, 1] = 1
+    held = np.concatenate([unit, -below], axis=1)
+    if material.base == "frictionless":
+        held = np.zeros((2, 4, waves.size), waves.dtype)
+        held[0, 1] = held[1, 2] = 1
+    for item in reversed(material.coating):
+        ratio, deep = shear(item.young, item.poisson), waves * (item.thickness / outermost.thickness)
+        start = np.zeros_like(deep)
+        fallen = _state(-1, deep, deep, item.poisson, ratio)[:4]
+        risen = _state(1, start, start, item.poisson, ratio)[:4]
+        rising = -_product(_inverse(_product(held, risen)), _product(held, fallen))
+        layers.append(_Layer(item.poisson, ratio, deep, rising))
+        held = np.concatenate([unit, -layers[-1].compliance()], axis=1)
+    return layers[::-1]
+
+
+# --- A pixel on a free map ---
+
+
+@dataclass(frozen=True)
+class Table:
+    """D and M of a stack over asinh ρ, at equal steps."""
+
+    kernel: Array  # D
+    corner: Array  # M
+
+
+def _at(table: Array, rho: Array) -> Array:
+    """Return D or M at distances over the thickness of the outermost layer."""
+    return np.interp(np.arcsinh(rho) * _DENSE, np.arange(table.size), table)
+
+
+@lru_cache(maxsize=16)
+def tabulate(material: Material, pieces: int) -> Table:
+    """Return D and M of a coated body up to ``asinh ρ = pieces``.
+
+    J₀ is the real part of a Hankel function, which falls as exp(-|H| ρ/2) where the path is turned
+    by 30 degrees; in H ρ, one set of nodes that crowd towards 0 serves all distances.
+    """
+    waves, weights = _ray()
+    nodes = np.cos(np.pi * (np.arange(_PIECE) + 0.5) / _PIECE)
+    dense = 2 * np.arange(_DENSE) / _DENSE - 1
+    kernel, corner, before = [], [], 0.0
+    for piece in range(pieces):
+        rho, slope = (f(piece + (nodes + 1) / 2) for f in (np.sinh, np.cosh))
+        values = (excess(material, waves / rho[:, None]) @ weights).real / rho
+        kernel.append(chebval(dense, chebfit(nodes, values, _PIECE - 1)))
+        grown = chebint(chebfit(nodes, values * rho * slope / 2, _PIECE - 1), lbnd=-1)
+        corner.append(before + chebval(dense, grown))
+        before += chebval(1.0, grown)
+    return Table(np.concatenate(kernel), np.concatenate(corner))
+
+
+def _ray() -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return nodes H ρ on the ray, and weights times the Hankel function there."""
+    from scipy.special import hankel1
+
+    panels = math.ceil(math.log(_LAST / _FIRST) / math.log(_GROWTH))
+    ends = np.append(0.0, _LAST * _GROWTH ** np.arange(-panels, 1.0))
+    nodes, weights = leggauss(_NODES)
+    half = np.diff(ends)[:, None] / 2
+    turn = np.exp(1j * _ANGLE)
+    waves = turn * (ends[:-1, None] + half * (nodes + 1)).ravel()
+    return waves, turn * (half * weights).ravel() * hankel1(0, waves)
+
+
+# --- A pixel on a free map ---
+
+
+def pixels(
+    material: Material, shape: tuple[int, int], pixel: tuple[float, float], first_row: int = 0
+) -> Array:
+    """Return what the layers below the outermost one add to the displacement of pixels.
+
+    Parameters
+    ----------
+    material : Material
+        A coated body.
+    shape : (int, int)
+        Offsets ``(ny, nx)`` wanted: ``nx`` from 0 on in x, ``ny`` from ``first_row`` on in y.
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    first_row : int
+        Offset in y of the first row.
+
+    Returns
+    -------
+    ndarray, shape (ny, nx)
+        π E₁* times the displacement under unit pressure on the pixel ``[0, 0]`` [m], less that of
+        a body all of the outermost layer's material, ``π E₁* kernels.love``.
+
+    Notes
+    -----
+    Near the origin D is integrated over the corners of pixels, ∫∫ D dA = ∫ M(x/cos θ) dθ over each of
+    the two triangles of a rectangle; beyond, by 2 × 2 Gauss points.
+    """
+    thickness = material.coating[0].thickness
+    dy, dx = (edge / thickness for edge in pixel)
+    reach = math.hypot(dy * (first_row + shape[0] + 1), dx * (shape[1] + 1))
+    table = tabulate(material, max(8, math.ceil(math.asinh(reach))))
+    rows = np.arange(first_row, first_row + shape[0], dtype=float)[:, None]
+    columns = np.arange(shape[1], dtype=float)
+    shift = 1 / math.sqrt(12)
+    added = np.zeros(shape)
+    for side in (-shift, shift):
+        for other in (-shift, shift):
+            added += _at(table.kernel, np.hypot(dy * (rows + side), dx * (columns + other)))
+    added *= dy * dx / 4
+    near = max(0, min(shape[0], _NEAR - first_row)), min(shape[1], _NEAR)
+    if near[0] and max(dy, dx) > _SMALL:
+        y = dy * (np.arange(first_row, first_row + near[0] + 1) - 0.5)[:, None]
+        x = dx * (np.arange(near[1] + 1) - 0.5)
+        corners = _corner(table, y, x)
+        added[: near[0], : near[1]] = np.diff(np.diff(corners, axis=0), axis=1)
+    return added * thickness
+
+
+def _corner(table: Table, y: Array, x: Array) -> Array:
+    """Return the integral of D from the origin to the corners (y, x), odd in both."""
+    nodes, weights = leggauss(_ANGLES)
+    corner = np.zeros(np.broadcast_shapes(y.shape, x.shape))
+    for side, other in ((np.abs(x), np.abs(y)), (np.abs(y), np.abs(x))):
+        half = np.arctan2(other, side) / 2
+        for node, weight in zip(nodes, weights, strict=True):
+            corner += weight * half * _at(table.corner, side / np.cos(half * (1 + node)))
+    return corner * np.sign(y) * np.sign(x)
+
+
+# --- Two bodies ---
+
+
+@dataclass(frozen=True)
+class Coatings:
+    """What the layers of two bodies add to the response of the materials at their surfaces."""
+
+    bodies: tuple[Material, ...]  # Those that are coated
+    shares: tuple[float, ...]  # Their parts of 1/E*, E* of both surfaces
+    grounded: bool  # Whether every body that deforms lies on a rigid base
+
+    @classmethod
+    def of(cls, *bodies: Material) -> Coatings | None:
+        """Return those of two bodies, None where neither has any."""
+        total = sum(body.compliance for body in bodies)
+        coated = tuple(body for body in bodies if body.coating)
+        if not coated:
+            return None
+        shares = tuple(body.compliance / total for body in coated)
+        return cls(coated, shares, all(math.isinf(body.young) for body in bodies))
+
+    def pixels(self, shape: tuple[int, int], pixel: tuple[float, float], first_row: int) -> Array:
+        """Return π E* times what they add to `kernels.love` of E* [m]."""
+        return sum(
+            share * pixels(body, shape, pixel, first_row)
+            for body, share in zip(self.bodies, self.shares, strict=True)
+        )  # type: ignore[return-value]
+
+    def factor(self, waves: Array) -> Array:
+        """Return the response over ``2/(E* q)`` for wave numbers q > 0 [1/m], of any shape."""
+        result = np.ones(waves.shape)
+        steps = math.ceil(_WAVES * math.log(waves.max() / waves.min())) + 2
+        known = np.geomspace(waves.min(), waves.max(), steps)
+        for body, share in zip(self.bodies, self.shares, strict=True):
+            added = np.log1p(excess(body, known * body.coating[0].thickness))
+            result += share * np.expm1(np.interp(np.log(waves), np.log(known), added))
+        return result
+
+    def uniform(self) -> float:
+        """Return E*/2 times the displacement under a uniform pressure [m]; 0 if there is none."""
+        if not self.grounded:
+            return 0.0
+        wave = _LONGEST / sum(layer.thickness for body in self.bodies for layer in body.coating)
+        return float(self.factor(np.array([wave]))[0]) / wave
