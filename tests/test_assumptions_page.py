@@ -303,7 +303,7 @@ def test_what_a_ceiling_leaves_behind_is_foretold() -> None:
             assert row["auto"]["energy"] == pytest.approx(energy, abs=0.06)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_stored_comparison_can_be_computed_again() -> None:
     row = next(
         row for row in ceiling_error.stored()["spheres"]
@@ -322,7 +322,7 @@ def test_the_stored_comparison_can_be_computed_again() -> None:
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_only_the_scales_depend_on_modulus_strength_and_radius() -> None:
     ratios = []
     for law, young in ((Perfect(1e9), 210e9), (Perfect(1e8), 3e9)):

@@ -347,7 +347,7 @@ def test_only_an_edge_where_the_map_ends_is_flagged(place, flagged):
     assert found == flagged
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_report_of_a_strip_tells_axis_and_datum(pressed_strip, tmp_path):
     pressed_strip.report(tmp_path / "strip.html")
     page = html.unescape((tmp_path / "strip.html").read_text(encoding="utf-8"))
@@ -416,6 +416,7 @@ def test_what_needs_both_axes_alike_is_refused_before_it_starts(boundary, rough,
         assert caught.value.argument == "boundary"
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.parametrize("boundary", STRIPS)
 def test_command_line_and_project_file_know_strips(boundary, rough, tmp_path, monkeypatch, capsys):

@@ -56,7 +56,7 @@ def fraction(surface: rc.Surface) -> float:
     return rc.solve(surface, material=STEEL, load=load, tolerance=1e-4).contact_fraction
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_intervals_hold_over_groups_of_contacts() -> None:
     rng = np.random.default_rng(0)
     rough = np.array([fraction(one) for one in patches(60, 32, 0.3e-6, 12e-6, 1)])

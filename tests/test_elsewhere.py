@@ -63,6 +63,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.parametrize("gone", [MACOS, WINDOWS], ids=["macos", "windows"])
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing to take away here")

@@ -209,7 +209,7 @@ def test_moments_that_few_waves_cannot_have_are_refused() -> None:
         rc.generate(48, (2e-6, 2e-6), Sq=4e-7, Sal=1.2e-5, Ssk=-0.8, honing=40)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_is_missed_is_said_with_its_reason() -> None:
     grooves = made((96, 96), Str=0.05)
     told = unmet(grooves)[0]
@@ -289,7 +289,7 @@ def test_a_gradient_is_that_of_the_first_differences() -> None:
     assert again.gradient() == pytest.approx(0.9 * found.gradient(), rel=5e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys: Capture) -> None:
     files = [tmp_path / f"made{suffix}" for suffix in (".nc", ".npz", ".csv", ".vti")]
     figure = tmp_path / "made.png"

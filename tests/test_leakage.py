@@ -249,7 +249,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
         assert said in capsys.readouterr().err
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_project_may_ask_for_it_beside_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -67,7 +67,7 @@ def test_a_force_is_none_of_a_profile_nor_a_load_per_length_of_a_map(trace, tmp_
     assert "--load (line load) needs a nominal cylinder" in capsys.readouterr().err
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_report_on_a_profile_says_what_it_assumes(trace, tmp_path):
     page, result = tmp_path / "r.html", tmp_path / "r.nc"
     figures = ["--figures", str(tmp_path / "f.png")]
@@ -156,7 +156,7 @@ def test_what_needs_a_map_is_refused_in_one_sentence(trace, capsys):
         assert error.count("\n") == 1
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_stress_below_a_profile_is_told_per_length(trace, tmp_path, capsys):
     page, result = tmp_path / "s.html", tmp_path / "s.nc"
     words = ["stress", str(trace), *STEEL, "--load", "20 N/mm", "--first-yield", "--verbose"]

@@ -274,6 +274,7 @@ def hidden(folder: Path) -> list[str]:
     return [file.name for file in folder.rglob(".*")]
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
@@ -506,6 +507,7 @@ points = 32
 """
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_every_task_can_be_asked_for(folder: Path, capsys: Capture) -> None:
     path = folder / "tasks.toml"

@@ -57,7 +57,7 @@ def test_parts_are_pressed_by_themselves_and_tell_the_error() -> None:
     }  # fmt: skip
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_long_waves_are_told() -> None:
     y, x = np.mgrid[:128, :128] / 128
     waves = 1.5e-6 * np.cos(2 * np.pi * (2.5 * x + 0.3)) * np.cos(2 * np.pi * 1.5 * y)

@@ -86,6 +86,7 @@ def left(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [name if name == "sweep" else pytest.param(name, marks=pytest.mark.process) for name in CASES],

@@ -98,7 +98,7 @@ def test_where_nothing_flows_one_step_is_enough(chosen: rc.ElastoplasticResult) 
     assert phrases.step_error(elastic) == "none"
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_steps_become_smaller_where_the_error_asks_for_it(
     hardened: rc.ElastoplasticResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,7 +128,7 @@ def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> No
         assert archive.load_elastoplastic(tmp_path / "kept.nc").increments == result.increments
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_run_that_goes_on_chooses_the_same_steps(tmp_path: Path) -> None:
     problem, loads = sphere(4, 12, HARDENING), [2 * FIRST, 3 * FIRST]
     solve_elastoplastic(**problem, loads=loads[:1], folder=tmp_path)

@@ -82,7 +82,7 @@ PATHS = {
 }  # fmt: skip
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "stop"), PATHS.values(), ids=PATHS)
 def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) -> None:
     arguments = arguments | dict(tolerance=1e-3)
@@ -193,6 +193,7 @@ rc.solve_elastoplastic(ball, material=swift, load=0.4, increments=8, depth=9e-6,
 """
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:

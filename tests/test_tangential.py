@@ -164,6 +164,7 @@ def test_the_command_writes_and_prints(
     assert app.main([*words[:-2], "--force", "1 N"]) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

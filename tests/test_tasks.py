@@ -134,7 +134,7 @@ def project(folder: Path, *lines: str) -> None:
     (folder / "project.toml").write_text("\n".join([*known, *lines]), encoding="utf-8")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Path) -> None:
     options = house / "roughcontact" / "request" / "options.py"
     add(options, OPTION, "PREPARATION = (", "STRETCH, ")

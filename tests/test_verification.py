@@ -63,7 +63,7 @@ def test_a_result_is_what_it_says(case: str, tmp_path: Path) -> None:
     assert again.pressure.tobytes() == result.pressure.tobytes()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("loads", [(0.3,), (0.3, 0.0)])
 def test_the_contact_of_a_volume_is_what_it_says(loads: tuple[float, ...], tmp_path: Path) -> None:
     result = yielded(*loads)

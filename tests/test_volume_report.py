@@ -77,7 +77,7 @@ def test_question_first_then_sections_in_the_order_of_the_other_report(pressed) 
     assert "Hardening Swift hardening, 1.24 GPa (30 + 1e6 e)^0.085 rigid" in page
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_the_area_keeps_the_perimeter_that_has_yielded(pressed) -> None:
     corrected, all_elastic = (
@@ -106,7 +106,7 @@ def test_unloaded_it_tells_what_is_left(released) -> None:
     assert "It is the largest load of the path, and is gone" in page
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_unloaded_the_pressure_is_that_of_the_largest_load(pressed, released, tmp_path) -> None:
     np.testing.assert_array_equal(released.largest_pressure, pressed.solution.pressure)
     assert pressed.largest_pressure is None
@@ -213,7 +213,7 @@ def test_flow_on_unloading_is_told(pressed, released) -> None:
     assert Kind.RESIDUAL_YIELD not in cautions(with_material(released, **weak))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_two_bodies_have_a_table_each() -> None:
     y, x = np.mgrid[:16, :18] - np.array([8, 9])[:, None, None]

@@ -227,6 +227,7 @@ def test_a_long_solve_is_cancelled_and_the_page_goes_on(seat: Seat) -> None:
     assert page.get_by_role("button", name="Start").is_enabled()
 
 
+@pytest.mark.slow
 def test_a_wrong_file_is_refused_in_a_sentence(seat: Seat, measured: Path) -> None:
     wrong = {"name": "broken.opd", "mimeType": "", "buffer": b"no map at all" * 100}
     seat.bring(wrong, "broken.opd")
@@ -312,6 +313,7 @@ def nameless(controls: list[str]) -> list[str]:
     return [line for line in controls if not re.search(r"- \w+ [\"'/]", line)]
 
 
+@pytest.mark.slow
 def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> None:
     """What is reached by Tab is pressed, typed and chosen with keys only."""
     page = seat.page

@@ -75,7 +75,7 @@ def bench() -> Iterator[WorkerPool]:
     made.close()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_joint_is_asked_and_tells_how_to_ask_again(tmp_path: Path, bench: WorkerPool) -> None:
     seat = Seat(tmp_path, bench)
     for name, text in RANGE.items():
@@ -126,7 +126,7 @@ def test_what_is_wrong_is_said_in_a_sentence(tmp_path: Path, bench: WorkerPool) 
     seat.session.close()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_all_that_is_asked_at_once_is_solved_once(
     tmp_path: Path, bench: WorkerPool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -197,6 +197,7 @@ def test_workers_are_waited_for_and_one_without_memory_loses_no_other_contact(
     assert set(states.values()) == {"solved before"}
 
 
+@pytest.mark.slow
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])

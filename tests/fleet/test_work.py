@@ -55,6 +55,7 @@ def states(reports: list[plan.Report]) -> list[str]:
     return [report.state for report in reports]
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_files_that_are_sent_give_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -146,6 +146,7 @@ def test_a_nominal_pressure_is_told_as_it_was_given(tmp_path, folder):
     assert told in report.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_command_and_script_of_the_page_run(tmp_path, problems, monkeypatch):
     text = (HERE.parents[1] / "docs" / "howto" / "mpi.md").read_text(encoding="utf-8")
     words, volume = re.findall(r"```sh\nmpiexec -n 4 roughcontact (.*?)```", text, re.DOTALL)

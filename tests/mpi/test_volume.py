@@ -84,6 +84,7 @@ UNLOADED = ["--unit", "um", "--size", "39.2 um x 48 um", "--model", "elastoplast
 WORDS = [*UNLOADED, "--load", "0.2 N"]
 
 
+@pytest.mark.slow
 def test_the_command_says_and_writes_what_one_process_does(tmp_path, folder):
     words = ["solve", folder / "map.npy", *WORDS, "--crop", "2:22,4:26", "--json"]
     output, report, figure = (tmp_path / f"out{suffix}" for suffix in (".nc", ".html", ".png"))

@@ -71,7 +71,7 @@ LOADS = [
 ]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("load", LOADS)
 def test_perfectly_plastic_sphere(load) -> None:
     fits = jackson_green(load), kogut_etsion(load)

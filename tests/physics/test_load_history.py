@@ -58,7 +58,7 @@ def test_conforming_contact_after_indentation() -> None:
     assert (found.column("indentation_volume")[2:] <= 1e-8 * found.indentation_volume).all()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", "approach"])
 def test_work_is_what_is_stored_and_dissipated(control: str) -> None:
     # Loaded, unloaded, reloaded higher, unloaded again; finer and finer. The trapezoidal rule

@@ -67,6 +67,7 @@ def test_the_area_of_a_sphere_whatever_poissons_ratio(poisson: float, ratio: flo
     assert advised["judged"] == pytest.approx(ratio, rel=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("poisson", "ratio"), SPHERES[:2])
 def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: float) -> None:
     case, found = volume(poisson, ratio)
@@ -154,7 +155,7 @@ def test_the_law_begins_with_hertz_and_ends_at_three() -> None:
         assert all(m <= 4 * 1.05**n / (3 * math.pi) + 1e-12 for n, m in enumerate(means))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "load"), [(1, 0.3), (3, 1.0)])
 def test_the_interval_of_a_joint_holds_what_the_volume_gives(seed: int, load: float) -> None:
     n = 48

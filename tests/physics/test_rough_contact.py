@@ -74,7 +74,7 @@ def area(surface):
     return surface.size[0] * surface.size[1]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_low_load_slope_of_rough_maps():
     # R(512), 10 mN to 10 N: 0.01 to 9 % in contact. The slope is fitted where no more than 5 %
     # touches, 10 mN to 3 N. Measured κ = 2.26, 2.22, 2.17; boundary elements find 1.8 to 2.3

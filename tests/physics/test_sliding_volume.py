@@ -55,7 +55,7 @@ def test_what_slides_along_yields_once() -> None:
     assert rolled.plastic_volume > 1.2 * still.plastic_volume
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("middle", "error"), [(3, 1e-3), (2.5, 0.05)], ids=["whole", "parts"])
 def test_it_does_not_matter_who_moves(middle: float, error: float) -> None:
     """A flat slides under a roller as the roller slides over the flat, the other way.
