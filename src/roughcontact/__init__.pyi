@@ -43,6 +43,7 @@ from .material import catalog as catalog, hardening as hardening, hardness as ha
 from .material.material import (
     RIGID as RIGID,
     Conductor as Conductor,
+    Layer as Layer,
     Material as Material,
     contact_modulus as contact_modulus,
 )

@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ from roughcontact.files import to_json
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening
-from roughcontact.material.material import Material
+from roughcontact.material.material import Layer, Material
 from roughcontact.surface.provenance import Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
 
@@ -293,6 +293,11 @@ def _material_attributes(body: str, material: Material) -> dict[str, Any]:
         attributes[f"{body}_hardening"] = hardening.to_text(material.hardening)
     if material.caveat:
         attributes[f"{body}_caveat"] = material.caveat
+    if material.coating:
+        attributes[f"{body}_coating"] = json.dumps(
+            [asdict(layer) for layer in material.coating]
+        )
+        attributes[f"{body}_base"] = material.base
     return attributes
 
 
@@ -459,6 +464,10 @@ def _pair(maps: dict[str, NDArray[np.float64]], attributes: dict[str, Any]) -> P
             hardness=_optional(attributes, f"{body}_hardness"),
             hardening=_law(attributes.get(f"{body}_hardening")),
             caveat=str(attributes.get(f"{body}_caveat", "")),
+            coating=[
+                Layer(**layer) for layer in json.loads(attributes.get(f"{body}_coating", "[]"))
+            ],
+            base=str(attributes.get(f"{body}_base", "bonded")),
         )
         for body in MATERIALS
     }

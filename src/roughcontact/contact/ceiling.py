@@ -48,7 +48,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import (
+    BASE,
+    BRACKET,
     CALIBRATED,
+    COATING,
     CalibratedCeiling,
     CalibrationRecord,
     ContactResult,
@@ -62,9 +65,10 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.material.hardening import flow_stress
-from roughcontact.material.material import CEILING_FACTOR, Material
+from roughcontact.material.material import CEILING_FACTOR, Material, softer
 from roughcontact.roots import brentq
 from roughcontact.theory import indenters
+from roughcontact.units import engineering
 
 # Strain whose flow stress counts, over the slope a/R: between 0.1 for Swift's law, which is steep
 # at small strains, and 0.2 for a linear one, which is Tabor's for full indentation.
@@ -85,6 +89,8 @@ def resolved_ceiling(
 ) -> float | NDArray[np.float64] | None:
     """Return the ceiling as `solve` uses it."""
     if isinstance(ceiling, str):
+        if pair.is_coated:
+            return _of_coated(ceiling, pair)
         require_choice(("auto", CALIBRATED), ceiling=ceiling)
         body = pair.softer
         if ceiling == CALIBRATED and (body is None or body.yield_strength is None):
@@ -155,6 +161,29 @@ def recommended_ceiling(result: ContactResult) -> CalibratedCeiling | None:
         return None
     mean = result.load / result.perimeter_corrected_area
     return _judged(result.pair, body, slope, mean)
+
+
+def _of_coated(ceiling: str, pair: Pair) -> float:
+    """Return the ceiling of the coating or of its base [Pa], as its name asks for it."""
+    bodies = (pair.material, pair.counter_material)
+    known = {
+        COATING: softer(*(body.outermost for body in bodies)),
+        BASE: softer(*(body.uncoated for body in bodies)),
+    }
+    limits = {name: body.ceiling for name, body in known.items() if body and body.ceiling}
+    limit = limits.get(COATING if ceiling == BRACKET else ceiling)
+    if limit is not None and (ceiling != BRACKET or len(limits) > 1):
+        return limit
+    offered = [f"{name!r} ({engineering(value, 'Pa', 3)})" for name, value in limits.items()]
+    if len(limits) > 1:
+        offered.append(f"{BRACKET!r}, which solves both")
+    raise InputError(
+        "of a coated body has to be given: spots much smaller than the coating yield at its "
+        f"pressure, much larger ones at that of the base; give {', '.join(offered)}"
+        f"{' or ' if offered else ''}a pressure, or 'none'",
+        argument="ceiling",
+        value=ceiling,
+    )
 
 
 def area_change(advice: CalibratedCeiling, ceiling: float | None, modulus: float) -> float:

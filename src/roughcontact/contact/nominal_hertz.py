@@ -172,7 +172,7 @@ def shape_of(pair: Pair) -> Shape | None:
 def smooth(pair: Pair, load: float) -> Smooth | None:
     """Return Hertz's contact of the nominal bodies of a pair."""
     shape, modulus = shape_of(pair), pair.contact_modulus
-    if shape is None or not load > 0:
+    if shape is None or not load > 0 or pair.is_coated:
         return None
     if shape.kind == LINE:
         return None if shape.axis is None else _line(pair, shape, load)
@@ -202,6 +202,7 @@ def _line(pair: Pair, shape: Shape, load: float) -> Smooth:
 
 def load_of(pair: Pair, shape: Shape, max_pressure: float) -> float | None:
     """Return the load at which smooth bodies have a peak pressure."""
+    pair.require_uncoated("Hertz's peak pressure")
     modulus, radius = pair.contact_modulus, shape.radii[0]
     if shape.kind == CIRCLE:
         return hertz.load_at_pressure(max_pressure, radius, modulus)

@@ -136,6 +136,19 @@ class Pair:
             self.surface.require_map(what)
 
     @property
+    def is_coated(self) -> bool:
+        """Whether one of the bodies has a coating."""
+        return bool(self.material.coating or self.counter_material.coating)
+
+    def require_uncoated(self, what: str) -> None:
+        """Raise `InputError` for coated bodies; ``what`` is not known for them."""
+        if self.is_coated:
+            raise InputError(
+                f"is not available for {what}; leave it out, or solve the contact alone",
+                argument="coating",
+            )
+
+    @property
     def whole(self) -> str:
         """What is pressed, in a word: ``"map"`` or ``"profile"``."""
         return "profile" if self.is_profile else "map"
@@ -172,7 +185,7 @@ class Pair:
 
     @property
     def contact_modulus(self) -> float:
-        """E* [Pa]."""
+        """E* [Pa]; of coated bodies that of their outermost layers."""
         return contact_modulus(self.material, self.counter_material)
 
     @property
@@ -189,6 +202,8 @@ class Pair:
     @property
     def first_to_yield(self) -> Material | None:
         """The body that a spot of the pair yields in first, ``None`` if no strength is known."""
+        if self.is_coated:
+            return None
         known = [b for b in (self.material, self.counter_material) if b.first_yield_pressure]
         return min(known, key=lambda body: self.yields_at(body) or math.inf, default=None)
 
@@ -243,12 +258,14 @@ class Pair:
     def operators(self, precision: str, workspace: Workspace, softness: float = 1.0) -> Family:
         """Return what makes the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
+        coatings = Coatings.of(self.material, self.counter_material)
+        if coatings is not None:
+            self.require_whole("a coated body")
         if isinstance(self.share, Slab):
             return self.boundary.slab_operators(
                 self.share.edges, *where, self.share.ranks,
                 precision=precision, workspace=workspace,
             )  # fmt: skip
-        coatings = Coatings.of(self.material, self.counter_material)
         return self.boundary.operators(
             *where, coatings=coatings, precision=precision, workspace=workspace
         )

@@ -170,7 +170,7 @@ def adhesion(result: ContactResult) -> Caution | None:
     """Return what adhesion, which is left out, does to the spots that carry half of the load."""
     spots, modulus, work = result.spots(), result.contact_modulus, WORK_OF_ADHESION
     carrying = spots.load > 0
-    if not carrying.any() or result.contact.all():
+    if not carrying.any() or result.contact.all() or result.pair.is_coated:
         return None
     load = np.where(carrying, spots.load, np.inf)
     radius = 4 * modulus * (spots.area / np.pi) ** 1.5 / (3 * load)

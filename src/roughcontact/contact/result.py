@@ -31,6 +31,9 @@ from roughcontact.units import Quantity
 CALIBRATED = "calibrated"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
 
+BRACKET, COATING, BASE = "bracket", "coating", "base"
+"""What the ceiling of a coated body is given as: that of its base beside that of its coating."""
+
 TOLD_CHANGE = 0.02
 """Relative change of areas or gap from which results show the calibrated ceiling, too."""
 
@@ -49,11 +52,11 @@ class CalibratedCeiling:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """The same contact under the ceiling that gives the contact area."""
+    """The same contact under the calibrated ceiling, or under that of the base of a coated body."""
 
-    ceiling: float  # The calibrated ceiling [Pa]
-    factor: float  # Of the `CalibratedCeiling`
-    load_ratio: float  # Of the `CalibratedCeiling`
+    ceiling: float  # The other ceiling [Pa]
+    factor: float  # Of the `CalibratedCeiling`; NaN of a coated body
+    load_ratio: float  # Of the `CalibratedCeiling`; NaN of a coated body
     load: float  # Load [N] and approach [m]
     approach: float  # Load [N] and approach [m]
     control: str  # Which of them was given
@@ -64,6 +67,11 @@ class Calibrated:
     change: float  # Largest relative change of contact area, saturated area and mean gap
     certificate: float  # ε of its solution
     convolutions: int  # What it cost
+
+    @property
+    def is_of_base(self) -> bool:
+        """Whether it is the ceiling of the base of a coated body."""
+        return math.isnan(self.factor)
 
     @property
     def differs(self) -> bool:

@@ -16,7 +16,14 @@ from roughcontact.contact import plausibility, validation
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
-from roughcontact.contact.result import CALIBRATED, Calibrated, ContactResult, Regime
+from roughcontact.contact.result import (
+    BASE,
+    BRACKET,
+    CALIBRATED,
+    Calibrated,
+    ContactResult,
+    Regime,
+)
 from roughcontact.contact.share import Share
 from roughcontact.contact.spots import center_of_pressure
 from roughcontact.errors import (
@@ -107,7 +114,9 @@ def solve(
         ``"62 HRC"``. ``"auto"`` is the smaller ceiling of the bodies: three times the yield
         strength or, without one, the hardness; none if neither is known. ``"calibrated"`` starts
         with that and repeats the solve until the ceiling reproduces the contact area of the
-        elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic.
+        elastoplastic model (`recommended_ceiling`). ``None`` is purely elastic. A coated body
+        needs one: ``"coating"`` or ``"base"``, that of the outermost layer or of what is below
+        all layers; ``"bracket"`` solves with both, the second for ``calibrated`` of the result.
     boundary : {"free", "periodic", "periodic-x", "periodic-y"}
         Whether the body ends with the map, or the map is one period of an endless surface, or of
         a strip that is endless along one axis; see `Boundary`.
@@ -243,7 +252,10 @@ def _agreed(
 
 
 def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
-    """Return the contact under the ceiling that its solution recommends."""
+    """Return the contact under the ceiling that its solution recommends, or that of a base."""
+    if first.converged and isinstance(terms.ceiling, str) and terms.ceiling == BRACKET:
+        terms = replace(terms, ceiling=BASE)
+        return _beside(first, terms, first.pressure, math.nan, math.nan)
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
     advice = plausibility.advice(first)
@@ -260,6 +272,17 @@ def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
         terms = replace(terms, precision="single")
+    return _beside(first, terms, start, advice.factor, advice.load_ratio)
+
+
+def _beside(
+    first: ContactResult,
+    terms: LoadCase,
+    start: NDArray[np.float64],
+    factor: float,
+    load_ratio: float,
+) -> Calibrated | None:
+    """Return the same contact under another ceiling."""
     try:
         result = press(first.pair, terms, start=start, on_failure="return")
     except (CapacityError, InsufficientMemoryError):
@@ -270,9 +293,7 @@ def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     changes = (abs(getattr(result, n) - getattr(first, n)) / (getattr(first, n) or math.inf)
                for n in areas_and_gap)  # fmt: skip
     named = {n: getattr(result, n) for n in Calibrated.__dataclass_fields__ if hasattr(result, n)}
-    return Calibrated(
-        **named, factor=advice.factor, load_ratio=advice.load_ratio, change=max(changes)
-    )
+    return Calibrated(**named, factor=factor, load_ratio=load_ratio, change=max(changes))
 
 
 def _foretold(first: ContactResult, ceiling: float) -> NDArray[np.float64]:

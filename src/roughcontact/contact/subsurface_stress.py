@@ -502,6 +502,7 @@ def onset(
 ) -> StressResult:
     """Return the contact of two bodies at which the first point of one yields."""
     require_positive(tolerance=tolerance)
+    pair.require_uncoated("the stress below the surface")
     if not pair.is_profile:
         pair.boundary.require_stress()
     first = quantity(start, "force", "start")

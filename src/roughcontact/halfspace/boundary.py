@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from roughcontact.halfspace.coating import Coatings
     from roughcontact.halfspace.convolution import Convolution
     from roughcontact.halfspace.distributed import SlabConvolution
     from roughcontact.halfspace.fft import Workspace

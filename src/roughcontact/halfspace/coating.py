@@ -1,8 +1,8 @@
 """Response of a coated half-space: displacement, and stress, under waves and pixels of pressure.
 
 A wave of pressure ``p cos(q x)`` on a stack of bonded layers displaces its surface by
-``2/(E₁* q) (1 + F(q h₁)) p cos(q x)``, E₁* and h₁ of the outermost layer. F falls as exp(-2 q h₁), so
-that on a free map all that the stack changes is smooth on the scale of h₁:
+``2/(E₁* q) (1 + F(q h₁)) p cos(q x)``, E₁* and h₁ of the outermost layer. F falls as
+exp(-2 q h₁), so that on a free map all that the stack changes is smooth on the scale of h₁:
 
     K = Love's coefficients of the layer + Δ,  Δ(r) = D(r/h₁)/(π E₁* h₁),  D(ρ) = ∫ F(H) J₀(H ρ) dH.
 
@@ -12,7 +12,6 @@ D and the corner integral M(ρ) = ∫ D ρ dρ are tabulated once for a stack, w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -26,9 +25,9 @@ from roughcontact.material.material import Material
 
 Array = NDArray[np.float64]
 
-# Integrals over waves of D, on a ray of this angle to the real axis, where nothing oscillates: places
-# in H ρ from and up to which panels reach, growing by a factor, and the nodes of one. No wave of a
-# stack has a pole below 30 degrees; bending, the lowest, has one at 60.
+# Integrals over waves of D, on a ray of this angle to the real axis, where nothing oscillates:
+# places in H ρ from and up to which panels reach, growing by a factor, and the nodes of one. No
+# wave of a stack has a pole below 30 degrees; bending, the lowest, has one at 60.
 _ANGLE = math.pi / 6
 _FIRST, _LAST, _GROWTH, _NODES = 1e-9, 75.0, 1.6, 16
 # Chebyshev nodes in one unit of asinh ρ, and points of the table there.
@@ -147,9 +146,7 @@ def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
     none = np.zeros((2, 2, waves.size), waves.dtype)
     below = none
     if math.isfinite(material.young):
-        layers.append(
-            _Layer(material.poisson, shear(material.young, material.poisson), None, none)
-        )
+        layers.append(_Layer(material.poisson, shear(material.young, material.poisson), None, none))
         below = layers[0].compliance()
     # What holds at the lower face of a layer: displacements are the compliance times the tractions.
     unit = np.zeros_like(none)
@@ -159,7 +156,10 @@ def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
         held = np.zeros((2, 4, waves.size), waves.dtype)
         held[0, 1] = held[1, 2] = 1
     for item in reversed(material.coating):
-        ratio, deep = shear(item.young, item.poisson), waves * (item.thickness / outermost.thickness)
+        ratio, deep = (
+            shear(item.young, item.poisson),
+            waves * (item.thickness / outermost.thickness),
+        )
         start = np.zeros_like(deep)
         fallen = _state(-1, deep, deep, item.poisson, ratio)[:4]
         risen = _state(1, start, start, item.poisson, ratio)[:4]
@@ -202,7 +202,7 @@ def tabulate(material: Material, pieces: int) -> Table:
         kernel.append(chebval(dense, chebfit(nodes, values, _PIECE - 1)))
         grown = chebint(chebfit(nodes, values * rho * slope / 2, _PIECE - 1), lbnd=-1)
         corner.append(before + chebval(dense, grown))
-        before += chebval(1.0, grown)
+        before += float(chebval(1.0, grown))
     return Table(np.concatenate(kernel), np.concatenate(corner))
 
 
@@ -223,7 +223,11 @@ def _ray() -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def pixels(
-    material: Material, shape: tuple[int, int], pixel: tuple[float, float], first_row: int = 0
+    material: Material,
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    first_row: int,
+    table: Table,
 ) -> Array:
     """Return what the layers below the outermost one add to the displacement of pixels.
 
@@ -237,6 +241,8 @@ def pixels(
         Pixel edges ``(dy, dx)`` [m].
     first_row : int
         Offset in y of the first row.
+    table : Table
+        As far as the offsets reach.
 
     Returns
     -------
@@ -246,13 +252,11 @@ def pixels(
 
     Notes
     -----
-    Near the origin D is integrated over the corners of pixels, ∫∫ D dA = ∫ M(x/cos θ) dθ over each of
-    the two triangles of a rectangle; beyond, by 2 × 2 Gauss points.
+    Near the origin D is integrated over the corners of pixels, ∫∫ D dA = ∫ M(x/cos θ) dθ over each
+    of the two triangles of a rectangle; beyond, by 2 × 2 Gauss points.
     """
     thickness = material.coating[0].thickness
     dy, dx = (edge / thickness for edge in pixel)
-    reach = math.hypot(dy * (first_row + shape[0] + 1), dx * (shape[1] + 1))
-    table = tabulate(material, max(8, math.ceil(math.asinh(reach))))
     rows = np.arange(first_row, first_row + shape[0], dtype=float)[:, None]
     columns = np.arange(shape[1], dtype=float)
     shift = 1 / math.sqrt(12)
@@ -263,8 +267,8 @@ def pixels(
     added *= dy * dx / 4
     near = max(0, min(shape[0], _NEAR - first_row)), min(shape[1], _NEAR)
     if near[0] and max(dy, dx) > _SMALL:
-        y = dy * (np.arange(first_row, first_row + near[0] + 1) - 0.5)[:, None]
-        x = dx * (np.arange(near[1] + 1) - 0.5)
+        y: Array = dy * (np.arange(first_row, first_row + near[0] + 1.0) - 0.5)[:, None]
+        x: Array = dx * (np.arange(near[1] + 1.0) - 0.5)
         corners = _corner(table, y, x)
         added[: near[0], : near[1]] = np.diff(np.diff(corners, axis=0), axis=1)
     return added * thickness
@@ -302,12 +306,25 @@ class Coatings:
         shares = tuple(body.compliance / total for body in coated)
         return cls(coated, shares, all(math.isinf(body.young) for body in bodies))
 
-    def pixels(self, shape: tuple[int, int], pixel: tuple[float, float], first_row: int) -> Array:
+    def tables(self, reach: float) -> list[Table]:
+        """Return the tables up to a distance [m], to be made once before threads share them."""
+        return [
+            tabulate(body, math.ceil(math.asinh(reach / body.coating[0].thickness)) + 1)
+            for body in self.bodies
+        ]
+
+    def pixels(
+        self,
+        shape: tuple[int, int],
+        pixel: tuple[float, float],
+        first_row: int,
+        tables: list[Table],
+    ) -> Array:
         """Return π E* times what they add to `kernels.love` of E* [m]."""
-        return sum(
-            share * pixels(body, shape, pixel, first_row)
-            for body, share in zip(self.bodies, self.shares, strict=True)
-        )  # type: ignore[return-value]
+        added = np.zeros(shape)
+        for body, share, table in zip(self.bodies, self.shares, tables, strict=True):
+            added += share * pixels(body, shape, pixel, first_row, table)
+        return added
 
     def factor(self, waves: Array) -> Array:
         """Return the response over ``2/(E* q)`` for wave numbers q > 0 [1/m], of any shape."""

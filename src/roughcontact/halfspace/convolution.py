@@ -480,12 +480,14 @@ def free(
 
     def make() -> NDArray[np.float64]:
         quadrant = np.empty((half[0] + 1, half[1] + 1))
+        reach = math.hypot(quadrant.shape[0] * pixel[0], quadrant.shape[1] * pixel[1])
+        tables = [] if coatings is None else coatings.tables(reach)
 
         def fill(top: int) -> None:
             rows = quadrant[top : top + BAND]
             rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=top)
             if coatings is not None:
-                added = coatings.pixels(rows.shape, pixel, top)
+                added = coatings.pixels(rows.shape, pixel, top, tables)
                 rows += added / (math.pi * pixel[0])
 
         work.each(fill, range(0, quadrant.shape[0], BAND))

@@ -506,6 +506,7 @@ def _looked_at(
     largest: ContactResult | None = None
     texture: Texture | None = None
     for result in of_one_pair(contacts, OF):
+        result.pair.require_uncoated(OF)
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
         step = _step(result, texture, resistivity)

@@ -408,6 +408,8 @@ def estimate(
     roughness = _roughness(surface, specified)
     mean = quantity(pressure, "pressure", "pressure")
     require_positive(pressure=mean)
+    if material.coating or counter_material.coating:
+        raise InputError("is not in the formulas: solve a map of the surface", argument="coating")
     strengths = [
         item.yield_strength for item in (material, counter_material) if item.yield_strength
     ]
@@ -423,6 +425,7 @@ def of_result(result: ContactResult) -> Estimate | None:
     """Return what the formulas say of a contact that was solved."""
     pair = result.pair
     flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
+    flat = flat and not pair.is_coated
     if not flat or result.hertz is not None or isinstance(result.ceiling, np.ndarray):
         return None
     gap = Surface(-np.asarray(result.initial_gap), pair.pixel)

@@ -818,6 +818,7 @@ def _check(result: ContactResult, first: ContactResult) -> None:
     """Refuse a map that has no law, or no part in that of the first."""
     pair, other = result.pair, first.pair
     pair.require_map(OF)
+    pair.require_uncoated(OF)
     if shape_of(pair) is not None:
         raise InputError(
             "are of curved bodies, and an interface law is one of nominally flat ones: take the "

@@ -255,6 +255,7 @@ def stick_ratios(result: ContactResult) -> tuple[float, float]:
     2 (1 - ν)/(2 - ν) of a circle (Mindlin 1949); less along a lay, 1 across long narrow spots.
     """
     result.boundary.require_tangential()
+    result.pair.require_uncoated("tangential loading")
     operator, index = _operator(result.pair), np.flatnonzero(result.pressure)
     normal = unloading_stiffness(result)
     along_y, along_x = (
@@ -361,6 +362,7 @@ def tangential(
 def _check(result: ContactResult, friction: float, direction: float) -> None:
     """Refuse what has no tangential loading here."""
     result.require_whole("tangential loading")
+    result.pair.require_uncoated("tangential loading")
     require_friction(friction)
     if result.moments is not None:
         raise InputError("tangential loading needs a contact without tilt", argument="result")

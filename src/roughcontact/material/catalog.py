@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from roughcontact.errors import InputError, input_error
 from roughcontact.material import hardness
 from roughcontact.material.hardening import Swift
-from roughcontact.material.material import Conductor, Material
+from roughcontact.material.material import Conductor, Layer, Material
 
 STORED = Path(__file__).with_name("catalog.toml")
 
@@ -86,9 +86,56 @@ class Entry:
         )
 
 
+@dataclass(frozen=True)
+class Film:
+    """A coating of the catalogue."""
+
+    key: str  # Its name in reports
+    names: tuple[str, ...]  # Other names
+    young: Value  # Young's modulus E [Pa]
+    poisson: Value  # Poisson's ratio ν
+    hardness: Value | None = None  # [Pa]
+    note: str = ""  # How far values scatter
+
+    def layer(self, thickness: float) -> Layer:
+        """Return a layer of it."""
+        hard = None if self.hardness is None else self.hardness.value
+        return Layer(self.young.value, self.poisson.value, thickness, hardness=hard, name=self.key)
+
+
+@cache
+def films() -> tuple[Film, ...]:
+    """Return all coatings of the catalogue."""
+    return _rows("film", Film)
+
+
+def layer(name: str, thickness: float) -> Layer:
+    """Return a layer of a film of the catalogue, or of a material of it."""
+    known = {_plain(word): film for film in films() for word in (film.key, *film.names)}
+    if _plain(name) in known:
+        return known[_plain(name)].layer(thickness)
+    try:
+        bulk = material(name)
+    except InputError:
+        raise InputError(
+            f"{name!r} is not in the catalog of coatings: {', '.join(film.key for film in films())}"
+            "; give its values, as 'E=350 GPa, nu=0.22, 2 um'",
+            argument="coating",
+            value=name,
+        ) from None
+    return Layer(
+        bulk.young, bulk.poisson, thickness, yield_strength=bulk.yield_strength,
+        hardness=bulk.hardness, name=bulk.name,
+    )  # fmt: skip
+
+
 @cache
 def entries() -> tuple[Entry, ...]:
     """Return all entries of the catalogue."""
+    return _rows("material", Entry)
+
+
+def _rows(table: str, kind: type[Any]) -> tuple[Any, ...]:
     stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
 
     def field(name: str, specified: Any) -> Any:
@@ -97,11 +144,11 @@ def entries() -> tuple[Entry, ...]:
         if name == "names":
             return tuple(specified)
         number, source = specified
-        read = Number if name == "hardness" else Value
+        read = Number if isinstance(number, str) else Value
         return read(number, source.format_map(stored["texts"]))
 
-    rows = stored["material"]
-    return tuple(Entry(**{name: field(name, row[name]) for name in row}) for row in rows)
+    rows = stored[table]
+    return tuple(kind(**{name: field(name, row[name]) for name in row}) for row in rows)
 
 
 def entry(name: str) -> Entry:

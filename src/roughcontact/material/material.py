@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Real
 
 from roughcontact.arguments import checked
@@ -226,6 +226,11 @@ class Material(Renamed):
         return self.coating[0].bulk if self.coating else self
 
     @property
+    def uncoated(self) -> Material:
+        """The body below its coating."""
+        return replace(self, coating=(), base="bonded") if self.coating else self
+
+    @property
     def compliance(self) -> float:
         """Plane-strain compliance (1 - ν²)/E of the surface [1/Pa]; 0 for a rigid body."""
         surface = self.outermost
@@ -236,8 +241,10 @@ class Material(Renamed):
         """Largest contact pressure of the material [Pa].
 
         Three yield strengths (Tabor 1951), or the hardness where no yield strength is known;
-        ``None`` without either.
+        ``None`` without either, and of a coated body, which no single number is right for.
         """
+        if self.coating:
+            return None
         if self.yield_strength is None:
             return self.hardness
         return CEILING_FACTOR * self.yield_strength
@@ -286,9 +293,9 @@ class Material(Renamed):
         """Peak Hertz pressure of a sphere at first yield below the surface [Pa].
 
         ``1.295 exp(0.736 ν) σ_Y`` (Jackson and Green 2005, doi:10.1115/1.1866166), which is
-        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength.
+        1.615 σ_Y at ν = 0.3. ``None`` without a yield strength, and of a coated body.
         """
-        if self.yield_strength is None:
+        if self.yield_strength is None or self.coating:
             return None
         return 1.295 * math.exp(0.736 * self.poisson) * self.yield_strength
 
@@ -298,9 +305,9 @@ class Material(Renamed):
 
         ``σ_Y/(1 - 2 ν)`` up to ν = 0.1938, where it yields at the surface, and beyond it
         ``(1.164 + 2.975 ν - 2.906 ν²) σ_Y``, 1.795 σ_Y at ν = 0.3: right to 0.2 % (Green, Int. J.
-        Appl. Mech. Eng. 10 (2005) 451). ``None`` without a yield strength.
+        Appl. Mech. Eng. 10 (2005) 451). ``None`` without a yield strength, and of a coated body.
         """
-        if self.yield_strength is None:
+        if self.yield_strength is None or self.coating:
             return None
         ratio = self.poisson
         if ratio <= _AT_SURFACE:
@@ -348,7 +355,9 @@ def contact_modulus(material: Material, counter_material: Material) -> float:
 
 
 def softer(first: Material, second: Material) -> Material | None:
-    """Return the body with the smaller ceiling, or ``None`` if none is known."""
+    """Return the body with the smaller ceiling, or ``None`` if none is known or one is coated."""
+    if first.coating or second.coating:
+        return None
     known = [body for body in (first, second) if body.ceiling is not None]
     return min(known, key=lambda body: body.ceiling or math.inf, default=None)
 

@@ -245,6 +245,8 @@ def under_calibrated(result: Any) -> dict[str, str]:
 def _ceilings(result: ContactResult) -> tuple[str, str]:
     """Return the heads of two columns: the ceiling of a result, and the calibrated one."""
     assert result.calibrated is not None
+    if result.calibrated.is_of_base:
+        return "ceiling of the coating", "of the base"
     factors = (result.calibrated.factor * float(result.ceiling or 0) / result.calibrated.ceiling,
                result.calibrated.factor)  # fmt: skip
     own, other = (f"{factor:.3g} σ_Y" for factor in factors)
@@ -387,8 +389,11 @@ def _calibrated(result: ContactResult) -> str:
         return ""
     area = changed_by(other.contact_fraction / result.contact_fraction - 1)
     gap = changed_by(other.mean_gap / result.mean_gap - 1) if result.mean_gap else "0 %"
+    ceiling = f"calibrated ceiling ({other.factor:.3g} σ_Y)"
+    if other.is_of_base:
+        ceiling = f"ceiling of the base ({engineering(other.ceiling, 'Pa', 3)})"
     return (
-        f"With the calibrated ceiling ({other.factor:.3g} σ_Y): contact "
+        f"With the {ceiling}: contact "
         f"{phrases.share(other.contact_fraction)} ({area}), mean gap "
         f"{phrases.size(other.mean_gap, 'm')} ({gap})"
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -120,6 +120,10 @@ BODY: Table = (
     Quantity(
         "yield_strength", "yield strength", symbol="σ_Y", unit="Pa",
         text=_strength("yield_strength"),
+    ),
+    Quantity(
+        "coating", "coating, outermost first", of=lambda b: [asdict(layer) for layer in b.coating],
+        when=lambda b: bool(b.coating), text=phrases.coating,
     ),
     Quantity("hardening", "hardening", of=phrases.hardening, stored=False),
     Quantity("hardness", "hardness", unit="Pa", text=_strength("hardness")),

@@ -244,6 +244,15 @@ def hardening(body: Material) -> str:
     return "perfectly plastic"
 
 
+def coating(body: Material) -> str:
+    """Return the layers of a body, the outermost first."""
+    return "; ".join(
+        f"{layer.name or 'layer'} {engineering(layer.thickness, 'm')} "
+        f"(E {engineering(layer.young, 'Pa')}, ν {layer.poisson:g})"
+        for layer in body.coating
+    )
+
+
 def _one_ceiling(material: Material, counter_material: Material) -> bool:
     ceilings = {material.ceiling, counter_material.ceiling}
     return len(ceilings - {None}) == 1

@@ -13,7 +13,7 @@ import numpy as np
 from roughcontact.contact.result import CALIBRATED, ContactResult
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Kinematic
-from roughcontact.material.material import RIGID, Material
+from roughcontact.material.material import RIGID, Layer, Material
 from roughcontact.surface.generation import generate
 from roughcontact.surface.provenance import NOTE, Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -297,7 +297,20 @@ def _material(body: Material) -> str:
         words.append(f"name={_quoted(body.name)}")
     if body.caveat:
         words.append(f"caveat={_quoted(body.caveat)}")
+    if body.coating:
+        words.append(f"coating=[{', '.join(map(_layer, body.coating))}]")
+    if body.base != "bonded":
+        words.append(f"base={_quoted(body.base)}")
     return f"rc.Material({', '.join(words)})"
+
+
+def _layer(layer: Layer) -> str:
+    words = [_number(value) for value in (layer.young, layer.poisson, layer.thickness)]
+    for name in ("yield_strength", "hardness"):
+        value = getattr(layer, name)
+        words += [] if value is None else [f"{name}={_number(value)}"]
+    words += [f"name={_quoted(layer.name)}"] if layer.name else []
+    return f"rc.Layer({', '.join(words)})"
 
 
 def _number(value: float) -> str:

@@ -253,7 +253,8 @@ roughcontact compare --group "ground=ground-?.x3p" \\
 """,
     (
         options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, PRELOAD, STEPS,
-        *options.MATERIALS, options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
+        *options.MATERIALS, *options.COATINGS,
+        options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
         FIGURE, *options.OUTPUT,
     ),
     (

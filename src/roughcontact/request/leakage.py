@@ -66,7 +66,8 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     --material 42CrMo4 --viscosity "1 mPa s" --pressure-difference "1 bar"
 """,
     (
-        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS,
+        *options.COATINGS, *_FLUID, *options.SHAPES,
         options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
     ),
     (joints.LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.MISSING, options.REPORT),

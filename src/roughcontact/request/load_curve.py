@@ -116,7 +116,8 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
     --boundary periodic --material 42CrMo4 --output curve.csv
 """,
     (
-        *options.MAP, *_RANGE, *options.BODIES, *options.SOLVER, OUTPUT, options.FOLDER,
+        *options.MAP, *_RANGE, *options.BODIES, *options.COATINGS,
+        *options.SOLVER, OUTPUT, options.FOLDER,
         options.REPORT, FIGURE, *options.SHOWN,
     ),
     (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),

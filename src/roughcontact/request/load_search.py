@@ -72,7 +72,8 @@ roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
     --boundary periodic --material 42CrMo4 --output loads.csv
 """,
     (
-        *options.MAP, *_WANTED, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
+        *options.MAP, *_WANTED, *options.BODIES, *options.COATINGS,
+        *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
     ),
     (
         CONTACT, SATURATED, MEAN_GAP, APPROACH, FIRST_YIELD, options.MATERIAL, options.CEILING,

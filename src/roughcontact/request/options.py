@@ -305,6 +305,16 @@ COUNTER_YIELD_STRENGTH = Option(
 BODY_CONSTANTS = (MATERIAL, YOUNG, POISSON, YIELD_STRENGTH)
 COUNTER_CONSTANTS = (COUNTER_MATERIAL, COUNTER_YOUNG, COUNTER_POISSON, COUNTER_YIELD_STRENGTH)
 MATERIALS = (*BODY_CONSTANTS, *COUNTER_CONSTANTS)
+COATING: Option[Any] = Option(
+    "coating", Panel.BODIES, "LAYER",
+    'Layer on the body: "DLC 2 um", "E=200 GPa, nu=0.2, 2 um"; repeatable, outermost first.',
+    parsing.coatings, (), many=True, whole_map=False,
+)  # fmt: skip
+COUNTER_COATING: Option[Any] = Option(
+    "counter-coating", Panel.BODIES, "LAYER", "Layer on the counter-body, as for --coating.",
+    parsing.coatings, (), "Counter-body coating", many=True, whole_map=False,
+)  # fmt: skip
+COATINGS = (COATING, COUNTER_COATING)
 HARDENING = Option(
     "hardening", Panel.BODIES, "LAW",
     'Hardening: "linear 2 GPa", "swift 945 MPa 20 0.121", "kinematic 10 GPa"; combine with a '

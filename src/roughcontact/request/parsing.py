@@ -18,7 +18,7 @@ from roughcontact.errors import ArgumentRef, InputError, require_count
 
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
-    from roughcontact.material.material import Material
+    from roughcontact.material.material import Layer, Material
     from roughcontact.surface.nominal_bodies import NominalBody
 
 
@@ -140,13 +140,13 @@ def choice(*known: str) -> Choice:
 
 def ceiling(text: str, argument: str) -> str | float | None:
     """Return a pressure, a word for one, or None for none; a hardness becomes its pressure."""
-    from roughcontact.contact.result import CALIBRATED
+    from roughcontact.contact.result import BASE, BRACKET, CALIBRATED, COATING
     from roughcontact.material import hardness
 
     plain = text.strip()
     if plain == "none":
         return None
-    if plain in ("auto", CALIBRATED):
+    if plain in ("auto", CALIBRATED, COATING, BASE, BRACKET):
         return plain
     return hardness.stress(plain, argument)
 
@@ -159,6 +159,41 @@ def material(text: str, argument: str) -> Material:
         return catalog.material(text)
     except InputError as error:
         raise about(argument, error) from None
+
+
+def coating(text: str, argument: str) -> Layer:
+    """Return a layer from a name of the catalogue, or its own values, and its thickness."""
+    from roughcontact.material import catalog
+    from roughcontact.material.material import Layer
+
+    *words, thickness = text.replace(",", " ,").rsplit(maxsplit=2)
+    thickness = f"{words.pop()} {thickness}" if len(words) > 1 else thickness
+    name = " ".join(words).rstrip(" ,")
+    try:
+        if "=" not in name:
+            return catalog.layer(name, units.parse(thickness, "length", argument))
+        values = dict(part.split("=", 1) for part in name.replace(" ", "").split(",") if part)
+        known = {_CONSTANTS[key.lower()]: value for key, value in values.items()}
+        return Layer(thickness=thickness, poisson=float(known.pop("poisson")), **known)
+    except InputError as error:
+        raise about(argument, error) from None
+    except (KeyError, ValueError, TypeError):
+        raise InputError(
+            f"= {text!r}: give a name and a thickness, as 'DLC 2 um', or values, as "
+            "'E=200 GPa, nu=0.2, 2 um'; further ones: Y (yield strength), H (hardness), name",
+            argument=argument,
+            value=text,
+        ) from None
+
+
+def coatings(text: str, argument: str) -> tuple[Layer, ...]:
+    """Return a layer, one of several."""
+    return (coating(text, argument),)
+
+
+_CONSTANTS = {
+    "e": "young", "nu": "poisson", "y": "yield_strength", "h": "hardness", "name": "name",
+}  # fmt: skip
 
 
 def loads(text: str, argument: str) -> tuple[float | Load, ...]:

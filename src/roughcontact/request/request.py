@@ -107,9 +107,15 @@ class Request(Reading):
             body = _hardened(body, self[shared.YIELD_STRENGTH], hardening)
         strength = self[shared.COUNTER_YIELD_STRENGTH]
         if not any(map(self.is_given, shared.COUNTER_CONSTANTS[:-1])):
-            rigid = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
-            return body, rigid
-        return body, self._material(shared.COUNTER_CONSTANTS)
+            other = Material(RIGID.young, 0.0, strength, RIGID.name) if strength else RIGID
+        else:
+            other = self._material(shared.COUNTER_CONSTANTS)
+        layers = (self.get(option) or () for option in shared.COATINGS)
+        body, other = (
+            replace(bare, coating=coating) if coating else bare
+            for bare, coating in zip((body, other), layers, strict=True)
+        )
+        return body, other
 
     def require_yield(self, requested: ArgumentRef) -> None:
         """Raise `InputError` unless one of the bodies can yield."""

@@ -251,7 +251,8 @@ roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --report ground.html
 """,
     (
-        *options.MAP, *options.LOADS, *options.MATERIALS, *options.SHAPES, options.CEILING,
+        *options.MAP, *options.LOADS, *options.MATERIALS, *options.COATINGS,
+        *options.SHAPES, options.CEILING,
         UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
         STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES,
         *options.SHOWN,

@@ -94,6 +94,7 @@ class LoadCurve(Result):
     nominal_area : float
         Area of the whole map [m²].
     contact_modulus : float
+        NaN of coated bodies, which no theory here is for.
         E* [Pa].
     rms_gradient : float
         h′ of the gap at first touch.
@@ -212,7 +213,8 @@ class LoadCurve(Result):
         for step in self.steps:
             mean = step.load / self.nominal_area
             limit = step.ceiling if isinstance(ceiling, str) else fixed
-            if mean == 0 or (limit is not None and mean > limit):
+            unknown = math.isnan(self.contact_modulus) or (limit is not None and mean > limit)
+            if mean == 0 or unknown:
                 pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
             else:
                 pairs.append(
@@ -373,7 +375,7 @@ class _Sweep:
             steps=tuple(steps),
             control=self.control,
             nominal_area=pair.size[0] * pair.size[1],
-            contact_modulus=pair.contact_modulus,
+            contact_modulus=math.nan if pair.is_coated else pair.contact_modulus,
             rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
             ceiling=CALIBRATED if self.own else resolved_ceiling(self.terms.ceiling, pair),
             boundary=pair.boundary,

@@ -551,6 +551,7 @@ def history(
     requested = repeat_stages(one_pass, passes, shift)
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
     pair.require_map("a load history")
+    pair.require_uncoated("a load history")
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     way = _way(pair, requested, terms, len(one_pass))
     with _claimed(folder, way, terms) as place:

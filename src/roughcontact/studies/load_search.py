@@ -401,6 +401,7 @@ class _Finder:
                 )  # fmt: skip
         if name == YIELD:
             self.pair.boundary.require_stress()
+            self.pair.require_uncoated("the load of first yield")
             if not _yielding(self.pair):
                 raise InputError(
                     f"needs a {ArgumentRef('yield_strength')} of either body",

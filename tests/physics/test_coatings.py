@@ -1,0 +1,288 @@
+"""Coated half-spaces against closed forms, quadrature, thin layers, and an integral equation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import NDArray
+
+import roughcontact as rc
+from roughcontact.halfspace import convolution, kernels
+from roughcontact.halfspace.coating import Coatings, excess, tabulate
+
+Array = NDArray[np.float64]
+
+STEEL = rc.Material(210e9, 0.3)
+PAIRS = {
+    "stiff on steel": (450e9, 0.25, STEEL),
+    "polymer on steel": (1e9, 0.4, STEEL),
+    "stiff on polymer": (200e9, 0.2, rc.Material(2e9, 0.4)),
+    "rubber on rigid": (1e9, 0.5, rc.RIGID),
+    "film on rigid": (1e9, 0.3, rc.RIGID),
+}
+
+
+def coated(name: str, thickness: float = 1.0) -> rc.Material:
+    young, poisson, base = PAIRS[name]
+    return rc.Material(base.young, base.poisson, coating=[rc.Layer(young, poisson, thickness)])
+
+
+def panels(end: float, number: int, first: float = 1e-4) -> tuple[Array, Array]:
+    """Return Gauss nodes and weights from 0 to an end, in panels that grow."""
+    ends = np.concatenate([[0.0], np.geomspace(first, end, number)])
+    nodes, weights = leggauss(16)
+    half = np.diff(ends)[:, None] / 2
+    return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+
+
+# --- Waves ---
+
+
+def burmister(young: float, poisson: float, base: rc.Material, h: Array) -> Array:
+    """Return 1 + F of one bonded layer in closed form (Burmister 1945)."""
+    shear = young / (1 + poisson) * (1 + base.poisson) / base.young
+    first = 1 - 4 * (1 - poisson) / (1 + shear * (3 - 4 * base.poisson))
+    second = (shear - 1) / (shear + 3 - 4 * poisson)
+    fall = np.exp(-2 * h)
+    above = 1 + 4 * h * second * fall - first * second * fall**2
+    return above / (1 - (first + second + 4 * second * h**2) * fall + first * second * fall**2)
+
+
+@pytest.mark.parametrize("name", ["stiff on steel", "polymer on steel", "stiff on polymer"])
+def test_one_layer_is_the_closed_form(name: str) -> None:
+    h = np.geomspace(1e-3, 30, 100)
+    np.testing.assert_allclose(1 + excess(coated(name), h), burmister(*PAIRS[name], h), rtol=1e-12)
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.5])
+def test_layers_on_a_rigid_base_are_the_closed_forms(poisson: float) -> None:
+    h, k = np.geomspace(1e-2, 15, 60), 3 - 4 * poisson
+    layer = [rc.Layer(1e9, poisson, 1e-6)]
+    bonded = (2 * k * np.sinh(2 * h) - 4 * h) / (2 * k * np.cosh(2 * h) + 1 + k**2 + 4 * h**2)
+    slides = (np.cosh(2 * h) - 1) / (np.sinh(2 * h) + 2 * h)
+    on_rigid = rc.Material(math.inf, 0.0, coating=layer)
+    on_film = rc.Material(math.inf, 0.0, coating=layer, base="frictionless")
+    np.testing.assert_allclose(1 + excess(on_rigid, h), bonded, rtol=1e-9)
+    np.testing.assert_allclose(1 + excess(on_film, h), slides, rtol=1e-9)
+
+
+def test_cut_layers_are_one_and_equal_materials_are_none() -> None:
+    h = np.geomspace(1e-3, 10, 50)
+    whole = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, 3e-6)])
+    cut = [rc.Layer(450e9, 0.25, thickness) for thickness in (1e-6, 0.5e-6, 1.5e-6)]
+    parts = rc.Material(210e9, 0.3, coating=cut)
+    np.testing.assert_allclose(excess(parts, h / 3), excess(whole, h), atol=1e-12)
+    same = rc.Material(210e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-6)])
+    assert np.abs(excess(same, h)).max() < 1e-13
+
+
+def test_limits_of_long_waves() -> None:
+    for name in ("stiff on steel", "polymer on steel"):
+        young, poisson, base = PAIRS[name]
+        limit = young / (1 - poisson**2) * base.compliance
+        assert 1 + excess(coated(name), np.array([1e-7]))[0] == pytest.approx(limit, rel=1e-5)
+    # Confined, and with free sides along the wave.
+    layer = [rc.Layer(1.0, 0.3, 1.0)]
+    for base, value in (("bonded", 0.742857), ("frictionless", 0.91)):
+        pair = Coatings.of(rc.Material(math.inf, 0.0, coating=layer, base=base), rc.RIGID)
+        assert pair is not None
+        assert 2 * pair.uniform() * (1 - 0.3**2) == pytest.approx(value, rel=1e-5)
+
+
+def test_sum_of_all_waves_below_rubber() -> None:
+    # Vorovich's constant is 1.168 of the frictionless layer.
+    h, weights = panels(20.0, 60)
+    layer = [rc.Layer(1.0, 0.5, 1.0)]
+    for base, value in (("bonded", 1.770217), ("frictionless", 1.167577)):
+        body = rc.Material(math.inf, 0.0, coating=layer, base=base)
+        assert -excess(body, h) @ weights == pytest.approx(value, rel=1e-6)
+
+
+# --- Pixels ---
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0, 100.0])
+def test_coefficients_are_the_integral_over_the_pixel(name: str, thickness: float) -> None:
+    body, pixel, shape = coated(name, thickness), (1.0, 1.3), (14, 20)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.pixels(shape, pixel, 0, pair.tables(40.0))
+    scale = (
+        math.pi
+        * kernels.love((1, 1), pixel, 1.0)[0, 0]
+        * max(1, 1 + excess(body, np.array([1e-6]))[0])
+    )
+    table = tabulate(body, 8)
+
+    def kernel(radius: Array) -> Array:
+        at = np.arcsinh(radius / thickness) * 4096
+        return np.interp(at, np.arange(table.kernel.size), table.kernel) / thickness
+
+    for row, column in ((0, 0), (0, 1), (1, 0), (4, 3), (9, 10), (13, 19)):
+        axes = []
+        for offset, edge in zip((row, column), pixel, strict=True):
+            nodes, weights = panels(edge / 2, 30 if offset < 2 else 2, 1e-4)
+            sides = np.concatenate([-nodes, nodes]) + offset * edge
+            axes.append((sides, np.concatenate([weights, weights])))
+        (y, wide), (x, high) = axes
+        integral = (kernel(np.hypot(y[:, None], x)) * wide[:, None] * high).sum()
+        assert added[row, column] == pytest.approx(integral, abs=1e-6 * scale)
+
+
+def test_far_away_the_base_responds() -> None:
+    body, pixel = coated("stiff on steel", 3.0), (1.0, 1.0)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    top = 1 / body.compliance
+    both = kernels.love((2, 400), pixel, top) + pair.pixels(
+        (2, 400), pixel, 0, pair.tables(500.0)
+    ) / (math.pi * top)
+    assert both[0, -1] == pytest.approx(STEEL.compliance / (math.pi * 399), rel=2e-4)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
+def test_every_wave_moves_and_both_ways_alike(name: str, thickness: float) -> None:
+    body, pixel = coated(name, thickness), (1.0, 1.5)
+    pair = Coatings.of(body, rc.RIGID)
+    shape = (9, 12)
+    operator = convolution.free(shape, pixel, 1 / body.compliance, coatings=pair)
+    matrix = np.array([operator(unit.reshape(shape)).ravel() for unit in np.eye(math.prod(shape))])
+    largest = np.abs(matrix).max()
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * largest)
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    turned = convolution.free(shape[::-1], pixel[::-1], 1 / body.compliance, coatings=pair)
+    here = np.zeros(shape)
+    here[3, 4] = 1
+    np.testing.assert_allclose(turned(here.T), operator(here).T, atol=1e-7 * largest)
+
+
+def test_a_period_is_its_waves() -> None:
+    body, shape, pixel = coated("stiff on steel", 2.0), (16, 24), (1.0, 0.8)
+    pair = Coatings.of(body, rc.RIGID)
+    operator = convolution.periodic(shape, pixel, 1 / body.compliance, coatings=pair)
+    y, x = np.mgrid[:16, :24]
+    wave = np.cos(2 * np.pi * (3 * y / 16 + 5 * x / 24))
+    q = 2 * np.pi * math.hypot(3 / 16, 5 / (24 * 0.8))
+    expected = 2 * body.compliance / q * (1 + excess(body, np.array([2.0 * q]))[0])
+    np.testing.assert_allclose(operator(wave), expected * wave, atol=1e-6 * expected)
+
+
+# --- A sphere ---
+
+
+def sphere(body: rc.Material, radius: float, contact: float) -> tuple[float, float, float]:
+    """Return load, peak pressure and approach of a rigid paraboloid on a coated body.
+
+    The Fredholm equation of axisymmetric contact, after Lebedev and Ufliand (1958):
+    ``(π/2) χ(t) + ½ ∫ [k(t-s) + k(t+s)] χ(s) ds = (E₁*/2) (δ - t²/R)``, k the transform of F.
+    """
+    thickness, modulus = body.coating[0].thickness, 1 / body.compliance
+    waves, weights = panels(20.0, 300)
+    weights = weights * excess(body, waves) / thickness
+    # The equation changes on the scale of the thickness.
+    gauss, share = leggauss(48 + 4 * round(contact / thickness))
+    t, share = contact * (1 + gauss) / 2, contact / 2 * share
+
+    def kernel(places: Array) -> Array:
+        return np.cos(places[..., None] * waves / thickness) @ weights
+
+    def equation(at: Array) -> Array:
+        return 0.5 * share * (kernel(at[:, None] - t) + kernel(at[:, None] + t))
+
+    matrix = equation(t) + np.pi / 2 * np.eye(t.size)
+    sides = np.stack([np.full(t.size, modulus / 2), -modulus / 2 * t**2 / radius], axis=1)
+    chi = np.linalg.solve(matrix, sides)
+    end = np.array([modulus / 2, -modulus / 2 * contact**2 / radius])
+    at_end = (end - (equation(np.array([contact])) @ chi)[0]) * 2 / np.pi
+    approach = float(-at_end[1] / at_end[0])
+    found = chi @ [approach, 1.0]
+    series = np.polynomial.Chebyshev.fit((t / contact) ** 2, found, 24, domain=[0, 1])
+    # χ′/t is twice the slope over t².
+    slope = 2 * series.deriv()((t / contact) ** 2) / contact**2
+    return 2 * np.pi * float(found @ share), -float(slope @ share), approach
+
+
+def test_without_a_layer_the_equation_gives_hertz() -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-4)])
+    load, peak, approach = sphere(body, 0.01, 1e-4)
+    modulus = 210e9 / 0.91
+    assert load == pytest.approx(4 * modulus * 1e-12 / 0.03, rel=1e-12)
+    assert peak == pytest.approx(2 * modulus * 1e-4 / (np.pi * 0.01), rel=1e-9)
+    assert approach == pytest.approx(1e-6, rel=1e-12)
+
+
+SPHERES = {
+    (0.25, 0.5): (1.330897, 0.634832, 1.319233),
+    (0.5, 1.0): (1.206608, 0.704682, 1.227128),
+    (2.0, 0.25): (0.920340, 1.073929, 0.955811),
+    (2.0, 1.0): (0.818478, 1.475437, 0.826870),
+}
+"""Radius, peak and approach over Hertz's of the bare base, by E₁/E₂ and h/a₀; ν 0.3 both."""
+
+
+def hertz(contact: float = 1e-4, radius: float = 0.01) -> tuple[float, float, float]:
+    """Return load, peak pressure and approach on the bare base."""
+    modulus = 210e9 / 0.91
+    return (
+        4 * modulus * contact**3 / (3 * radius),
+        2 * modulus * contact / (np.pi * radius),
+        contact**2 / radius,
+    )
+
+
+@pytest.mark.parametrize(("ratio", "depth"), SPHERES)
+def test_the_equation_gives_the_tables(ratio: float, depth: float) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(ratio * 210e9, 0.3, depth * 1e-4)])
+    size, peak, approach = SPHERES[ratio, depth]
+    found = sphere(body, 0.01, size * 1e-4)
+    expected = np.array(hertz()) * (1, peak, approach)
+    np.testing.assert_allclose(found, expected, rtol=5e-6)
+
+
+@pytest.mark.parametrize(("ratio", "depth"), SPHERES)
+def test_a_sphere_on_a_map_is_that_of_the_equation(ratio: float, depth: float) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(ratio * 210e9, 0.3, depth * 1e-4)])
+    size, peak, approach = SPHERES[ratio, depth]
+    edge = 3e-4 * max(1.0, size) / 128
+    y, x = (np.mgrid[:128, :128] - 63.5) * edge
+    load, hertz_peak, hertz_approach = hertz()
+    found = rc.solve(
+        rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge)), material=body, load=load, ceiling=None
+    )
+    assert found.converged
+    assert found.max_pressure == pytest.approx(peak * hertz_peak, rel=5e-4)
+    assert found.approach == pytest.approx(approach * hertz_approach, rel=5e-4)
+    assert math.sqrt(found.contact_area / np.pi) == pytest.approx(size * 1e-4, rel=1e-2)
+
+
+def test_thin_layers_on_a_rigid_base_come_near_their_limits() -> None:
+    # Johnson 1985, sec. 5.8: P = π M a⁴/(4 R h) where a ≫ h, reached as h/a.
+    body = rc.Material(math.inf, 0.0, coating=[rc.Layer(1.0, 0.3, 1.0)])
+    confined = 0.7 / (1.3 * 0.4)
+    for contact, ratio in ((10.0, 1.0501), (40.0, 1.0123)):
+        load, _, _ = sphere(body, 1e4, contact)
+        assert load / (np.pi * confined * contact**4 / 4e4) == pytest.approx(ratio, abs=2e-4)
+    rubber = rc.Material(math.inf, 0.0, coating=[rc.Layer(1.0, 0.5, 1.0)])
+    for contact, ratio in ((0.05, 1.059028), (0.2, 1.269771), (0.5, 1.857117)):
+        load, _, approach = sphere(rubber, 100.0, contact)
+        assert load / (4 / 3 / 0.75 * math.sqrt(100 * approach**3)) == pytest.approx(
+            ratio, rel=1e-5
+        )
+
+
+def test_two_coated_bodies_add_up() -> None:
+    # Two alike are one of half the modulus that is pressed on a rigid flat.
+    layer = rc.Layer(420e9, 0.3, 1e-4)
+    body = rc.Material(210e9, 0.3, coating=[layer])
+    edge = 3e-4 / 64
+    y, x = (np.mgrid[:64, :64] - 31.5) * edge
+    ball = rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge))
+    both = rc.solve(ball, material=body, counter_material=body, load=20.0, ceiling=None)
+    half = rc.Material(105e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-4)])
+    one = rc.solve(ball, material=half, load=20.0, ceiling=None)
+    np.testing.assert_allclose(both.pressure, one.pressure, atol=1e-5 * one.max_pressure)
