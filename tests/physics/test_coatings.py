@@ -10,8 +10,12 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.halfspace import convolution, kernels
+from roughcontact.halfspace import coating_stress, convolution, kernels, stress
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import Coatings, excess, tabulate
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.halfspace.stress import Field
+from roughcontact.halfspace.tensors import von_mises
 
 Array = NDArray[np.float64]
 
@@ -104,6 +108,7 @@ def test_sum_of_all_waves_below_rubber() -> None:
 # --- Pixels ---
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0, 100.0])
 def test_coefficients_are_the_integral_over_the_pixel(name: str, thickness: float) -> None:
@@ -188,11 +193,10 @@ def sphere(body: rc.Material, radius: float, contact: float) -> tuple[float, flo
     gauss, share = leggauss(48 + 4 * round(contact / thickness))
     t, share = contact * (1 + gauss) / 2, contact / 2 * share
 
-    def kernel(places: Array) -> Array:
-        return np.cos(places[..., None] * waves / thickness) @ weights
-
     def equation(at: Array) -> Array:
-        return 0.5 * share * (kernel(at[:, None] - t) + kernel(at[:, None] + t))
+        # k(t-s) + k(t+s) is twice the product of their cosines.
+        here, there = (np.cos(np.outer(places, waves) / thickness) for places in (at, t))
+        return (here * weights) @ there.T * share
 
     matrix = equation(t) + np.pi / 2 * np.eye(t.size)
     sides = np.stack([np.full(t.size, modulus / 2), -modulus / 2 * t**2 / radius], axis=1)
@@ -286,3 +290,108 @@ def test_two_coated_bodies_add_up() -> None:
     half = rc.Material(105e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-4)])
     one = rc.solve(ball, material=half, load=20.0, ceiling=None)
     np.testing.assert_allclose(both.pressure, one.pressure, atol=1e-5 * one.max_pressure)
+
+
+# --- Stress below a sphere ---
+
+
+def pressed(young: float, poisson: float, depth: float) -> tuple[rc.ContactResult, rc.Material]:
+    """Return the contact of a sphere with a layer, its depth over Hertz's radius of the base."""
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(young, poisson, depth * 1e-4)])
+    edge = 3e-4 / 96
+    y, x = (np.mgrid[:96, :96] - 47.5) * edge
+    ball = rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge))
+    return rc.solve(ball, material=body, load=hertz()[0], ceiling=None), body
+
+
+def field(result: rc.ContactResult, body: rc.Material) -> Field:
+    return coating_stress.field_of(
+        result.pressure, result.surface.pixel, body, result.boundary, "double", Workspace()
+    )
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_stress_in_equal_materials_is_that_of_one(boundary: str) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(210e9, 0.3, 3.0)])
+    y, x = np.mgrid[:40, :46] - 20.3
+    pressure, pixel = np.sqrt(np.maximum(1 - ((x + 2) ** 2 + y**2) / 64, 0)), (1.0, 1.2)
+    found = coating_stress.field_of(
+        pressure, pixel, body, Boundary(boundary), "double", Workspace()
+    )
+    for depth in (0.0, 1.0, 2.99, 3.01, 9.0):
+        (known,) = stress.slices(
+            pressure, pixel, [depth], 0.3, boundary=boundary, precision="double"
+        )
+        np.testing.assert_allclose(at(found, depth), known.stress, atol=2e-7)
+
+
+def at(found: Field, depth: float) -> Array:
+    """Return the stress of a depth."""
+    result = np.empty((6, *found.shape))
+
+    def keep(rows: slice, block: Array) -> None:
+        result[:, rows] = block * found.unit
+
+    responses, symbols = found.in_depth(depth)
+    responses.stream(symbols, keep)
+    return result
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_forces_balance_and_faces_hold_together(boundary: str) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, 2.0), rc.Layer(80e9, 0.35, 1.5)])
+    y, x = np.mgrid[:48, :40] - 21.7
+    found = coating_stress.field_of(
+        np.exp(-(x**2 + y**2) / 30), (1.0, 1.0), body, Boundary(boundary), "double", Workspace()
+    )
+    for depth in coating_stress.interfaces(body):
+        above, below = (at(found, depth * (1 + side * 1e-9)) for side in (-1, 1))
+        np.testing.assert_allclose(below[2:5], above[2:5], atol=1e-6)
+    if boundary == "free":
+        return
+    # ∂_x σ_xz + ∂_y σ_yz + ∂_z σ_zz = 0, and so along x, by differences of the fourth order.
+    step = 0.02
+    for depth in (1.0, 2.8, 5.0):
+        down = [at(found, depth + k * step) for k in (-2, -1, 1, 2)]
+        slope = (down[0] - 8 * down[1] + 8 * down[2] - down[3]) / (12 * step)
+        here = at(found, depth)
+
+        def along(values: Array, axis: int) -> Array:
+            waves = 2j * np.pi * np.fft.fftfreq(values.shape[axis])
+            shape = (-1, 1) if axis == 0 else (1, -1)
+            turned = np.fft.ifft(np.fft.fft(values, axis=axis) * waves.reshape(shape), axis=axis)
+            return turned.real
+
+        for row, terms in ((2, (3, 4)), (4, (5, 0)), (3, (1, 5))):
+            rest = slope[row] + along(here[terms[0]], 0) + along(here[terms[1]], 1)
+            assert np.abs(rest).max() < 1e-5 * np.abs(slope[row]).max()
+
+
+STRESSES = {
+    # E₁ [GPa], ν₁, h/a₀: largest von Mises stress in the layer and in the base, largest tension at
+    # the bottom of the layer, largest shear of the interface; over p₀ of the bare base.
+    (450.0, 0.25, 0.5): (1.060, 0.737, 0.193, 0.238),
+    (450.0, 0.25, 1.0): (0.900, 0.496, 0.264, 0.140),
+    (840.0, 0.3, 0.5): (1.776, 0.825, 0.886, 0.254),
+    (105.0, 0.3, 0.5): (0.468, 0.483, None, 0.156),
+    (79.0, 0.42, 0.5): (0.358, 0.540, None, 0.182),
+}
+"""By quadrature of axisymmetric waves, depths a 24th of the layer apart: to 0.2 %."""
+
+
+@pytest.mark.parametrize(("young", "poisson", "depth"), STRESSES)
+def test_stress_below_a_sphere(young: float, poisson: float, depth: float) -> None:
+    result, body = pressed(young * 1e9, poisson, depth)
+    found, peak = field(result, body), hertz()[1]
+    depths = coating_stress.depths_with_faces(body, np.linspace(0.2, 0.7, 9) * 1e-4)
+    largest = [0.0, 0.0]
+    for place in depths.tolist():
+        part = coating_stress.part_of(body, place)
+        value = float(von_mises(at(found, place)).max()) / peak
+        largest[part] = max(largest[part], value)
+    layer, base, tension, shear = STRESSES[young, poisson, depth]
+    assert largest == pytest.approx([layer, base], rel=5e-3)
+    _, bottom, _ = coating_stress.faces(found, body)
+    assert bottom.shear.value / peak == pytest.approx(shear, rel=5e-3)
+    if tension is not None:
+        assert bottom.tension.value / peak == pytest.approx(tension, rel=1e-2)

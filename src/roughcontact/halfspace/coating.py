@@ -169,6 +169,38 @@ def _layers(material: Material, waves: NDArray[Any]) -> list[_Layer]:
     return layers[::-1]
 
 
+def waves_below(material: Material, waves: Array, depth: float) -> NDArray[Any]:
+    """Return the stress below a wave of unit pressure.
+
+    Parameters
+    ----------
+    material : Material
+        A coated body.
+    waves : ndarray, shape (n,)
+        Wave numbers q > 0 [1/m].
+    depth : float
+        [m].
+
+    Returns
+    -------
+    ndarray, shape (3, n)
+        Under a pressure cos(q x): σ_xz over sin(q x), σ_zz and σ_xx over cos(q x). Tension is
+        positive, the body fills z > 0.
+    """
+    scaled = waves * material.coating[0].thickness
+    traction = np.zeros((2, 1, waves.size))
+    traction[1] = -1
+    above = 0.0
+    for layer, item in zip(_layers(material, scaled), (*material.coating, None), strict=False):
+        amplitudes = _product(layer.falling(), traction)
+        if item is None or depth <= above + item.thickness:
+            return _product(layer.state(waves * (depth - above)), amplitudes)[2:, 0]
+        assert layer.thickness is not None
+        traction = _product(layer.state(layer.thickness), amplitudes)[2:4]
+        above += item.thickness
+    raise ValueError("a rigid base has no stress")
+
+
 # --- A pixel on a free map ---
 
 

@@ -493,6 +493,11 @@ class _Loads:
         return kernels(x, y, z, self.poisson)
 
 
+def unit_loads(pixel: tuple[float, float], poisson: float) -> _Loads:
+    """Return a unit pressure without traction, on pixels or in waves."""
+    return _Loads(pixel, poisson, ())
+
+
 def _spread(symbols: Symbols, pixel: tuple[float, float], period: tuple[int, int]) -> Symbols:
     """Return the kernels of forces spread over pixels: the transform of a rectangle is exact."""
     wave_y, wave_x = (

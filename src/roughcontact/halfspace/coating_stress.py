@@ -1,0 +1,295 @@
+"""Elastic stress below a pressure in a coated body: in its layers, its base, and at their faces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.coating import waves_below
+from roughcontact.halfspace.fft import Workspace, free_period
+from roughcontact.halfspace.stress import Field, Responses, Symbols, unit_loads
+from roughcontact.halfspace.tensors import XZ, YZ, ZZ, principal
+from roughcontact.material.material import Material
+
+Array = NDArray[np.float64]
+
+FACE = 1e-9
+"""Part of its depth by which a face of a layer lies above, or below, an interface."""
+
+# Waves in a factor of e between which stresses are interpolated; depth in waves that is none.
+_WAVES, _LONGEST = 512, 1e-4
+
+
+def interfaces(material: Material) -> Array:
+    """Return the depths of the interfaces of a coated body [m], the outermost first."""
+    return np.cumsum([layer.thickness for layer in material.coating])
+
+
+def depths_with_faces(material: Material, depths: Array) -> Array:
+    """Return depths [m] and, of each layer, the surface and both sides of what is below it."""
+    between = interfaces(material)
+    return np.unique(np.concatenate([[0.0], depths, between * (1 - FACE), between * (1 + FACE)]))
+
+
+def poisson_at(material: Material, depth: float) -> float:
+    """Return Poisson's ratio of what lies at a depth."""
+    part = part_of(material, depth)
+    return material.coating[part].poisson if part < len(material.coating) else material.poisson
+
+
+def part_of(material: Material, depth: float) -> int:
+    """Return the number of the layer at a depth; the base has that of all layers."""
+    return int(np.searchsorted(interfaces(material), depth))
+
+
+def field_of(
+    pressure: Array,
+    pixel: tuple[float, float],
+    material: Material,
+    boundary: Boundary,
+    precision: str,
+    workspace: Workspace,
+) -> Field:
+    """Return the stress field below a pressure in a coated body.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (ny, nx)
+        Pressure on its surface [Pa].
+    pixel : (float, float)
+        Pixel edges ``(dy, dx)`` [m].
+    material : Material
+        The coated body.
+    boundary : Boundary
+        Free or periodic.
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    workspace : Workspace
+        Threads and memory.
+
+    Returns
+    -------
+    Field
+        The stress.
+
+    Notes
+    -----
+    Periodic: each wave has its exact stress. Free: the stress of a body all of what lies at the
+    depth is exact (`stress.slices`), and what the layers change is added wave by wave on twice the
+    map. What of that is felt far away, the part that goes with q⁰ and q¹, is taken out of the waves
+    as the stress of homogeneous bodies at two depths: what is left falls as 1/r⁵, and the images
+    of the map do no harm.
+    """
+    boundary.require_stress()
+    unit = float(pressure.max()) or 1.0
+    shape = (pressure.shape[0], pressure.shape[1])
+    free = bool(boundary.free_axes)
+    period = _free_period(material, shape, pixel) if free else shape
+
+    loads = unit_loads(pixel, material.poisson)
+    terms = loads.terms() if free else loads.wave_terms()
+    responses = Responses(pressure / unit, period, terms, workspace=workspace, precision=precision)
+    qy, qx = (
+        2 * math.pi / (points * edge) * np.arange(points // 2 + 1)
+        for points, edge in zip(period, pixel, strict=True)
+    )
+    spread = [np.sinc(np.arange(points // 2 + 1) / points) if free else np.ones(points // 2 + 1)
+              for points in period]  # fmt: skip
+    odd = [term.odd for term in terms]
+
+    def in_depth(depth: float) -> tuple[Responses, Symbols]:
+        bodies = _bodies(material, depth) if free else ()
+        below = _Waves.at(material, depth, qy, qx, bodies)
+        known = responses.sampled(partial(_kernels, bodies, pixel)) if free else None
+
+        def block(columns: slice) -> NDArray[Any]:
+            added = below.components(qy[:, None], qx[columns])
+            added *= spread[0][:, None] * spread[1][columns]
+            # The wave of two points a period has no sine. Along x the transform knows.
+            for (in_y, _), symbol in zip(odd, added, strict=True):
+                symbol[-1] *= not in_y or period[0] % 2 == 1
+            if known is None:
+                return added
+            result = known.block(columns)
+            result += added.astype(result.dtype)
+            return result
+
+        return responses, Symbols((period[0] // 2, period[1] // 2), block)
+
+    return Field(unit, shape, responses.real, in_depth)
+
+
+def _free_period(
+    material: Material, shape: tuple[int, int], pixel: tuple[float, float]
+) -> tuple[int, int]:
+    """Return a period in which the images of a map are beyond the bending of its layers."""
+    base = material.young if math.isfinite(material.young) else material.coating[0].young
+    stiffest = max(layer.young for layer in material.coating)
+    bent = float(interfaces(material)[-1]) * max(1.0, stiffest / base) ** (1 / 3)
+    y, x = (
+        points + min(points, math.ceil(2 * bent / edge))
+        for points, edge in zip(shape, pixel, strict=True)
+    )
+    return free_period((y, x))
+
+
+class _Body(NamedTuple):
+    """A homogeneous body whose stress at a depth is taken out of the waves, times factors."""
+
+    depth: float
+    poisson: float
+    in_plane: float  # Of xx, yy and xy
+    shear: float  # Of xz and yz
+    normal: float  # Of zz
+
+    def on_pixels(self, pixel: tuple[float, float], rows: Any, columns: Any) -> Iterator[Array]:
+        """Yield kernels of the stress under unit pressure on the pixel at the origin."""
+        kernels = unit_loads(pixel, self.poisson).on_pixels(self.depth, rows, columns)
+        factors = {ZZ: self.normal, XZ: self.shear, YZ: self.shear}
+        for number, kernel in enumerate(kernels):
+            yield kernel * factors.get(number, self.in_plane)
+
+    def waves(self, waves: Array) -> tuple[Array, Array, Array, Array]:
+        """Return its stress along the waves, across them, into the body, and the shear."""
+        qz = waves * self.depth
+        damping = np.exp(-qz)
+        return (
+            self.in_plane * (qz - 1) * damping,
+            -2 * self.in_plane * self.poisson * damping,
+            -self.normal * (1 + qz) * damping,
+            -self.shear * qz * damping,
+        )
+
+
+def _bodies(material: Material, depth: float) -> tuple[_Body, ...]:
+    """Return a body all of what lies at a depth, and two that long waves are felt by as well."""
+    poisson = poisson_at(material, depth)
+    own, reach = _Body(depth, poisson, 1.0, 1.0, 1.0), float(interfaces(material)[-1])
+    waves = np.array([1.0, 2.0]) * _LONGEST / max(depth, reach)
+    shear, normal, along = waves_below(material, waves, depth)
+    known = own.waves(waves)
+    added = np.array([along - known[0], poisson * (along + normal) - known[1], shear - known[3]])
+    slope = (added[:, 1] - added[:, 0]) / waves[0]
+    limit = added[:, 0] - waves[0] * slope
+    # At the depths t and 2 t: along -A (1 - 2 q z), across -2 A ν (1 - q z), shear -B q z.
+    lower = slope[0] / (2 * reach) + limit[0], slope[1] / reach + limit[1]
+    upper = -limit[0] - lower[0], -limit[1] - lower[1]
+    ratios = [across / (2 * part) if part else 0.0 for part, across in (upper, lower)]
+    return (
+        own,
+        _Body(reach, ratios[0], upper[0], -slope[2] / reach, 0.0),
+        _Body(2 * reach, ratios[1], lower[0], 0.0, 0.0),
+    )
+
+
+def _kernels(
+    bodies: tuple[_Body, ...], pixel: tuple[float, float], rows: Any, columns: Any
+) -> Iterator[Array]:
+    """Yield the sums of the kernels of some bodies."""
+    parts = [body.on_pixels(pixel, rows, columns) for body in bodies]
+    yield from (sum(kernels[1:], kernels[0]) for kernels in zip(*parts, strict=True))
+
+
+@dataclass(frozen=True)
+class _Waves:
+    """The stress of waves of unit pressure at a depth, over the logarithm of the wave number."""
+
+    waves: Array  # Logarithms, ascending
+    along: Array  # σ along the wave, across it, into the body, and the shear σ_lz
+    across: Array
+    normal: Array
+    shear: Array
+    uniform: tuple[float, float]  # σ in the plane, and into the body, where q = 0
+
+    @classmethod
+    def at(
+        cls, material: Material, depth: float, qy: Array, qx: Array, bodies: tuple[_Body, ...]
+    ) -> _Waves:
+        """Return them, without those of homogeneous bodies."""
+        least = min(qy[1] if qy.size > 1 else math.inf, qx[1] if qx.size > 1 else math.inf)
+        most = math.hypot(qy[-1], qx[-1])
+        steps = math.ceil(_WAVES * math.log(most / least)) + 2
+        waves = np.geomspace(least, most, steps)
+        poisson = poisson_at(material, depth)
+        shear, normal, along = waves_below(material, waves, depth)
+        across = poisson * (along + normal)
+        uniform = -poisson / (1 - poisson), -1.0
+        if bodies:
+            uniform = 0.0, 0.0
+        for body in bodies:
+            parts = zip((along, across, normal, shear), body.waves(waves), strict=True)
+            along, across, normal, shear = (part - of_body for part, of_body in parts)
+        return cls(np.log(waves), along, across, normal, shear, uniform)
+
+    def components(self, qy: Array, qx: Array) -> Array:
+        """Return xx, yy, zz, yz, xz, xy as `stress_kernels.waves` does."""
+        q = np.hypot(qy, qx)
+        still = q == 0
+        at = np.log(np.where(still, 1.0, q))
+        along, across, normal, shear = (
+            np.interp(at, self.waves, part)
+            for part in (self.along, self.across, self.normal, self.shear)
+        )
+        inverse = np.divide(1, q, out=np.zeros(q.shape), where=~still)
+        c, s = qx * inverse, qy * inverse
+        result = np.stack([
+            c * c * along + s * s * across,
+            s * s * along + c * c * across,
+            normal,
+            s * shear,
+            c * shear,
+            # Odd in both directions: the transform is -S.
+            c * s * (across - along),
+        ])  # fmt: skip
+        result[:, still] = 0
+        result[:2, still], result[2, still] = self.uniform
+        return result
+
+
+class Peak(NamedTuple):
+    """The largest of a stress at a depth, and where."""
+
+    value: float  # [Pa]
+    pixel: tuple[int, int]  # Row and column
+
+
+@dataclass(frozen=True)
+class Face:
+    """The largest stresses of one side of the surface or of an interface."""
+
+    depth: float  # [m]
+    part: int  # Number of the layer that it belongs to; the base has that of all layers
+    tension: Peak  # Largest principal stress
+    shear: Peak  # Traction along the face
+    pull: Peak  # Traction that pulls on the face; negative where all is pressed
+
+
+def faces(field: Field, material: Material) -> tuple[Face, ...]:
+    """Return the largest stresses of the surface and of both sides of each interface."""
+    found = []
+    for depth in depths_with_faces(material, np.empty(0)).tolist():
+        stress: NDArray[Any] = np.empty((6, *field.shape), field.real)
+
+        def keep(rows: slice, block: NDArray[Any], stress: NDArray[Any] = stress) -> None:
+            stress[:, rows] = block
+
+        responses, symbols = field.in_depth(depth)
+        responses.stream(symbols, keep)
+
+        def peak(values: NDArray[Any]) -> Peak:
+            row, column = divmod(int(values.argmax()), field.shape[1])
+            return Peak(float(values[row, column]) * field.unit, (row, column))
+
+        tension = principal(stress).max(axis=0)
+        shear = np.hypot(stress[XZ], stress[YZ])
+        found.append(
+            Face(depth, part_of(material, depth), peak(tension), peak(shear), peak(stress[ZZ]))
+        )
+    return tuple(found)
