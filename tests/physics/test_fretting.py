@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+import roughcontact as rc
 from hamilton import at_the_rim, sliding_sphere
 from roughcontact.halfspace import stress, stress_summary
 
@@ -97,3 +98,32 @@ def test_a_cylinder_that_sticks_in_its_middle(part: float) -> None:
     # The pixel next to the edge is half a pixel away from the cusp.
     assert -0.08 < largest.max_tension / (2 * FRICTION * math.sqrt(part)) - 1 < 0
     assert x[largest.tension_pixel[1]] == pytest.approx(-radius, abs=2)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_ruiz_of_a_sphere(boundary: str) -> None:
+    """Slip is that of superposition, exact without ν: μ (gap that P* leaves, less that of P)."""
+    radius, load, part = 10e-3, 1.0, 0.75
+    body = rc.Material(young=210e9, poisson=0.0)
+    a = (3 * load * radius / (4 * rc.contact_modulus(body, body))) ** (1 / 3)
+    points, pixel = (128, a / 48) if boundary == "free" else (256, a / 32)
+    y = (np.arange(points) - points / 2 + 0.5) * pixel
+    ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * radius), pixel=(pixel, pixel))
+    contact = rc.solve(ball, material=body, counter_material=body, load=load, boundary=boundary,
+                       calibrated=False)  # fmt: skip
+    found = rc.tangential(contact, friction=FRICTION, force=part * FRICTION * load, stress=True)
+    p0, c = 1.5 * load / (math.pi * a**2), a * (1 - part) ** (1 / 3)
+    r = np.linspace(c, a, 200)[1:-1]
+    beyond = (2 * c**2 - r**2) * np.arcsin(c / r) + c * np.sqrt(r**2 - c**2)
+    slip = FRICTION / radius * (r**2 / 2 - c**2 + beyond / math.pi)
+    traction = FRICTION * p0 * np.sqrt(1 - (r / a) ** 2)
+    along = p0 * exact(-r / a, np.full(r.size, 1e-9), 1e-9, part, 0.0)[0]
+    fretting = found.fretting
+    assert found.last.max_slip == pytest.approx(slip.max(), rel=0.03)
+    assert fretting.max_work == pytest.approx((traction * slip).max(), rel=0.03)
+    assert fretting.max_ruiz == pytest.approx((along * traction * slip).max(), rel=0.04)
+    assert fretting.max_ruiz_at[1] < points * pixel / 2 - c
+    # All of the slip, and nothing else, does work: a cycle dissipates four times as much.
+    area = contact.pixel_area
+    assert 4 * fretting.work.sum() * area == pytest.approx(found.cycle_energy, rel=1e-6)
+    assert fretting.stress.max_tension >= fretting.tension.max()

@@ -111,9 +111,10 @@ class StressResult(Result):
     @property
     def max_von_mises_at(self) -> tuple[float, float, float]:
         """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
-        return self.profile.depth_of_max, *self._center(self.profile.pixel_of_max)
+        return self.profile.depth_of_max, *self.center(self.profile.pixel_of_max)
 
-    def _center(self, pixel: tuple[int, int]) -> tuple[float, float]:
+    def center(self, pixel: tuple[int, int]) -> tuple[float, float]:
+        """Return y and x of the center of a pixel [m], counted from the corner of the map."""
         (row, column), (dy, dx) = pixel, self.solution.surface.pixel
         return (row + 0.5) * dy, (column + 0.5) * dx
 
@@ -125,7 +126,7 @@ class StressResult(Result):
     @property
     def max_tension_at(self) -> tuple[float, float]:
         """Where it is: y and x of its pixel [m], counted from the corner of the map."""
-        return self._center(self.profile.tension_pixel)
+        return self.center(self.profile.tension_pixel)
 
     @property
     def yield_factor(self) -> float | None:
@@ -239,7 +240,7 @@ class StressResult(Result):
 def to_dataset(result: StressResult) -> xarray.Dataset:
     """Return a stress result as an xarray dataset."""
     dataset = archive.to_dataset(result.solution)
-    _add_profile(dataset, result.profile)
+    add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
         dataset[f"section_{axis}"] = _variable(
             ("component", "depth", axis), section, "Pa",
@@ -263,7 +264,7 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
     return dataset
 
 
-def _add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
+def add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
     """Add the largest stresses over the depth, and over the map."""
     about = {"units": "m", "long_name": "depth below the surface"}
     dataset.coords["depth"] = ("depth", profile.depths, about)

@@ -181,12 +181,12 @@ def largest(contact: Sliding) -> Rim | None:
     if points is None:
         return None
     place, stress = _largest_of(contact, *points, _von_mises_squared)
-    other, tension = _largest_of(contact, *points, _tension)
+    other, tension = _largest_of(contact, *points, larger_principal)
     xx, yy, xy = stress.tolist()
     middle, radius = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
     shear = max(abs(middle) + radius, 2 * radius)
     von_mises = math.sqrt(_von_mises_squared(stress))
-    return Rim(von_mises, shear, place, float(_tension(tension)), other)
+    return Rim(von_mises, shear, place, float(larger_principal(tension)), other)
 
 
 def _largest_of(
@@ -390,8 +390,8 @@ def _von_mises_squared(stress: Array) -> Array:
     return xx * xx - xx * yy + yy * yy + 3 * xy * xy
 
 
-def _tension(stress: NDArray[Any]) -> NDArray[Any]:
-    """Return the larger principal stress in the surface."""
+def larger_principal(stress: NDArray[Any]) -> NDArray[Any]:
+    """Return the larger principal stress in the surface, of its components xx, yy, xy."""
     xx, yy, xy = stress
     return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
@@ -799,7 +799,7 @@ def _layer(
         yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
         result.append((top, rows.start * nx + place, yielded))
         if depth == 0:
-            tension = _tension(stress[list(_IN_PLANE)])
+            tension = larger_principal(stress[list(_IN_PLANE)])
             tensions.append((float(tension.max()), -rows.start * nx - int(tension.argmax())))
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
         y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, ordered
-from roughcontact.contact import archive
+from roughcontact.contact import archive, subsurface_stress
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -21,6 +21,7 @@ from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
 from roughcontact.halfspace import tangential as halfspace
+from roughcontact.joint.fretting import Fretting, fretting
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
 from roughcontact.solvers import partial_slip
@@ -103,6 +104,8 @@ class Tangential(Result):
         The curve from pressures alone, under a constant load without shear yield.
     messages : tuple of Caution
         What the tangential loading gives cause for.
+    fretting : Fretting or None
+        Stress below the surface, tension and Ruiz' parameters under the last force, if wanted.
     """
 
     solution: ContactResult
@@ -116,6 +119,7 @@ class Tangential(Result):
     tangent_stiffness: float
     superposition: Superposition | None = None
     messages: tuple[Caution, ...] = ()
+    fretting: Fretting | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -125,7 +129,8 @@ class Tangential(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.solution.cautions, *self.messages])
+        below = () if self.fretting is None else self.fretting.stress.own_cautions
+        return ordered([*self.solution.cautions, *self.messages, *below])
 
     @property
     def last(self) -> TangentialStep:
@@ -193,6 +198,14 @@ def to_dataset(result: Tangential) -> xarray.Dataset:
             dataset[f"{name}_{axis}"] = (("y", "x"), values, about)
     about = {"units": "1", "long_name": "contact that sticks"}
     dataset["stick"] = (("y", "x"), result.stick.astype(np.uint8), about)
+    if result.fretting is not None:
+        subsurface_stress.add_profile(dataset, result.fretting.stress.profile)
+        for name, field, unit, text in (
+            ("tension", result.fretting.tension, "Pa", "larger principal stress in the surface"),
+            ("frictional_work", result.fretting.work, "J/m2", "traction times slip"),
+            ("ruiz", result.fretting.ruiz, "Pa2 m", "tension times traction times slip"),
+        ):
+            dataset[name] = (("y", "x"), field, {"units": unit, "long_name": text})
     for name, unit in (("load", "N"), ("force", "N"), ("shift", "m"), ("energy", "J")):
         dataset[f"step_{name}"] = ("step", result.column(name), {"units": unit})
     dataset.attrs |= {
@@ -282,6 +295,7 @@ def tangential(
     shift: Quantity | None = None,
     direction: float = 0.0,
     stages: Sequence[tuple[Quantity | Load, Quantity]] | None = None,
+    stress: bool = False,
     tolerance: float = 1e-6,
 ) -> Tangential:
     """Return traction, stick and slip of a contact under a tangential force.
@@ -303,6 +317,9 @@ def tangential(
         top: 90 points to smaller y.
     stages : sequence of (load, force)
         Loads and tangential forces that change together, from no contact on.
+    stress : bool
+        Whether to compute the stress below the surface under the last force, too, and from it
+        tension and Ruiz' parameters (`Tangential.fretting`).
     tolerance : float
         Certificate of each step.
 
@@ -355,7 +372,10 @@ def tangential(
         path.follow(result, shift=_number(shift, "length", "shift"))
     for load, tangential_force in _stages(result, force, stages):
         path.follow(path.contact_under(load), force=tangential_force)
-    return path.outcome()
+    found = path.outcome()
+    if not stress:
+        return found
+    return replace(found, fretting=fretting(found.solution, found.traction, found.slip))
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:

@@ -10,7 +10,17 @@ from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, solve
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import LENGTH, NEEDED, ONE_OF, PICTURES, Option, Panel, Rule, file
+from roughcontact.request.options import (
+    LENGTH,
+    NEEDED,
+    ONE_OF,
+    PICTURES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    flag,
+)
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.subsurface_stress import DIRECTION
@@ -44,7 +54,8 @@ OUTPUT = file(
     "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
 )
 FIGURE = file("figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES)
-_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION)
+STRESS = flag("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
+_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -59,6 +70,14 @@ def _run(request: Request, work: Work) -> Outcome:
     work.say("tangential loading")
     result = tangential(contact, **{option.argument: request[option] for option in _ASKED})
     return Outcome(request, result, result.solution)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.subsurface_stress import require_memory
+
+    request.require_contact(shape, _HELD)
+    if request[STRESS]:
+        require_memory(shape, boundary=request[options.BOUNDARY], partial_slip=True)
 
 
 TASK = Task(
@@ -87,7 +106,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
         Rule(ONE_OF, FORCE, SHIFT, text="0.05 N"),
     ),
     last=last_contact,
-    held=_HELD,
+    memory=_memory,
     questions=(
         Question(
             "Tangential loading",
