@@ -181,6 +181,16 @@ def test_the_command_writes_and_prints(
     assert Path("a.png").exists()
     assert app.main([*words, "--shift", "5 nm", "--stress"]) == 0
     assert "Fretting: " in capsys.readouterr().out
+    plain = words[:2] + words[4:]
+    capsys.readouterr()
+    assert app.main([*plain, "--stages", "0.5 N: 20 mN, 1 N: 0.05 N, 100 MPa: -0.05 N"]) == 0
+    told = capsys.readouterr().out
+    assert "500 mN  20 mN" in told
+    assert "1 N     −50 mN" in told
+    for stages in ("1 N", "1 N: 1 m", "1: 1 N"):
+        assert app.main([*plain, "--stages", stages]) == 2
+        assert "--stages" in capsys.readouterr().err
+    assert app.main([*words, "--stages", "1 N: 0.05 N"]) == 2
     assert app.main([*words, "--force", "1 N"]) == 2
     assert "slides" in capsys.readouterr().err
     assert app.main([*words, "--force", "1 N", "--shift", "5 nm"]) == 2
@@ -194,7 +204,9 @@ def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     rc.Surface(heights, pixel).save("map.nc")
     Path("project.toml").write_text(
         'write = ["nc"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
-        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\n',
+        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\nstress = true\n'
+        '[[contact]]\nname = "two"\nfile = "map.nc"\nmaterial = "42CrMo4"\nfriction = 0.15\n'
+        'task = "tangential"\nstages = "0.5 N: 0 N, 1 N: 0.05 N"\n',
         encoding="utf-8",
     )
     assert app.main(["run", "project.toml"]) == 0

@@ -127,3 +127,20 @@ def test_ruiz_of_a_sphere(boundary: str) -> None:
     area = contact.pixel_area
     assert 4 * fretting.work.sum() * area == pytest.approx(found.cycle_energy, rel=1e-6)
     assert fretting.stress.max_tension >= fretting.tension.max()
+
+
+def test_the_slip_of_a_cycle_is_its_amplitude() -> None:
+    """A load that grows leaves slip behind; the cycle after it does not know of it."""
+    heights, pixel = rc.reference_map(32)
+    body = rc.Material(young=210e9, poisson=0.0)
+    contact = rc.solve(rc.Surface(heights, pixel), material=body, counter_material=body, load=1.0,
+                       ceiling=None)  # fmt: skip
+    options = {"friction": 0.15, "stress": True, "tolerance": 1e-8}
+    cycle = [(1.0, 0.06), (1.0, -0.06), (1.0, 0.06)]
+    plain, after = (
+        rc.tangential(contact, stages=[*before, *cycle], **options).fretting
+        for before in ([], [(0.3, 0.03)])
+    )
+    once = rc.tangential(contact, force=0.06, **options).fretting
+    np.testing.assert_allclose(plain.work, once.work, atol=1e-5 * once.max_work)
+    np.testing.assert_allclose(after.work, once.work, atol=1e-5 * once.max_work)

@@ -20,8 +20,9 @@ Array = NDArray[np.float64]
 class Fretting:
     """Stress and fretting parameters of the rough body under the last force.
 
-    The slip is the amplitude δ of a cycle between that force and its opposite. Ruiz, Boddington
-    and Chen 1984, Exp. Mech. 24, 208, doi:10.1007/BF02323167.
+    δ is the amplitude of the slip in a cycle between that force and its opposite: half of what the
+    last step slips at the end of a cycle, else all of the slip. Ruiz, Boddington and Chen 1984,
+    Exp. Mech. 24, 208, doi:10.1007/BF02323167.
     """
 
     stress: StressResult  # Below the contact, with the largest tension at the surface

@@ -161,19 +161,20 @@ class Tangential(Result):
         """
         if len(self.steps) == 1:
             return math.nan if self.superposition is None else 4 * self.last.energy
-        return self.steps[-2].energy + self.last.energy if self._is_cycle else math.nan
+        return self.steps[-2].energy + self.last.energy if self.is_cycle else math.nan
 
     @property
     def loss_factor(self) -> float:
         """Dissipated energy of a cycle over 2π times its elastic energy ½ Q δ; NaN as there."""
         amplitude = self.last.shift
-        if self._is_cycle:
+        if self.is_cycle:
             amplitude = 0.5 * (self.last.shift - self.steps[-2].shift)
         work = math.pi * self.last.force * amplitude
         return self.cycle_energy / work if work else math.nan
 
     @property
-    def _is_cycle(self) -> bool:
+    def is_cycle(self) -> bool:
+        """Whether the path ends in a cycle Q, -Q, Q under one load."""
         return len(self.steps) > 2 and _is_cycle([(s.load, s.force) for s in self.steps[-3:]])
 
     @property
@@ -375,7 +376,11 @@ def tangential(
     found = path.outcome()
     if not stress:
         return found
-    return replace(found, fretting=fretting(found.solution, found.traction, found.slip))
+    amplitude = 0.5 * path.last_slip if found.is_cycle else path.slip
+    return replace(
+        found,
+        fretting=fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape)),
+    )
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
@@ -445,6 +450,7 @@ class _Path:
         self.contact: ContactResult | None = None
         self.heaviest: ContactResult | None = None
         self.traction, self.slip = np.zeros((2, points)), np.zeros((2, points))
+        self.last_slip = self.slip
         self.bound = np.zeros(points)
         self.shift = np.zeros(2)
         self.steps: list[TangentialStep] = []
@@ -532,7 +538,8 @@ class _Path:
         area, size = contact.pixel_area, np.hypot(*solution.traction)
         slips = size >= bound * (1 - STICK)
         slip = solution.slip * slips
-        total = np.zeros_like(self.slip)
+        self.last_slip, total = np.zeros_like(self.slip), np.zeros_like(self.slip)
+        self.last_slip[:, index] = slip
         total[:, index] = self.slip[:, index] + slip
         self.traction, self.bound = np.zeros_like(self.slip), np.zeros_like(self.bound)
         self.traction[:, index], self.bound[index] = solution.traction, bound

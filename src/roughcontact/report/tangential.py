@@ -144,13 +144,16 @@ def _numbers(result: Tangential) -> CellTable:
     """Return the steps of a path, or the numbers of a single step."""
     unit, last = result.solution.pair.load_unit, result.last
     if len(result.steps) > 1:
+        changes = len({step.load for step in result.steps}) > 1
         rows = [
-            (phrases.size(s.force, unit), phrases.size(s.shift, "m"),
+            (*(phrases.size(load, unit) for load in [s.load] * changes),
+             phrases.size(s.force, unit), phrases.size(s.shift, "m"),
              phrases.share(s.stick_fraction), phrases.size(s.max_slip, "m"),
              phrases.size(s.energy, "J"))
             for s in result.steps
         ]  # fmt: skip
-        return ("force", "shift", "stick", "largest slip", "energy"), rows
+        heads = ("force", "shift", "stick", "largest slip", "energy")
+        return (*["load"] * changes, *heads), rows
     share = phrases.share(abs(last.force) / result.capacity)
     single = [
         ("Force", f"{share} of the {phrases.size(result.capacity, unit)} that slide it"),
