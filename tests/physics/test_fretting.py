@@ -100,8 +100,8 @@ def test_a_cylinder_that_sticks_in_its_middle(part: float) -> None:
     assert x[largest.tension_pixel[1]] == pytest.approx(-radius, abs=2)
 
 
-@pytest.mark.parametrize("boundary", ["free", "periodic"])
-def test_ruiz_of_a_sphere(boundary: str) -> None:
+@pytest.mark.parametrize(("boundary", "angle"), [("free", 0.0), ("free", 40.0), ("periodic", 0.0)])
+def test_ruiz_of_a_sphere(boundary: str, angle: float) -> None:
     """Slip is that of superposition, exact without ν: μ (gap that P* leaves, less that of P)."""
     radius, load, part = 10e-3, 1.0, 0.75
     body = rc.Material(young=210e9, poisson=0.0)
@@ -111,7 +111,8 @@ def test_ruiz_of_a_sphere(boundary: str) -> None:
     ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * radius), pixel=(pixel, pixel))
     contact = rc.solve(ball, material=body, counter_material=body, load=load, boundary=boundary,
                        calibrated=False)  # fmt: skip
-    found = rc.tangential(contact, friction=FRICTION, force=part * FRICTION * load, stress=True)
+    found = rc.tangential(contact, friction=FRICTION, force=part * FRICTION * load,
+                          direction=angle, stress=True)  # fmt: skip
     p0, c = 1.5 * load / (math.pi * a**2), a * (1 - part) ** (1 / 3)
     r = np.linspace(c, a, 200)[1:-1]
     beyond = (2 * c**2 - r**2) * np.arcsin(c / r) + c * np.sqrt(r**2 - c**2)
@@ -122,7 +123,10 @@ def test_ruiz_of_a_sphere(boundary: str) -> None:
     assert found.last.max_slip == pytest.approx(slip.max(), rel=0.03)
     assert fretting.max_work == pytest.approx((traction * slip).max(), rel=0.03)
     assert fretting.max_ruiz == pytest.approx((along * traction * slip).max(), rel=0.04)
-    assert fretting.max_ruiz_at[1] < points * pixel / 2 - c
+    # Behind the stick zone; rows count downwards.
+    down, right = np.array(fretting.max_ruiz_at) - points * pixel / 2
+    turn = math.radians(angle)
+    assert right * math.cos(turn) - down * math.sin(turn) < -c
     # All of the slip, and nothing else, does work: a cycle dissipates four times as much.
     area = contact.pixel_area
     assert 4 * fretting.work.sum() * area == pytest.approx(found.cycle_energy, rel=1e-6)
