@@ -167,7 +167,9 @@ def _numbers(result: Tangential) -> CellTable:
 
 def _remarks(result: Tangential) -> tuple[str, ...]:
     """Return the check by superposition, and how exactly it is solved."""
-    lines, curve, last = list(_below(result)), result.superposition, result.last
+    curve, last = result.superposition, result.last
+    lines = [f"Cycle: {_energy(result)}"] if result.is_cycle else []
+    lines += _below(result)
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
