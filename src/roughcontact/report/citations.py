@@ -151,7 +151,7 @@ def _of_step(step: Operation) -> Uses:
 def of_stress(result: StressResult) -> Uses:
     """Yield the works of the stress, besides the contact."""
     yield below(result.solution.boundary)
-    if result.friction:
+    if result.friction or result.traction is not None:
         yield cited("stress by friction", "Johnson1985", "Hamilton1983")
 
 
