@@ -15,11 +15,12 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import InputError, input_error
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
+from roughcontact.joint.conductance import ATMOSPHERE, slip_factor
 from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
+from roughcontact.material import fluids
 from roughcontact.result import Result
-from roughcontact.theory.constriction import mean_free_path
+from roughcontact.theory.rarefied_gas import mean_free_path
 from roughcontact.units import Quantity, changed_by, quantity
 
 THRESHOLD = 0.42
@@ -70,7 +71,10 @@ def slip(
             slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
             for flow in open_flows
         )
-        for pressure, mass in ((outer, AIR_MASS), (inner, HELIUM_MASS))
+        for pressure, mass in (
+            (pressure, fluids.gas(name).molar_mass.value)
+            for pressure, name in ((outer, "air"), (inner, "helium"))
+        )
     )
     if helium < _SLIPS:
         return
