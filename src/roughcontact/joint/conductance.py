@@ -93,19 +93,10 @@ class Filling:
     jump: float = 0.0  # By how much jumps of temperature at the walls widen the gap [m]
 
 
-@checked
 def filling_of(
-    gap: Quantity, pressure: Quantity = BAR, temperature: Quantity = ROOM_TEMPERATURE
+    gap: Quantity, pressure: Quantity | None = None, temperature: Quantity | None = None
 ) -> Filling:
-    """Return what fills a gap.
-
-    Parameters
-    ----------
-    gap : str, float or quantity of pint
-        Name of a gas or a liquid in `fluids`, ``"vacuum"``, or a conductivity [W/(m K)].
-    pressure, temperature : float, str or quantity of pint
-        Of a gas [Pa], [K].
-    """
+    """Return what fills a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
     if gap == VACUUM:
         return Filling(VACUUM, 0.0)
     fluid = fluids.entries().get(gap) if isinstance(gap, str) else None
@@ -117,14 +108,18 @@ def filling_of(
         return Filling(f"{conductivity:.4g} W/(m K)", conductivity)
     if isinstance(fluid, fluids.Liquid):
         return Filling(fluid.name, fluid.conductivity.value)
-    warmth = positive(temperature, "temperature", "temperature")
-    path = mean_free_path(
-        fluid.viscosity_at(warmth), positive(pressure, "pressure", "gap_pressure"),
-        fluid.molar_mass.value, warmth,
-    )  # fmt: skip
+    warmth = warmth_of(temperature)
+    press = positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
+    path = mean_free_path(fluid.viscosity_at(warmth), press, fluid.molar_mass.value, warmth)
     ratio, share = fluid.heat_capacity_ratio.value, fluid.accommodation.value
     jump = jump_distance(path, share, ratio, fluid.prandtl)
     return Filling(fluid.name, fluid.conductivity_at(warmth), jump)
+
+
+def warmth_of(temperature: Quantity | None) -> float:
+    """Return a temperature [K], that of a room where none is given."""
+    given = ROOM_TEMPERATURE if temperature is None else temperature
+    return positive(given, "temperature", "temperature")
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
@@ -495,8 +490,8 @@ def conductance(
     electrical_film: Quantity = 0.0,
     thermal_film: Quantity = 0.0,
     gap: Quantity | None = None,
-    gap_pressure: Quantity = BAR,
-    temperature: Quantity = ROOM_TEMPERATURE,
+    gap_pressure: Quantity | None = None,
+    temperature: Quantity | None = None,
 ) -> Conductance:
     """Return electrical resistance and thermal conductance of a contact.
 
@@ -514,8 +509,9 @@ def conductance(
     gap : str, float or quantity of pint, optional
         Fluid in the gap: ``"air"``, ``"nitrogen"``, ``"helium"``, ``"argon"``, ``"vacuum"``,
         ``"oil"``, ``"grease"``, or a conductivity [W/(m K)]; needs a periodic boundary.
-    gap_pressure, temperature : float, str or quantity of pint
-        Pressure of a gas in the gap [Pa], mean temperature of the joint [K].
+    gap_pressure, temperature : float, str or quantity of pint, optional
+        Pressure of a gas in the gap [Pa], by default 1 bar; mean temperature of the joint [K], by
+        default 25 °C.
 
     Returns
     -------
@@ -538,7 +534,7 @@ def conductance(
     R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing, unless ``gap``
     fills it: then it adds the mean of k/(g + M) over its pixels, M the jump distance of a gas, see
     `Conductance.joint_conductance`. `Conductance.filled_conductance` adds air or oil in any case.
-    Radiation of black faces is 4 σ T³, told from 1 % of the conductance on.
+    Radiation of black faces is 4 σ T³; a note shows it from 1 % of the conductance on.
 
     With a free boundary this is the resistance between points far away in both bodies, in which
     the spreading from all of the map is contained. With a periodic one it is what the joint adds to
@@ -565,7 +561,7 @@ def conductance(
         _film(thermal_film, "thermal film", "thermal_film"),
     )
     _check(bodies, films)
-    warmth = positive(temperature, "temperature", "temperature")
+    warmth = warmth_of(temperature)
     filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
     if filling is not None and math.isnan(_thermal_resistivity(bodies)):
         raise InputError("needs the conductivity of both bodies", argument="gap")

@@ -73,30 +73,7 @@ def gas_factor(
     gap: Array, pixel: tuple[float, float], viscous: Flow, narrowest: float, state: GasState,
     periodic_axes: tuple[int, ...] = (), points: int = _POINTS,
 ) -> float:  # fmt: skip
-    """Return the throughput of a gas over that of the same gas if it were viscous everywhere.
-
-    Parameters
-    ----------
-    gap : ndarray, shape (ny, nx)
-        Gap [m], 0 where the bodies touch.
-    pixel : (float, float)
-        Edges of a pixel (y, x) [m].
-    viscous : Flow
-        Flow through this gap without slip.
-    narrowest : float
-        Gap of the narrowest constriction [m].
-    state : GasState
-        Gas, pressures and temperature.
-    periodic_axes : tuple of int
-        Axes along which the gap is periodic.
-    points : int
-        Number of pressures at which a periodic sample is solved.
-
-    Returns
-    -------
-    float
-        1 for a viscous gas, more for one that slips.
-    """
+    """Return the throughput of a gas over that of the same gas if it were viscous everywhere."""
     pressures = np.geomspace(state.outlet, state.inlet, _TABLE)
     # dΦ = p G dp = p² G d(ln p)
     slope = pressures**2 * state.mobility(narrowest, pressures)

@@ -15,7 +15,7 @@ from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.conductance import ATMOSPHERE, ROOM_TEMPERATURE, slip_factor
+from roughcontact.joint.conductance import ATMOSPHERE, slip_factor, warmth_of
 from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
     CalibratedChange,
@@ -294,8 +294,8 @@ class Leakage(Result):
 
         Notes
         -----
-        A uniform pressure in the gap of two half-spaces deforms neither: what the solid carries
-        beyond it obeys the equations of a dry contact (Kuznetsov 1985).
+        A uniform pressure in the gap of two half-spaces deforms neither of them. The pressure of
+        the solid beyond it is that of a dry contact under the rest of the load (Kuznetsov 1985).
         """
         steps = tuple(replace(step, load=step.load + load) for step in self.steps)
         messages = tuple(text for text in self.messages if text.kind != Kind.FLUID_PRESSURE)
@@ -410,7 +410,7 @@ def leakage(
     gas: str | None = None,
     inlet: Quantity | None = None,
     outlet: Quantity | None = None,
-    temperature: Quantity = ROOM_TEMPERATURE,
+    temperature: Quantity | None = None,
 ) -> Leakage:
     """Return leak rate, permeability and flow factors of the gap of a contact.
 
@@ -434,8 +434,8 @@ def leakage(
         Gas that leaks, in place of viscosity and pressure difference.
     inlet, outlet : float, str or quantity of pint, optional
         Absolute pressures of the gas [Pa].
-    temperature : float, str or quantity of pint
-        Temperature of the gas [K].
+    temperature : float, str or quantity of pint, optional
+        Temperature of the gas [K], by default 25 °C.
 
     Returns
     -------
@@ -466,7 +466,7 @@ def leakage(
     viscous to free molecular, by the local Knudsen number: see `roughcontact.joint.gas_flow`.
 
     The mean pressure of the fluid over the land takes its share of the load off the solid; a
-    caution tells it from 5 % on.
+    caution shows it from 5 % on.
 
     References
     ----------
@@ -493,13 +493,7 @@ def leakage(
     flows: tuple[Flow, ...] = ()
     for result in of_one_pair(contacts, OF):
         step, driven = _step(result, axes, seal)
-        closed = None in [step.constriction[axis] for axis in axes]
-        own = [*of_step(result, closed)]
-        if seal is not None:
-            own += lift(seal.mean_pressure * result.pair.size[0] * result.pair.size[1], result.load)
-        if seal is not None and seal.gas is None:
-            fluid = seal.viscosity, seal.pressure_difference
-            own += slip(flow_gap(result), driven, *fluid)
+        own = _judged(result, step, driven, axes, seal)
         answer.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven
@@ -509,6 +503,23 @@ def leakage(
     steps = tuple(step for step, _ in answer)
     roughness = float(np.nanstd(largest.pair.initial_gap))
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
+
+
+def _judged(
+    result: ContactResult,
+    step: LeakageStep,
+    flows: tuple[Flow, ...],
+    axes: tuple[int, ...],
+    seal: Seal | None,
+) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact."""
+    yield from of_step(result, None in [step.constriction[axis] for axis in axes])
+    if seal is None:
+        return
+    height, width = result.pair.size
+    yield from lift(seal.mean_pressure * height * width, result.load)
+    if seal.gas is None:
+        yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
 
 
 def _step(
@@ -568,7 +579,7 @@ def seal_of(
     gas: str | None,
     inlet: Quantity | None,
     outlet: Quantity | None,
-    temperature: Quantity,
+    temperature: Quantity | None,
 ) -> Seal | None:
     """Return what leaks, or refuse what is only half of it."""
     specified = {
@@ -603,11 +614,11 @@ def seal_of(
     return Seal(state.viscosity, state.inlet - state.outlet, *face, state)
 
 
-def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity) -> GasState:
+def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | None) -> GasState:
     gas = fluids.gas(name)
     if not outlet < inlet:
         raise input_error("outlet", outlet, "must be below the inlet pressure")
-    warmth = positive(temperature, "temperature", "temperature")
+    warmth = warmth_of(temperature)
     viscosity = gas.viscosity_at(warmth)
     return GasState(name, gas.molar_mass.value, viscosity, warmth, inlet, outlet)
 

@@ -84,7 +84,7 @@ def _share_of_gap(result: joint.Conductance) -> str:
     )
 
 
-def _given(result: joint.Conductance) -> bool:
+def _has_filling(result: joint.Conductance) -> bool:
     return result.filling is not None
 
 
@@ -139,7 +139,7 @@ CONDUCTANCE: Table = (
         form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
     ),
     Quantity(
-        "gap", "gap", of=lambda r: r.filling and asdict(r.filling), when=_given,
+        "gap", "gap", of=lambda r: r.filling and asdict(r.filling), when=_has_filling,
         text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
     ),
     Quantity("temperature", unit="K"),
@@ -192,9 +192,9 @@ CONDUCTANCE_COLUMNS: Columns = (
         "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
         of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
     ),
-    Column("gap_conductance", "gap", unit="W/(m² K)", when=_given,
+    Column("gap_conductance", "gap", unit="W/(m² K)", when=_has_filling,
            of=lambda r: r.column("filled_gap").tolist()),
-    Column("joint_conductance", "joint", unit="W/(m² K)", when=_given,
+    Column("joint_conductance", "joint", unit="W/(m² K)", when=_has_filling,
            of=lambda r: r.joint_conductance.tolist()),
     *_filled_columns(),
     Column(
@@ -262,9 +262,9 @@ _ASSUMPTIONS = (
     Assumption("All of the contact conducts", lambda r: "film included" if r.film or r.thermal_film
                else "no oxide or other film", "the bodies carry films"),
     Assumption("The gap conducts nothing", lambda r: "air or oil: see the rows above",
-               "gas, oil or radiation carry heat", lambda r: _thermal(r) and not _given(r)),
+               "gas, oil or radiation carry heat", lambda r: _thermal(r) and not _has_filling(r)),
     Assumption("Contact and gap conduct side by side", lambda r: f"k/(g + M), {r.filling.name}",
-               "the gap conducts nearly as well as the metal", _given),
+               "the gap conducts nearly as well as the metal", _has_filling),
 )  # fmt: skip
 
 # --- What is said first ---
@@ -335,7 +335,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
 def _remarks(result: joint.Conductance) -> tuple[str, ...]:
     """Return what a filled gap adds, what the pixel changes, and how exactly it is solved."""
     lines = []
-    if _given(result):
+    if _has_filling(result):
         name = result.filling.name if result.filling else ""
         solid = result.thermal_conductance
         parts = " to ".join(

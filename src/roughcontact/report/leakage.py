@@ -346,9 +346,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     lines: list[str] = []
     seal = result.seal
     if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):
-        edges = (
-            f"{ArgumentRef('ring')} or {ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
-        )
+        edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
     lines += _fluid_lines(result)
     places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
@@ -385,9 +383,9 @@ def _fluid_lines(result: Leakage) -> Iterator[str]:
             f"{result.steps[-1].gas_factor[axis]:.3g} times the viscous flow"
         )
     largest = float(np.max(result.fluid_share))
-    yield f"Fluid carries {percent(largest)} of the {'smallest ' * (len(result.steps) > 1)}load" + (
-        ", which opens the gap" if result.fluid_load else ", neglected"
-    )
+    smallest = "smallest " * (len(result.steps) > 1)
+    effect = "included" if result.fluid_load else "neglected"
+    yield f"Fluid pressure carries {percent(largest)} of the {smallest}load ({effect})"
 
 
 _FIGURES: Illustrations = (

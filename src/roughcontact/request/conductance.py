@@ -22,7 +22,7 @@ GAP = Option(
 )  # fmt: skip
 GAP_PRESSURE = Option(
     "gap-pressure", Panel.BODIES, "PRESSURE",
-    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, 1e5,
+    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, None,
 )  # fmt: skip
 FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (

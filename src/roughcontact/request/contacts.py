@@ -71,7 +71,7 @@ THERMAL_FILM = Option(
 
 TEMPERATURE = Option(
     "temperature", Panel.BODIES, "TEMPERATURE", 'Temperature of the gas: "20 °C"; default: 25 °C.',
-    parsing.quantity("temperature"), 298.15,
+    parsing.quantity("temperature"), None,
 )  # fmt: skip
 
 FRICTION = Option(

@@ -113,14 +113,14 @@ Without a fluid only permeability is reported.
 \b
 Example:
 roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
-    --material 42CrMo4 --gas helium --inlet "2 bar" --outlet "1 mbar" --ring "40 mm"
+    --material 42CrMo4 --gas helium --inlet "2 bar" --outlet "1 mbar"
 """,
     (
         *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_FLUID, *options.SHAPES,
         options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
     ),
     (
-        joints.LOAD, VISCOSITY, PRESSURE_DIFFERENCE, GAS, INLET, OUTLET, RING, SEAL_LENGTH,
+        joints.LOAD, VISCOSITY, PRESSURE_DIFFERENCE, GAS, INLET, OUTLET, RING,
         options.MATERIAL, options.BOUNDARY, options.REPORT,
     ),
     run=_run,
