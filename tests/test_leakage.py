@@ -156,7 +156,11 @@ def test_a_named_gas_leaks_in_units_of_leak_detection() -> None:
 def test_a_seal_of_known_size_has_the_class_of_its_larger_leak() -> None:
     assert rc.leakage(RESULT, **SEAL).leak_class is None
     assert rc.leakage(RESULT, **WATER, ring="40 mm").leak_class is None
-    for width, expected in (("1 m", "not watertight"), ("40 mm", "watertight"), ("1 um", "gas-tight")):
+    for width, expected in (
+        ("1 m", "not watertight"),
+        ("40 mm", "watertight"),
+        ("1 um", "gas-tight"),
+    ):
         found = rc.leakage(RESULT, **SEAL, seal_width=width, seal_length="2 mm")
         name, limit = found.leak_class
         assert name.startswith(expected)

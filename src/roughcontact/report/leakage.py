@@ -306,7 +306,7 @@ def _class(result: Leakage) -> str:
     if result.leak_class is None:
         return ""
     name, limit = result.leak_class
-    bound = f" (below {10 * limit:.0e} mbar l/s)" if math.isfinite(limit) else ""
+    bound = f" (below {10 * limit:.0e} mbar l/s)".replace("e-0", "e-") if limit < math.inf else ""
     return f" Class: {name}{bound}."
 
 
