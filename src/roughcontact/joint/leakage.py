@@ -169,13 +169,13 @@ class Seal:
         # p² falls evenly.
         return 2 / 3 * (inlet**3 - outlet**3) / (inlet**2 - outlet**2) - outlet
 
-    def width_over_length(self, size: tuple[float, float], axis: int) -> float:
-        """Return width over length of the face, by default those of a map of a size (y, x)."""
+    def face(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
+        """Return width and length of the face [m], by default those of a map of a size (y, x)."""
         length = size[axis] if self.length is None else self.length
         if self.ring is not None:
-            # Flow along radii: 2π over the logarithm of outer over inner radius.
-            return math.pi / math.atanh(length / self.ring)
-        return (size[1 - axis] if self.width is None else self.width) / length
+            # Flow along radii: the logarithm of outer over inner radius is 2 artanh(l/d).
+            return math.pi * length / math.atanh(length / self.ring), length
+        return size[1 - axis] if self.width is None else self.width, length
 
 
 @dataclass(frozen=True)
@@ -364,8 +364,8 @@ class Leakage(Result):
         """
         if self.seal is None:
             return np.full(len(self.steps), math.nan)
-        face = self.seal.width_over_length(self.largest.pair.size, axis)
-        driven = self.seal.pressure_difference * face / (12 * self.seal.viscosity)
+        width, length = self.seal.face(self.largest.pair.size, axis)
+        driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
         factor = np.array([step.gas_factor[axis] for step in self.steps])
         return self.permeability(axis) * factor * driven
 
