@@ -93,6 +93,13 @@ def _fluid_load(request: Request, work: Work, loads: Sequence[Any]) -> float:
     return load if load > LIFTS * smallest else 0.0
 
 
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    """Refuse flows that need more memory than there is."""
+    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each;
+    # those of a gas 330.
+    request.require_contact(shape, 64 if request[GAS] is None else 84)
+
+
 def _seal(request: Request) -> Seal | None:
     from roughcontact.joint.leakage import seal_of
 
@@ -127,8 +134,7 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     rules=joints.LOAD_RULES,
     check=_check,
     last=last_contact,
-    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each.
-    held=64,
+    memory=_memory,
     questions=(
         Question(
             "Leakage",
