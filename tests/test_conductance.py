@@ -317,7 +317,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     load = ("--load", "1 N")
     for more, said in (
         (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
-        ((*load, "--counter-material", "100Cr6"), "is needed: 100Cr6 has none"),
+        ((*load, "--counter-material", "16MnCr5"), "is needed: 16MnCr5 has none"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (
