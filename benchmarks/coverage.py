@@ -19,7 +19,6 @@ import argparse
 import math
 import time
 from collections import defaultdict
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +26,8 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.halfspace import fft
-from roughcontact.studies.measurement import NUMBERS, MeasuredInterval, uncertainty
+from roughcontact.studies.measurement import NUMBERS, uncertainty
+from roughcontact.studies.uncertainty import Cause, Uncertainty
 from roughcontact.surface import filters, random_surfaces
 from roughcontact.surface.instrument import Instrument
 
@@ -106,7 +106,7 @@ def _holes(heights: Array, share: float, rng: np.random.Generator) -> NDArray[np
     return score > np.quantile(score, 1 - share) if share else np.zeros(heights.shape, bool)
 
 
-def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Iterable[MeasuredInterval]]:
+def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Uncertainty]:
     """Return the numbers of the surface, and the intervals from its map."""
     problem = {
         "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": "periodic",
@@ -117,7 +117,7 @@ def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Iterable[
     true = rc.solve(fine, **problem, tolerance=1e-4)
     result = rc.solve(case.map, **problem)
     known = uncertainty(result, case.stated, case.shortest_wave, EXACT)
-    return {name: number.of(true) for name, number in NUMBERS.items()}, known.intervals
+    return {name: number.of(true) for name, number in NUMBERS.items()}, known
 
 
 def bounds(held: int, count: int) -> str:
@@ -142,19 +142,20 @@ def main() -> None:
         began, case = time.process_time(), drawn(number)
         for ceiling in (None, case.ceiling):
             try:
-                true, intervals = told(case, ceiling)
+                true, known = told(case, ceiling)
             except rc.InputError as error:
                 print(f"case {number}: {error}", flush=True)
                 continue
             model = "elastic" if ceiling is None else "ceiling"
-            for one in intervals:
+            for one in known.intervals:
                 right = true[one.name]
                 half = math.log(one.high / one.low) / 2
                 # The end that is the ceiling itself is rounded.
                 held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
                 row = (
                     held, half, math.log(one.value / right),
-                    math.log(one.measured / right), one.closing, one.disagreement,
+                    math.log(one.measured / right), known.closing[one.name],
+                    math.sqrt(one.budget.get(Cause.CORRECTIONS, 0.0)),
                 )  # fmt: skip
                 for key in (f"{one.name}, {model}", *case.classes, "all"):
                     rows[key].append(row)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from roughcontact.joint.estimate import Estimate
     from roughcontact.material.material import Material
     from roughcontact.references import References
-    from roughcontact.studies.measurement import Uncertainty
+    from roughcontact.studies.uncertainty import Uncertainty
 
 Path = str | os.PathLike[str]
 
