@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
 import numpy as np
 import pytest
 
@@ -219,10 +217,13 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     text = report.read_text("utf-8")
     assert "95 % interval" in text
     assert "Sources of each interval" in text
-    with h5netcdf.File(file) as stored:
-        record = json.loads(stored.attrs["uncertainty"])
-    assert record["instrument"]["resolution"] == pytest.approx(6e-6)
-    assert record["shortest_wave"] == pytest.approx(4e-6)
+    again = rc.read_result(file)
+    known = again.measurement
+    assert known.instrument == replace(Instrument.named("optical 6 um"), noise=1e-9)
+    assert known.shortest_wave == pytest.approx(4e-6)
+    assert "in 95 of 100" in repr(again)
+    again.save(tmp_path / "b.nc")
+    assert rc.read_result(tmp_path / "b.nc").measurement.summary() == known.summary()
 
 
 @pytest.mark.parametrize(

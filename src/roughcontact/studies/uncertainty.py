@@ -187,6 +187,29 @@ class Uncertainty(Result):
         return next((item for item in self.intervals if item.name == name), None)
 
 
+def from_summary(record: Mapping[str, Any]) -> Uncertainty:
+    """Return the `Uncertainty` of a summary."""
+    from roughcontact.surface.instrument import Instrument
+
+    intervals = tuple(
+        Interval(
+            name,
+            told["value"],
+            tuple(ErrorSource(Cause(cause), *ends) for cause, ends in told["causes"].items()),
+            told["measured"],
+        )
+        for name, told in record["intervals"].items()
+    )
+    tool = record["instrument"]
+    closing = {
+        name: math.nan if ratio is None else ratio for name, ratio in record["closing"].items()
+    }
+    return Uncertainty(
+        intervals, closing, tool and Instrument(**tool), record["shortest_wave"],
+        record["resolved"], record["draws"], record["seed"], tuple(record["remarks"]),
+    )  # fmt: skip
+
+
 def uncertainty_intervals(
     result: ContactResult, study: ResolutionStudy | None = None
 ) -> tuple[Interval, ...]:
