@@ -179,6 +179,35 @@ def test_intervals_hold_the_surface_and_repeat_to_the_bit() -> None:
 
 
 @pytest.mark.long
+def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
+    surface, rng = rough(256), np.random.default_rng(3)
+    coarse, fine = Instrument(resolution=20 * UM), Instrument(resolution=5 * UM)
+    image = coarse.measure(surface, points=(64, 64), periodic=True, rng=rng)
+    whole = fine.measure(surface, periodic=True, rng=rng).heights
+    parts = [rc.Surface(whole[y : y + 96, y : y + 96], (UM, UM)) for y in (0, 80, 160)]
+    result, truth = pressed(image, ceiling=None), pressed(surface, ceiling=None)
+    assert result.contact_fraction > 1.4 * truth.contact_fraction
+    area = measurement.NUMBERS["contact_fraction"].of(truth)
+    also = [(part, fine) for part in parts]
+    known = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6, also=also).of("contact_fraction")
+    assert known.low < area < known.high
+    assert known.value == pytest.approx(area, rel=0.15)
+    assert Cause.OTHER_MAPS in known.budget
+    alone = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6).of("contact_fraction")
+    assert math.log(known.high / known.low) < 0.7 * math.log(alone.high / alone.low)
+    higher = [(rc.Surface(2.5 * part.heights, part.pixel), fine) for part in parts]
+    for others, told in (
+        (higher, "times the power of the map in the waves that both show"),
+        ([(image, coarse)], "must show shorter waves than the map"),
+        ([(rc.Surface(whole[:24, :24], (UM, UM)), fine)], "measure a larger part"),
+    ):
+        with pytest.raises(InputError, match=told):
+            result.uncertainty(coarse, 4 * UM, also=others)
+    with pytest.raises(InputError, match="instrument is needed with also"):
+        result.uncertainty(also=parts)
+
+
+@pytest.mark.long
 def test_contacts_without_intervals_are_refused() -> None:
     surface = rough(64)
     result = pressed(surface)
@@ -231,6 +260,11 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     [
         (["--instrument", "CSI 50x"], "needs --uncertainty"),
         (["--uncertainty", "--noise", "1 nm"], "needs --instrument"),
+        (["--uncertainty", "--also", "fine.x3p"], "needs --instrument"),
+        (
+            ["--uncertainty", "--instrument", "CSI 50x", "--also", "a.x3p=CSI"],
+            "--also: --instrument 'CSI' is",
+        ),
         (["--uncertainty", "--instrument", "CSI 51x"], "not in the catalog"),
         (["--uncertainty", "--material-uncertainty", "E 3"], "must read like 'E 3 %, yield 5 %'"),
     ],

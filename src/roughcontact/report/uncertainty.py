@@ -108,7 +108,9 @@ INSTRUMENT_REF = ArgumentRef("result.uncertainty")
 def is_correctable(result: ContactResult) -> bool:
     """Return whether the instrument that measured its map can be given."""
     pair = result.pair
-    return result.control == "load" and pair.counter_surface is None and not pair.is_profile
+    is_measured = not str(result.share.provenance.source).startswith(("nominal ", "generated "))
+    alone = pair.counter_surface is None and not pair.is_profile
+    return is_measured and alone and result.control == "load" and result.moments is None
 
 
 def sources(interval: Interval, hint: bool = True, instrument: bool = False) -> Sentence:

@@ -7,11 +7,11 @@ B: Q of the map, times Q of random surfaces over Q of their own maps, measured b
 instrument.
 
 The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
-draws. The half width is ``√(w h_A² + (1 - w) h_B² + 4 w (1 - w) (A - B)²)`` with ``h = 1.96 s``; of
-its part that is left to chance ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Grid, remainder
-of the method and material add in squares. The remainder falls with the largest correction below
-10 %: a perfect instrument leaves the interval of the grid. Resolution, tip radius, noise, exponent,
-level and shortest wave are drawn once per draw, each as K quantiles.
+draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
+s``; of its part that is left to chance ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Grid,
+remainder of the method and material add in squares. The remainder falls with the largest correction
+below 10 %: a perfect instrument leaves the interval of the grid. Resolution, tip radius, noise,
+exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
 Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
 the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
@@ -92,6 +92,7 @@ NUMBERS: dict[str, _Number] = {
 SOURCES = {
     Cause.RESOLUTION: ("resolution",), Cause.TIP: ("tip",), Cause.NOISE: ("noise",),
     Cause.SHORT_WAVES: ("exponent", "level"), Cause.SHORTEST_WAVE: ("waves",),
+    Cause.OTHER_MAPS: ("finer resolution", "finer level"),
 }  # fmt: skip
 """Causes that draws move, each with the deviations that it draws."""
 
@@ -103,22 +104,25 @@ def uncertainty(
     material: Mapping[str, float] | None = None,
     draws: int = 8,
     seed: int = 0,
+    also: Sequence[Surface | tuple[Surface, Instrument | str]] = (),
     progress: Tell = None,
 ) -> Uncertainty:
     """Return the intervals of a contact; see `ContactResult.uncertainty`."""
     if isinstance(instrument, str):
         instrument = Instrument.named(instrument)
+    if also and instrument is None:
+        raise InputError("is needed with ", ArgumentRef("also"), argument="instrument")
     wave = quantity(shortest_wave, "length", "shortest_wave")
     require_count(4, 1000, draws=draws)
     known = _material(result, material)
     _check(result)
-    measured = _reconstruction(result, instrument, wave)
+    measured = _reconstruction(result, instrument, wave, also)
     study = _Draws(result, measured, draws if instrument else 0, seed)
     numbers = study.solved(progress)
     intervals, closing = _intervals(study, numbers, known)
     remarks = tuple(_remarks(result, measured, instrument, wave, intervals))
     return Uncertainty(
-        intervals, closing, instrument, wave, 1 / measured.limit, draws, seed, remarks,
+        intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
         Surface(study.base, measured.fine),
     )  # fmt: skip
 
@@ -165,31 +169,30 @@ def _check(result: ContactResult) -> None:
 
 
 def _reconstruction(
-    result: ContactResult, instrument: Instrument | None, wave: float | None
-) -> Reconstruction:
+    result: ContactResult, instrument: Instrument | None, wave: float | None,
+    also: Sequence[Surface | tuple[Surface, Instrument | str]],
+) -> Reconstruction:  # fmt: skip
     """Return the map with its instrument, or with a perfect one."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
-    if wave is not None and not wave >= max(surface.pixel):
-        raise InputError(
-            f"must be at least one pixel = {engineering(max(surface.pixel), 'm')}, got "
-            f"{engineering(wave, 'm')}",
-            argument="shortest_wave",
-        )
-    tool = _with_plateau(tool, surface)
-    leveled = (step.arguments["form"] for step in surface.provenance.operations
-               if step.method == "leveled")  # fmt: skip
-    forms = [form for form in leveled if form in ("plane", "quadric")]
     periodic = len(result.boundary.periodic_axes) == 2
-    heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
-    measured = Reconstruction(
-        heights, surface.pixel, tool, wave, surface._filled, forms[-1] if forms else None
-    )
+    measured = _measured(surface, tool, wave, periodic)
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
-    finest = wave or 1 / measured.limit / reconstruction.UNKNOWN
-    if finest < 2 * max(surface.pixel):
-        measured = replace(measured, finer=4)
+    others = tuple(replace(_other(item, wave), ellipse=measured.tensor) for item in also)
+    measured = replace(measured, others=others)
+    if others:
+        reconstruction.require_one_surface(measured)
+    least = min(max(maps.pixel) for maps in (measured, *others))
+    if wave is not None and not wave >= least:
+        raise InputError(
+            f"must be at least one pixel = {engineering(least, 'm')}, got {engineering(wave, 'm')}",
+            argument="shortest_wave",
+        )
+    # Four points in the shortest wave, or two where it takes more than four in a pixel.
+    finest = (wave or 1 / measured.reach / reconstruction.UNKNOWN) / max(surface.pixel)
+    if finest < 2:
+        measured = replace(measured, finer=max(4, 2 ** math.ceil(math.log2(2 / finest))))
     if math.prod(measured.shape) > MOST_POINTS:
         rows, columns = measured.shape
         raise InputError(
@@ -198,7 +201,7 @@ def _reconstruction(
             "with ", ArgumentRef("pixel"), ", or give ", ArgumentRef("shortest_wave"),
             argument="surface",
         )  # fmt: skip
-    _require_unsmoothed(surface, tool, wave)
+    _require_unsmoothed(surface, measured.instrument, wave)
     if measured.is_worn:
         raise InputError(
             "has summits smoother than its valleys, as worn surfaces have: the short waves that "
@@ -206,6 +209,27 @@ def _reconstruction(
             ArgumentRef("uncertainty"), argument="surface",
         )  # fmt: skip
     return measured
+
+
+def _other(item: Surface | tuple[Surface, Instrument | str], wave: float | None) -> Reconstruction:
+    """Return another map of the surface, with what measured it."""
+    surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
+    if surface.missing:
+        raise InputError("has missing points; fill them first", argument="also")
+    return _measured(surface, Instrument.named(tool) if isinstance(tool, str) else tool, wave)
+
+
+def _measured(
+    surface: Surface, tool: Instrument, wave: float | None = None, periodic: bool = False
+) -> Reconstruction:
+    leveled = (step.arguments["form"] for step in surface.provenance.operations
+               if step.method == "leveled")  # fmt: skip
+    forms = [form for form in leveled if form in ("plane", "quadric")]
+    heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
+    tool = _with_plateau(tool, surface)
+    return Reconstruction(
+        heights, surface.pixel, tool, wave, surface._filled, forms[-1] if forms else None
+    )
 
 
 def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
@@ -248,8 +272,9 @@ class _Draws:
             Cause.RESOLUTION: tool.resolution * tool.u_resolution,
             Cause.TIP: tool.tip_radius * tool.u_tip_radius,
             Cause.NOISE: tool.noise * tool.u_noise,
-            Cause.SHORT_WAVES: measured.limit < 1 / (measured.shortest_wave or 1e-300),
+            Cause.SHORT_WAVES: measured.reach < 1 / (measured.shortest_wave or 1e-300),
             Cause.SHORTEST_WAVE: measured.shortest_wave is None,
+            Cause.OTHER_MAPS: bool(measured.others),
         }
         self.sources = [cause for cause in SOURCES if active[cause]] if draws else []
         names = [name for source in self.sources for name in SOURCES[source]]
@@ -456,7 +481,7 @@ def _corrected(
     weight = scatter / (spread + scatter) if scatter else 1.0
     width = factor * (weight * spread + (1 - weight) * scatter)
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
-    squares[Cause.CORRECTIONS] = 4 * weight * (1 - weight) * (first - second) ** 2
+    squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
     closing = total / spread if spread else 1.0
     return weight * first + (1 - weight) * second, squares, closing
 
@@ -483,7 +508,7 @@ def _remarks(
             ArgumentRef("instrument"), " to include the measurement.",
         )  # fmt: skip
         return
-    resolved = 1 / measured.limit
+    resolved = 1 / measured.reach
     if wave is None:
         yield Sentence(
             f"The map shows waves down to {engineering(resolved, 'm', 2)}. The intervals hold if "
