@@ -243,6 +243,7 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     shown = " ".join(capsys.readouterr().out.split())
     assert "in 95 of 100; as measured" in shown
     assert "Interval from: yield strength" in shown
+    assert "corrected in 95 of 100 as measured Real contact" in shown
     text = report.read_text("utf-8")
     assert "95 % interval" in text
     assert "Sources of each interval" in text

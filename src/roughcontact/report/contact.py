@@ -312,15 +312,24 @@ _YIELDING = {
 
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
-        share = phrases.share(result.saturated_fraction / result.contact_fraction)
+        saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
+        share = phrases.share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
     return f"; {_YIELDING[result.regime]}."
+
+
+def _known(result: ContactResult, name: str) -> float:
+    """Return a number of a contact, corrected where that is known."""
+    item = result.measurement and result.measurement.of(name)
+    return float(item.value if item else getattr(result, name))
 
 
 def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
     """Return the numbers of a contact that are said first."""
     if not result.contact_area:
         return (), [("Load", phrases.size(result.load, result.pair.load_unit))]
+    if result.measurement is not None:
+        return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
     if hertz_comparison.applies(result):
         return hertz_comparison.HEADS, hertz_comparison.rows(result)
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")

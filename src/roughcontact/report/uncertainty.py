@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
@@ -83,6 +84,25 @@ def _named(result: ContactResult, study: ResolutionStudy | None) -> list[tuple[Q
         (quantity_of((*table, *_MORE), interval.name), interval)
         for interval in uncertainty.uncertainty_intervals(result, study)
     ]
+
+
+CORRECTED = ("", "corrected", "in 95 of 100", "as measured")
+"""Heads of `corrected_rows`."""
+
+
+def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
+    """Return name, value and ends of each corrected number, and what the map as measured gives."""
+    rows: list[tuple[str, ...]] = []
+    for quantity, item in _named(result, None):
+        # The area tells both.
+        if item.name in ("mean_pressure", "constriction_length"):
+            continue
+        is_share = item.name.endswith("fraction")
+        form = phrases.share if is_share else partial(phrases.size, unit=quantity.unit)
+        ends = phrases.between(item.low, item.high, form)
+        measured = form(item.value if item.measured is None else item.measured)
+        rows.append((capital(quantity.name), form(item.value), ends, measured))
+    return rows
 
 
 def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
