@@ -174,8 +174,7 @@ def _reconstruction(
 ) -> Reconstruction:  # fmt: skip
     """Return the map with its instrument, or with a perfect one."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
-    periodic = len(result.boundary.periodic_axes) == 2
-    measured = _measured(surface, tool, wave, periodic)
+    measured = _measured(surface, tool, wave)
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
@@ -219,17 +218,14 @@ def _other(item: Surface | tuple[Surface, Instrument | str], wave: float | None)
     return _measured(surface, Instrument.named(tool) if isinstance(tool, str) else tool, wave)
 
 
-def _measured(
-    surface: Surface, tool: Instrument, wave: float | None = None, periodic: bool = False
-) -> Reconstruction:
+def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
     leveled = (step.arguments["form"] for step in surface.provenance.operations
                if step.method == "leveled")  # fmt: skip
     forms = [form for form in leveled if form in ("plane", "quadric")]
-    heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
-    tool = _with_plateau(tool, surface)
     return Reconstruction(
-        heights, surface.pixel, tool, wave, surface._filled, forms[-1] if forms else None
-    )
+        reconstruction.periodic_part(surface.heights), surface.pixel, _with_plateau(tool, surface),
+        wave, surface._filled, forms[-1] if forms else None,
+    )  # fmt: skip
 
 
 def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:

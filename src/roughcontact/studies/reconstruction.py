@@ -74,6 +74,8 @@ _CLASSES, _UNEVEN, _CHANCE = 16, 0.15, 0.83
 # Largest difference of the logarithms of two spectra of one surface in the octave that both show,
 # beyond chance.
 _SAME = 0.7
+# Step between opposite edges of a periodic map, over that between neighbors, at most.
+_SEAM = 2.0
 # Rounds in which the image of a surface under a tip gets the spectrum of the map.
 _ROUNDS = 3
 
@@ -382,9 +384,16 @@ class Reconstruction:
 
 
 def periodic_part(heights: Array) -> Array:
-    """Return a map without the smooth part that makes it differ at opposite edges."""
+    """Return a map without the smooth part that makes it differ at opposite edges, if it does."""
     ny, nx = heights.shape
     jump = np.zeros_like(heights)
+    steps = [
+        np.square(np.diff(heights, axis=axis, append=np.take(heights, [0], axis)))
+        for axis in (0, 1)
+    ]
+    seams = (np.take(step, -1, axis).mean() for axis, step in enumerate(steps))
+    if all(seam < _SEAM**2 * step.mean() for seam, step in zip(seams, steps, strict=True)):
+        return heights
     for axis in (0, 1):
         first, last = (np.take(heights, index, axis) for index in (0, -1))
         rows = (0, -1) if axis == 0 else ((slice(None), 0), (slice(None), -1))
