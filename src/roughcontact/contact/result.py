@@ -437,6 +437,7 @@ class ContactResult(Result):
         draws: int = 8,
         seed: int = 0,
         also: Sequence[Any] = (),
+        of: str = "map",
         progress: Tell = None,
     ) -> Any:
         """Return the intervals of the numbers, corrected for the instrument that measured the map.
@@ -460,6 +461,9 @@ class ContactResult(Result):
             Finer maps of the same surface, in the same orientation, filled and leveled, with what
             measured each; estimated from the map by default. Their spectra continue that of the
             map.
+        of : {"map", "surface"}
+            Whether the numbers are of the place of the map or of a large surface, under the same
+            nominal pressure, of which the map is a sample.
         progress : callable, optional
             Called with a `Progress` after every solve.
 
@@ -475,5 +479,5 @@ class ContactResult(Result):
             If the map or the contact gets no intervals.
         """
         return face().uncertainty(
-            self, instrument, shortest_wave, material, draws, seed, also, progress
+            self, instrument, shortest_wave, material, draws, seed, also, of, progress
         )

@@ -13,6 +13,8 @@ remainder of the method and material add in squares. The remainder falls with th
 below 10 %: a perfect instrument leaves the interval of the grid. Resolution, tip radius, noise,
 exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 
+A number of the surface rather than of the map adds the scatter of the random surfaces, ``t s``.
+
 Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
 the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
 the logarithmic derivative by load and by ceiling and n the power of a pressure in Q.
@@ -35,7 +37,7 @@ from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, unloading_stiffness
-from roughcontact.errors import ArgumentRef, InputError, Sentence, require_count
+from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choice, require_count
 from roughcontact.halfspace.fft import Workspace, at_most
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.studies import reconstruction
@@ -105,19 +107,28 @@ def uncertainty(
     draws: int = 8,
     seed: int = 0,
     also: Sequence[Surface | tuple[Surface, Instrument | str]] = (),
+    of: str = "map",
     progress: Tell = None,
 ) -> Uncertainty:
     """Return the intervals of a contact; see `ContactResult.uncertainty`."""
     if isinstance(instrument, str):
         instrument = Instrument.named(instrument)
-    if also and instrument is None:
-        raise InputError("is needed with ", ArgumentRef("also"), argument="instrument")
+    require_choice(("map", "surface"), of=of)
+    for name, needs in (("also", bool(also)), ("of", of == "surface")):
+        if needs and instrument is None:
+            raise InputError("is needed with ", ArgumentRef(name), argument="instrument")
     wave = quantity(shortest_wave, "length", "shortest_wave")
     require_count(4, 1000, draws=draws)
     known = _material(result, material)
     _check(result)
     measured = _reconstruction(result, instrument, wave, also)
-    study = _Draws(result, measured, draws if instrument else 0, seed)
+    if of == "surface" and not measured.has_rolloff:
+        raise InputError(
+            "has higher waves the longer they are, up to its side: it is no sample of the surface;"
+            " measure a larger map",
+            argument="surface",
+        )
+    study = _Draws(result, measured, draws if instrument else 0, seed, of == "surface")
     numbers = study.solved(progress)
     intervals, closing = _intervals(study, numbers, known)
     remarks = tuple(_remarks(result, measured, instrument, wave, intervals))
@@ -255,8 +266,9 @@ class _Draws:
     """The draws of one contact, and the numbers of the contact of each."""
 
     def __init__(
-        self, result: ContactResult, measured: Reconstruction, draws: int, seed: int
+        self, result: ContactResult, measured: Reconstruction, draws: int, seed: int, sampled: bool
     ) -> None:
+        self.sampled = sampled
         self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
         self.smooth = np.zeros(measured.shape)
         self.map = filters.resample(measured.heights, measured.shape)
@@ -388,6 +400,8 @@ def _intervals(
         for index, name in enumerate(NUMBERS)
         if not (name == "saturated_fraction" and not result.saturated_fraction)
         and not (name == "max_pressure" and at_edge)
+        # Extremes grow with the surface.
+        and not (study.sampled and name in ("approach", "max_pressure"))
     }
     columns = {name: column for name, column in columns.items()
                if all(map(math.isfinite, column.values()))}  # fmt: skip
@@ -465,9 +479,9 @@ def _corrected(
     # What the draws have in common with their deviations, one by one; the rest is chance.
     moves = {name: (values[name, 1] - values[name, -1]) / 2
              for source in study.sources for name in SOURCES[source]}  # fmt: skip
-    shared = [sum(moves[name] * row[name] for name in moves) for row in study.deviations]
+    shared = np.array([sum(moves[name] * row[name] for name in moves) for row in study.deviations])
     parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
-    parts[Cause.CHANCE] = float(np.var(drawn - np.array(shared), ddof=1))
+    parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
     # Quantiles of what is drawn are exact; what is left to chance has few draws.
@@ -477,6 +491,9 @@ def _corrected(
     weight = scatter / (spread + scatter) if scatter else 1.0
     width = factor * (weight * spread + (1 - weight) * scatter)
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
+    if study.sampled:
+        sample = float(np.var(twin - shared, ddof=1))
+        squares[Cause.SAMPLE] = _student(count - 1) ** 2 * sample
     squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
     closing = total / spread if spread else 1.0
     return weight * first + (1 - weight) * second, squares, closing

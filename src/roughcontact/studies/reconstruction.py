@@ -175,6 +175,15 @@ class Reconstruction:
             tensor = vectors @ np.diag(values[-1] / values) @ vectors.T
         return tensor
 
+    @property
+    def has_rolloff(self) -> bool:
+        """Whether its longest waves are not much higher than those of half their length."""
+        longest = 1 / min(_sides(self))
+        place, power = _binned(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
+        longer = place < math.log(2.2 * longest)
+        rise = np.log(power[longer]).mean() - np.log(power[~longer]).mean()
+        return bool(rise < -_EXPONENT * math.log(2) / 2)
+
     @cached_property
     def resolution(self) -> tuple[float, float]:
         """Mean and spread of the logarithm of the resolution over that stated, by the spectrum."""
@@ -279,8 +288,7 @@ class Reconstruction:
         local = np.array([np.median(part) for part in parts])
         local /= math.sqrt(np.mean(local**2))
         # One over the root of the number of waves in a class.
-        area = math.prod(_sides(self)) / math.sqrt(np.linalg.det(self.tensor))
-        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * area / _CLASSES)
+        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * self._area / _CLASSES)
         return float(local[-2:].mean()), chance
 
     def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
@@ -316,10 +324,15 @@ class Reconstruction:
         _, raw = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
         return place, np.log(np.maximum(power, 0.1 * raw))
 
+    @property
+    def _area(self) -> float:
+        """Number of its waves in a unit of the plane of k [m²]."""
+        (a, b), (_, d) = self.tensor
+        return float(math.prod(_sides(self)) / math.sqrt(a * d - b * b))
+
     def _count(self, place: Array) -> Array:
         """Return the number of waves of the map in bins."""
-        area = math.prod(_sides(self)) / math.sqrt(np.linalg.det(self.tensor))
-        return np.asarray(math.pi * math.log(2) / _BINS * area * np.exp(2 * place))
+        return np.asarray(math.pi * math.log(2) / _BINS * self._area * np.exp(2 * place))
 
     def _finer(self, deviations: Deviations, seed: int) -> list[tuple[Array, Array, Array]]:
         """Return the bins of the finer maps, in the power of this one, with their variances."""

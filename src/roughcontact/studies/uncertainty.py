@@ -69,6 +69,7 @@ class Cause(StrEnum):
     SHORTEST_WAVE = "shortest wave"
     OTHER_MAPS = "finer maps"
     CHANCE = "waves not measured"
+    SAMPLE = "finite sample"
     CORRECTIONS = "difference of the two corrections"
     METHOD = "method"
     YOUNG = "Young's modulus"
