@@ -60,6 +60,10 @@ def of_contact(result: ContactResult) -> Uses:
     if result.hertz is not None:
         ellipse = result.hertz.shape.kind == ELLIPSE
         yield cited("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
+    tool = result.measurement and result.measurement.instrument
+    if tool is not None:
+        of_kind = {"optical": "DeGroot2024", "tip": "Villarrubia1997"}[tool.kind]
+        yield cited("surface behind the map", "Wilson2021", "Jacobs2017", "Moisan2011", of_kind)
     if result.estimate is not None:
         yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
 
