@@ -2,6 +2,8 @@
 
     python benchmarks/coverage.py --cases 24          # some twenty minutes on one core
     python benchmarks/coverage.py --cases 40 --first 100
+    python benchmarks/coverage.py --cases 10 --also
+    python benchmarks/coverage.py --cases 10 --part
 
 Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
 shortest waves of 8 to 32 points, slope 0.1; a third isotropic, a third with a lay, a third with
@@ -11,6 +13,10 @@ and 0, 1 or 4 % of missing points on steep places; the map is filled and leveled
 intervals are given a resolution, a tip radius and a noise that are wrong by a random deviation of
 their standard uncertainty (the resolution of every tenth case by 2). The truth is the contact of
 the surface on 768² points, elastic and with a ceiling, with the same constants.
+
+With ``--also`` the map is optical with λ50 of 24 to 40 points of the surface, and three windows of
+1/16 of its area are measured with 3.5 points as well. With ``--part`` a quarter of the area is
+measured, and the intervals are those of the surface.
 """
 
 from __future__ import annotations
@@ -19,7 +25,7 @@ import argparse
 import math
 import time
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +33,8 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.halfspace import fft
-from roughcontact.studies.measurement import NUMBERS, MeasuredInterval, uncertainty
+from roughcontact.studies.measurement import NUMBERS, uncertainty
+from roughcontact.studies.uncertainty import Cause, Uncertainty
 from roughcontact.surface import filters, random_surfaces
 from roughcontact.surface.instrument import Instrument
 
@@ -50,12 +57,13 @@ class Case:
     shortest_wave: float
     load: float
     ceiling: float
+    also: tuple[tuple[rc.Surface, Instrument], ...] = ()
 
 
-def drawn(number: int) -> Case:
-    """Return a case."""
+def drawn(number: int, finer: bool = False) -> Case:
+    """Return a case, of several maps where finer ones are wanted."""
     rng = np.random.default_rng([36, number])
-    kind, tip = KINDS[number % 3], number % 4 == 3
+    kind, tip = KINDS[number % 3], number % 4 == 3 and not finer
     side, wave = POINTS * PIXEL, 8 * PIXEL * 4 ** rng.random()
     heights = _heights(kind, side / rng.uniform(2.5, 8), wave, rng)
     surface = rc.Surface(heights, (PIXEL, PIXEL))
@@ -64,12 +72,15 @@ def drawn(number: int) -> Case:
         bend = np.diff(heights, 2, axis=1).std() / PIXEL**2
         true = Instrument("tip", tip_radius=rng.uniform(0.2, 1.5) / bend)
     else:
-        true = Instrument("optical", resolution=rng.uniform(2, 7) * pixel)
+        true = Instrument(
+            "optical", resolution=rng.uniform(*((6, 10) if finer else (2, 7))) * pixel
+        )
     true = replace(true, noise=surface.Sq * 10 ** rng.uniform(-3, math.log10(0.03)))
     image = true.measure(surface, points=(MEASURED, MEASURED), periodic=True, rng=rng)
     missing = _holes(image.heights, (0.0, 0.01, 0.04)[int(rng.integers(3))], rng)
     found = rc.Surface(np.where(missing, np.nan, image.heights), image.pixel)
     wrong = rng.standard_normal(3)
+    also = tuple(_windows(surface, rng)) if finer else ()
     if number % 10 == 9:
         wrong[0] = math.copysign(2, wrong[0])
     stated = true.changed(
@@ -81,7 +92,21 @@ def drawn(number: int) -> Case:
     return Case(
         ("tip" if tip else "optical", kind), heights, found.filled().leveled(), stated, wave,
         unit * 0.008 * 10 ** rng.random() * side**2, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
+        also,
     )  # fmt: skip
+
+
+def _windows(
+    surface: rc.Surface, rng: np.random.Generator
+) -> Iterator[tuple[rc.Surface, Instrument]]:
+    """Return finer maps of parts of the surface, and what is stated of their instrument."""
+    true = Instrument("optical", resolution=3.5 * PIXEL, noise=0.002 * surface.Sq)
+    image = true.measure(surface, periodic=True, rng=rng).heights
+    stated = true.changed(resolution=math.exp(-0.15 * rng.standard_normal()))
+    side = POINTS // 4
+    for top, left in rng.integers(POINTS - side, size=(3, 2)):
+        part = image[top : top + side, left : left + side]
+        yield rc.Surface(part, (PIXEL, PIXEL)).leveled(), stated
 
 
 def _heights(kind: str, rolloff: float, wave: float, rng: np.random.Generator) -> Array:
@@ -106,7 +131,9 @@ def _holes(heights: Array, share: float, rng: np.random.Generator) -> NDArray[np
     return score > np.quantile(score, 1 - share) if share else np.zeros(heights.shape, bool)
 
 
-def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Iterable[MeasuredInterval]]:
+def told(
+    case: Case, ceiling: float | None, part: bool = False
+) -> tuple[dict[str, float], Uncertainty]:
     """Return the numbers of the surface, and the intervals from its map."""
     problem = {
         "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": "periodic",
@@ -115,9 +142,18 @@ def told(case: Case, ceiling: float | None) -> tuple[dict[str, float], Iterable[
     edge = PIXEL * POINTS / TRUTH
     fine = rc.Surface(filters.resample(case.surface, (TRUTH, TRUTH)), (edge, edge))
     true = rc.solve(fine, **problem, tolerance=1e-4)
-    result = rc.solve(case.map, **problem)
-    known = uncertainty(result, case.stated, case.shortest_wave, EXACT)
-    return {name: number.of(true) for name, number in NUMBERS.items()}, known.intervals
+    numbers = {name: number.of(true) for name, number in NUMBERS.items()}
+    if not part:
+        result = rc.solve(case.map, **problem)
+        known = uncertainty(result, case.stated, case.shortest_wave, EXACT, also=case.also)
+        return numbers, known
+    half = MEASURED // 2
+    window = rc.Surface(case.map.heights[:half, :half], case.map.pixel).leveled()
+    result = rc.solve(window, **{**problem, "load": case.load / 4})
+    known = uncertainty(result, case.stated, case.shortest_wave, EXACT, of="surface")
+    return numbers | {
+        name: numbers[name] / 4 for name in ("stiffness", "constriction_length")
+    }, known
 
 
 def bounds(held: int, count: int) -> str:
@@ -136,25 +172,28 @@ def main() -> None:
     )
     parser.add_argument("--cases", type=int, default=24)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--part", action="store_true", help="a quarter of each surface")
+    parser.add_argument("--also", action="store_true", help="a coarse map and three finer ones")
     options = parser.parse_args()
     rows = defaultdict(list)
     for number in range(options.first, options.first + options.cases):
-        began, case = time.process_time(), drawn(number)
+        began, case = time.process_time(), drawn(number, options.also)
         for ceiling in (None, case.ceiling):
             try:
-                true, intervals = told(case, ceiling)
+                true, known = told(case, ceiling, options.part)
             except rc.InputError as error:
                 print(f"case {number}: {error}", flush=True)
                 continue
             model = "elastic" if ceiling is None else "ceiling"
-            for one in intervals:
+            for one in known.intervals:
                 right = true[one.name]
                 half = math.log(one.high / one.low) / 2
                 # The end that is the ceiling itself is rounded.
                 held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
                 row = (
                     held, half, math.log(one.value / right),
-                    math.log(one.measured / right), one.closing, one.disagreement,
+                    math.log(one.measured / right), known.closing[one.name],
+                    math.sqrt(one.budget.get(Cause.CORRECTIONS, 0.0)),
                 )  # fmt: skip
                 for key in (f"{one.name}, {model}", *case.classes, "all"):
                     rows[key].append(row)

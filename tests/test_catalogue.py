@@ -236,14 +236,14 @@ def test_what_conducts_heat_by_electrons_keeps_to_wiedemann_and_franz(
     conducts = entry.conductor
     if conducts.resistivity is None or conducts.conductivity is None:
         return
-    # 2.44e-8 W Ω/K², and the lattice adds to it in alloys, up to half in alloyed steel.
+    # 2.44e-8 W Ω/K², 2.15e-8 of nickel; the lattice adds in alloys, up to half in alloyed steel.
     kelvin = {"X105CrMo17": 373}.get(entry.key, 293)
     lorenz = conducts.resistivity * conducts.conductivity / kelvin
-    assert 2.2e-8 < lorenz < 4.9e-8
+    assert 2.1e-8 < lorenz < 4.9e-8
 
 
 def test_most_metals_conduct_and_no_insulator_does() -> None:
     known = {entry.key for entry in ENTRIES if entry.resistivity is not None}
     assert {"Cu-ETP", "6061-T6", "CuZn39Pb3", "CuSn8", "42CrMo4", "X5CrNi18-10"} <= known
     assert not known & (BRITTLE | {"PTFE", "PEEK"})
-    assert sum(entry.conductivity is not None for entry in ENTRIES) >= 17
+    assert sum(entry.conductivity is not None for entry in ENTRIES) >= 30

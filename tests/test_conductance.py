@@ -10,8 +10,14 @@ import pytest
 import roughcontact as rc
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.joint import conductance as filling
-from roughcontact.joint.conductance import CASES, CORRELATED, SPOTTED
+from roughcontact.joint.conductance import (
+    CASES,
+    CORRELATED,
+    SPOTTED,
+    filling_of,
+    gap_conductance,
+    spreading,
+)
 from roughcontact.joint.contacts import ONE_ROUGH_FACE
 from roughcontact.report import kinds as report_kinds
 from roughcontact.report.conductance import sentences
@@ -106,20 +112,20 @@ def test_without_load_nothing_is_conducted() -> None:
 
 
 def test_a_gap_between_plates_conducts_by_its_width_and_the_jump() -> None:
+    air, oil = filling_of("air"), filling_of("oil")
     gap = np.full((8, 8), 1e-6)
-    assert filling.gap_conductance(gap, filling.OIL) == pytest.approx(0.14 / 1e-6)
-    # 2 (2 - 0.9)/0.9 · 2.8/2.4/0.71 free paths of 67.5 nm.
-    jump = 2 * 1.1 / 0.9 * 2.8 / 2.4 / 0.71 * 67.5e-9
-    assert filling.AIR.jump == pytest.approx(jump, rel=2e-3)
-    assert filling.gap_conductance(gap, filling.AIR) == pytest.approx(
-        0.026 / (1e-6 + jump), rel=1e-3
-    )
+    assert gap_conductance(gap, oil) == pytest.approx(0.14 / 1e-6)
+    # 2 (2 - 0.9)/0.9 · 2.8/2.4/0.713 free paths of 67.8 nm.
+    jump = 2 * 1.1 / 0.9 * 2.8 / 2.4 / 0.713 * 67.8e-9
+    assert air.jump == pytest.approx(jump, rel=2e-3)
+    assert gap_conductance(gap, air) == pytest.approx(0.0261 / (1e-6 + jump), rel=1e-3)
     # Side by side, and none where the bodies touch.
     gap[:2], gap[2:4] = np.nan, 3e-6
     mean = 0.5 * 0.14 / 1e-6 + 0.25 * 0.14 / 3e-6
-    assert filling.gap_conductance(gap, filling.OIL) == pytest.approx(mean)
-    # Of zero width it conducts what the bodies let through.
-    assert filling.gap_conductance(np.zeros((2, 2)), filling.OIL, 1e-8) == pytest.approx(1e8)
+    assert gap_conductance(gap, oil) == pytest.approx(mean)
+    # Of zero width it conducts what the bodies let through; in vacuum nothing passes.
+    assert gap_conductance(np.zeros((2, 2)), oil, 1e-8) == pytest.approx(1e8)
+    assert gap_conductance(gap, filling_of("vacuum"), 1e-8) == 0
 
 
 def test_a_square_spreads_as_the_sum_over_its_parts() -> None:
@@ -129,7 +135,7 @@ def test_a_square_spreads_as_the_sum_over_its_parts() -> None:
     far = np.hypot(y - y[:, None], x - x[:, None])
     np.fill_diagonal(far, 1 / (4 * math.asinh(1) * 40))
     total = (1 / (2 * math.pi * far)).mean()
-    assert filling.spreading(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
+    assert spreading(4.0, 0.5) == pytest.approx(2 * 0.5 * total, rel=4e-3)
 
 
 def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
@@ -139,13 +145,54 @@ def test_what_fills_the_gap_stands_beside_the_contact(tmp_path: Path) -> None:
         whole, alone = found.filled_conductance(name)[0], found.thermal_conductance[0]
         assert whole > alone
         assert found.summary()[f"thermal_conductance_{name}"] == [whole]
-        assert whole - alone <= filling.gap_conductance(gap, getattr(filling, name.upper()))
+        assert whole - alone <= gap_conductance(gap, filling_of(name))
     # Of a ball, or between bodies of which no conductivity is known, there is no number per area.
     free = rc.conductance(rc.solve(ROUGH, material=STEEL, load=1.0), COPPER, COPPER)
     electrical = rc.conductance(RESULT, rc.Conductor(1e-8), rc.Conductor(1e-8))
     for other in (free, electrical):
         assert "thermal_conductance_air" not in other.summary()
         assert np.isnan(other.filled_conductance("air")).all()
+
+
+def test_contact_and_gap_stand_apart_and_together() -> None:
+    alone = rc.conductance(RESULT, COPPER, COPPER)
+    for fluid in ("helium", "grease", "0.8 W/m/K", 0.8):
+        found = rc.conductance(RESULT, COPPER, COPPER, gap=fluid)
+        gap = found.column("filled_gap")
+        assert gap > 0
+        assert found.thermal_conductance == alone.thermal_conductance
+        assert found.joint_conductance == pytest.approx(alone.thermal_conductance + gap)
+        assert found.summary()["joint_conductance"] == found.joint_conductance.tolist()
+    # A gas at a hundredth of the pressure has a jump a hundred times as wide; a liquid has none.
+    thin = rc.conductance(RESULT, COPPER, COPPER, gap="air", gap_pressure="10 mbar")
+    assert thin.filling.jump == pytest.approx(100 * filling_of("air").jump)
+    assert "joint_conductance" not in alone.summary()
+
+
+def test_radiation_is_told_where_little_else_conducts() -> None:
+    # Black faces at 25 °C exchange 6.01 W/(m² K).
+    poor = rc.Conductor(conductivity=1e-2)
+    for conductor, told in ((COPPER, False), (poor, True)):
+        found = rc.conductance(RESULT, conductor, conductor, gap="vacuum")
+        assert found.radiation == pytest.approx(6.01, rel=1e-3)
+        assert (Kind.RADIATION in kinds(found)) == told
+    (text,) = (caution for caution in found.cautions if caution.kind == Kind.RADIATION)
+    assert text.numbers["share"] == pytest.approx(6.01 / found.joint_conductance[0], rel=1e-3)
+    hot = rc.conductance(RESULT, COPPER, COPPER, gap="vacuum", temperature="323.15 °C")
+    assert hot.radiation == pytest.approx(8 * found.radiation, rel=1e-3)
+
+
+def test_a_gap_needs_what_it_is_computed_from() -> None:
+    free = rc.solve(ROUGH, material=STEEL, load=1.0)
+    for result, bodies, fluid, said in (
+        (free, COPPER, "air", 'gap needs boundary="periodic"'),
+        (RESULT, rc.Conductor(1e-8), "air", "gap needs the conductivity of both bodies"),
+        (RESULT, COPPER, "xenon", "gap must be one of air, nitrogen, helium, argon, oil"),
+        (RESULT, COPPER, "0.8 W", "gap needs a conductivity with its unit"),
+        (RESULT, COPPER, 0.0, "gap must be positive"),
+    ):
+        with pytest.raises(rc.InputError, match=said):
+            rc.conductance(result, bodies, bodies, gap=fluid)  # type: ignore[arg-type]
 
 
 def kinds(found: rc.results.Conductance) -> list[str]:
@@ -270,7 +317,7 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     load = ("--load", "1 N")
     for more, said in (
         (load, "--counter-conductivity is needed. Give --counter-conductivity '46 W/m/K'"),
-        ((*load, "--counter-material", "100Cr6"), "is needed: 100Cr6 has none"),
+        ((*load, "--counter-material", "16MnCr5"), "is needed: 16MnCr5 has none"),
         ((), "--load is needed"),
         (("--load", "1 N, 2"), "--load needs a load"),
         (

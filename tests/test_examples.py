@@ -41,6 +41,8 @@ NUMBERS: dict[str, tuple[int, str, float, float]] = {
     "13_roller": (64, "peak_error", 0.0, 1e-3),
     # The peaks that stood out go on the first pass; a third to a half of Spk is left.
     "14_running_in": (64, "spk_left", 0.4, 0.15),
+    # Mindlin and Deresiewicz 1953; the stick zone is 20 pixels in radius.
+    "15_fretting": (64, "energy_error", 0.0, 2e-3),
 }
 
 

@@ -124,6 +124,65 @@ def test_a_gas_is_told_by_how_much_it_slips() -> None:
     assert Kind.RAREFIED not in [caution.kind for caution in dense.cautions]
 
 
+SEAL = {"gas": "helium", "inlet": "2 bar", "outlet": "1 mbar", "temperature": "20 °C"}
+
+
+def test_a_named_gas_leaks_in_units_of_leak_detection() -> None:
+    found = rc.leakage(RESULT, **SEAL, ring="40 mm", seal_length="2 mm")
+    viscosity = 20e-6 * (293.15 / 300) ** 0.69
+    for axis in (0, 1):
+        factor = found.steps[0].gas_factor[axis]
+        assert factor > 5
+        face = math.pi / math.atanh(2 / 40)
+        viscous = found.permeability(axis)[0] * face / (24 * viscosity) * (4e10 - 1e4)
+        flow = found.throughput(axis)[0]
+        assert flow == near(factor * viscous)
+        assert found.throughput(axis, "mbar l/s")[0] == near(10 * flow)
+        # One Pa m³ at 20 °C holds 1/(R T) mol; a mole fills 22,414 standard cubic centimeters.
+        moles = flow / (8.314462618 * 293.15)
+        assert found.throughput(axis, "kg/s")[0] == near(4.003e-3 * moles)
+        assert found.throughput(axis, "sccm")[0] == near(60 * 22413.97 * moles)
+        assert found.summary()[f"throughput_{'yx'[axis]}"] == [flow]
+    # Slip is in the rate, and no caution tells it again; nothing differs of the gap.
+    assert Kind.RAREFIED not in [caution.kind for caution in found.cautions]
+    assert found.permeability(0) == rc.leakage(RESULT).permeability(0)
+    # A dense gas is viscous: its volume at the mean pressure is that of a liquid as thin.
+    dense = {"inlet": "2001 bar", "outlet": "2000 bar", "gas": "helium"}
+    viscosity = 20e-6 * (298.15 / 300) ** 0.69
+    liquid = rc.leakage(RESULT, viscosity=viscosity, pressure_difference=1e5)
+    assert rc.leakage(RESULT, **dense).rate(0) == near(liquid.rate(0), rel=5e-3)
+
+
+def test_a_seal_of_known_size_has_the_class_of_its_larger_leak() -> None:
+    assert rc.leakage(RESULT, **SEAL).leak_class is None
+    assert rc.leakage(RESULT, **WATER, ring="40 mm").leak_class is None
+    for width, expected in (
+        ("1 m", "not watertight"),
+        ("40 mm", "watertight"),
+        ("1 um", "gas-tight"),
+    ):
+        found = rc.leakage(RESULT, **SEAL, seal_width=width, seal_length="2 mm")
+        name, limit = found.leak_class
+        assert name.startswith(expected)
+        assert max(found.throughput(axis)[0] for axis in (0, 1)) < limit
+
+
+def test_a_fluid_that_carries_the_load_opens_the_gap() -> None:
+    area = ROUGH.size[0] * ROUGH.size[1]
+    for difference, carried in (("1 bar", 5e4), ("200 bar", 1e7)):
+        found = rc.leakage(RESULT, viscosity=1e-3, pressure_difference=difference)
+        assert found.fluid_share[0] == near(carried * area / 1.0)
+        told = [caution for caution in found.cautions if caution.kind == Kind.FLUID_PRESSURE]
+        assert bool(told) == (found.fluid_share[0] > 0.05)
+    # Solved under what the fluid leaves, the loads are the whole ones again.
+    fluid = carried * area
+    rest = rc.solve(ROUGH, material=STEEL, load=1.0 - fluid, boundary="periodic")
+    opened = rc.leakage(rest, viscosity=1e-3, pressure_difference="200 bar").with_fluid_load(fluid)
+    assert opened.column("load") == near(1.0)
+    assert opened.rate(0) > 1.05 * found.rate(0)
+    assert Kind.FLUID_PRESSURE not in [caution.kind for caution in opened.cautions]
+
+
 def test_where_no_way_leads_through_is_an_answer() -> None:
     wall = RESULT.pressure.copy()
     wall[20] = 1e6
@@ -168,6 +227,14 @@ def test_what_is_missing_or_wrong_gets_its_sentence() -> None:
         ({**WATER, "viscosity": 0.0}, "viscosity must be positive"),
         ({**WATER, "viscosity": "1 mPa"}, "viscosity needs a viscosity with its unit"),
         ({**WATER, "seal_length": -1.0}, "seal_length must be positive"),
+        ({"gas": "helium"}, "inlet is needed for a leak rate, such as '2 bar'"),
+        ({**SEAL, "gas": "xenon"}, "gas must be one of air, nitrogen, helium, argon"),
+        ({**SEAL, "outlet": "3 bar"}, "outlet must be below the inlet pressure"),
+        ({**SEAL, "viscosity": 1e-5}, "viscosity goes without gas"),
+        ({"inlet": 1e5}, 'inlet needs gas="helium"'),
+        ({**SEAL, "temperature": "20 C"}, "temperature needs a temperature with its unit"),
+        ({**SEAL, "ring": 0.04, "seal_width": 0.1}, "seal_width goes without ring"),
+        ({**SEAL, "ring": 0.04, "seal_length": 0.04}, "seal_length must be below the diameter"),
     ):
         with pytest.raises(rc.InputError, match=said):
             rc.leakage(RESULT, **given)  # type: ignore[arg-type]
@@ -247,6 +314,35 @@ def test_bad_words_get_their_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     ):
         assert app.main(command(tmp_path / "map.npy", *more)) == app.BAD_INPUT
         assert said in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_the_command_opens_the_gap_by_the_pressure_of_a_gas(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = command(
+        tmp_path / "map.npy", "--load", "30 MPa", "--gas", "helium", "--inlet", "100 bar",
+        "--outlet", "1 bar", "--ring", "40 mm", "--seal-length", "2 mm", "--flow-axis", "x",
+    )  # fmt: skip
+    assert app.main(words) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    for text in ("of helium at 30 MPa", "Class: not watertight", "sccm", "(included)"):
+        assert text in shown
+    assert app.main([*words, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    mean = 2 / 3 * (100**3 - 1) / (100**2 - 1) * 1e5 - 1e5
+    assert told["fluid_share"] == [near(mean / 30e6, rel=1e-3)]
+    steel = rc.catalog.material("42CrMo4")
+    load = 0.3 - mean * 1e-8
+    rest = rc.solve(ROUGH, material=steel, load=load, boundary="periodic")
+    found = rc.leakage(
+        rest, gas="helium", inlet=1e7, outlet=1e5, ring=0.04, seal_length=2e-3, flow_axis="x"
+    )
+    assert told["load"] == [near(0.3, rel=1e-3)]
+    assert told["throughput_x"] == near(found.throughput(1), rel=1e-3)
+    words[words.index("30 MPa")] = "5 MPa"
+    assert app.main(words) == app.BAD_INPUT
+    assert "lifts the bodies" in capsys.readouterr().err
 
 
 @pytest.mark.slow

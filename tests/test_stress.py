@@ -100,6 +100,46 @@ def test_periodic_slices_are_sums_of_waves(backend, shape, depth, friction, dire
     np.testing.assert_allclose(one(pressure, depth, **options), expected, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize(("boundary", "exact"), [("free", direct), ("periodic", waves)])
+@pytest.mark.parametrize("depth", [0.0, 0.7, 60.0])
+def test_a_traction_map_adds_its_stress(backend, depth, boundary, exact, precision):
+    rng = np.random.default_rng(4)
+    pressure, along_y, along_x = rng.random((3, 11, 17)) - [[[0.0]], [[0.5]], [[0.3]]]
+    expected = exact(pressure, PIXEL, depth, 0.3)
+    for load, angle in ((along_x, 0.0), (along_y, math.pi / 2)):
+        pulled = exact(load, PIXEL, depth, 0.3, 1.0, angle)
+        expected = expected + pulled - exact(load, PIXEL, depth, 0.3)
+    found = one(pressure, depth, boundary=boundary, traction=[along_y, along_x],
+                precision=precision)  # fmt: skip
+    np.testing.assert_allclose(found, expected, atol=2e-14 if precision == "double" else 2e-6)
+
+
+@pytest.mark.parametrize("boundary", ["free", "periodic"])
+def test_a_traction_map_of_full_sliding_is_friction(boundary):
+    pressure, angle = hertz(48, 14), 0.7
+    friction = {"friction": 0.4, "direction": angle}
+    towards = np.array([math.sin(angle), math.cos(angle)])[:, None, None]
+    maps = {"traction": 0.4 * pressure * towards}
+    found, expected = (
+        stress_summary.summarize(pressure, PIXEL, 0.3, boundary=boundary, **load)
+        for load in (maps, friction)
+    )
+    np.testing.assert_allclose(found.von_mises, expected.von_mises, rtol=1e-5)
+    assert found.max_tension == pytest.approx(expected.max_tension, rel=1e-5)
+    assert found.tension_pixel == expected.tension_pixel
+
+
+@pytest.mark.parametrize(
+    ("traction", "friction"),
+    [(np.ones((2, 3, 4)), 0.0), (np.full((2, 4, 4), np.nan), 0.0), (np.ones((2, 4, 4)), 0.1)],
+)
+def test_a_traction_map_that_cannot_be_used_is_refused(traction, friction):
+    with pytest.raises(InputError) as refused:
+        one(np.ones((4, 4)), 1.0, traction=traction, friction=friction)
+    assert refused.value.argument == "traction"
+
+
 @pytest.mark.parametrize(("friction", "direction"), FRICTIONS)
 def test_friction_in_a_skew_direction_transforms_no_more_than_along_an_axis(
     monkeypatch, friction, direction

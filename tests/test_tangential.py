@@ -129,6 +129,28 @@ def test_files_hold_the_maps_and_the_steps(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
+def test_the_stress_is_told_drawn_and_written(tmp_path: Path) -> None:
+    result = rc.tangential(contact(), friction=0.15, force="50 mN", stress=True)
+    below = result.fretting
+    assert "σ_t τδ" in repr(result)
+    assert result.summary()["max_tension"] == below.stress.max_tension
+    assert {"Ruiz1984", "Hamilton1983"} <= {work.key for work in result.references()}
+    assert "yielded" in {caution.kind for caution in result.cautions}
+    result.report(tmp_path / "a.html")
+    assert (tmp_path / "a.html").read_text().count("data:image/png") >= 4
+    result.save(tmp_path / "a.nc")
+    with xarray.open_dataset(tmp_path / "a.nc") as dataset:
+        np.testing.assert_array_equal(dataset["ruiz"], below.ruiz)
+        np.testing.assert_array_equal(dataset["von_mises"], below.stress.profile.von_mises)
+    assert len(result.plot.fretting().axes) == 2
+    line = rc.tangential(profile(), friction=0.15, force="1 N/mm", stress=True)
+    assert len(line.plot.fretting().axes) == 2
+    assert "at x = " in repr(line)
+    with pytest.raises(rc.InputError, match="stress=True"):
+        rc.tangential(contact(), friction=0.15, force="50 mN").plot.fretting()
+
+
+@pytest.mark.long
 def test_a_single_step_answers_first(tmp_path: Path) -> None:
     result = rc.tangential(contact(), friction=0.15, force="50 mN")
     line = repr(result).splitlines()[1].strip()
@@ -157,7 +179,18 @@ def test_the_command_writes_and_prints(
     assert 0 < numbers["stick_fraction"][0] < 1
     assert Path("a.nc").exists()
     assert Path("a.png").exists()
-    assert app.main([*words, "--shift", "5 nm"]) == 0
+    assert app.main([*words, "--shift", "5 nm", "--stress"]) == 0
+    assert "Fretting: " in capsys.readouterr().out
+    plain = words[:2] + words[4:]
+    capsys.readouterr()
+    assert app.main([*plain, "--stages", "0.5 N: 20 mN, 1 N: 0.05 N, 100 MPa: -0.05 N"]) == 0
+    told = capsys.readouterr().out
+    assert "500 mN  20 mN" in told
+    assert "1 N     −50 mN" in told
+    for stages in ("1 N", "1 N: 1 m", "1: 1 N"):
+        assert app.main([*plain, "--stages", stages]) == 2
+        assert "--stages" in capsys.readouterr().err
+    assert app.main([*words, "--stages", "1 N: 0.05 N"]) == 2
     assert app.main([*words, "--force", "1 N"]) == 2
     assert "slides" in capsys.readouterr().err
     assert app.main([*words, "--force", "1 N", "--shift", "5 nm"]) == 2
@@ -172,7 +205,9 @@ def test_a_project_asks_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     rc.Surface(heights, pixel).save("map.nc")
     Path("project.toml").write_text(
         'write = ["nc"]\n[[contact]]\nname = "one"\nfile = "map.nc"\nmaterial = "42CrMo4"\n'
-        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\n',
+        'task = "tangential"\nload = "1 N"\nfriction = 0.15\nforce = "0.05 N"\nstress = true\n'
+        '[[contact]]\nname = "two"\nfile = "map.nc"\nmaterial = "42CrMo4"\nfriction = 0.15\n'
+        'task = "tangential"\nstages = "0.5 N: 0 N, 1 N: 0.05 N"\n',
         encoding="utf-8",
     )
     assert app.main(["run", "project.toml"]) == 0

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+import roughcontact as rc
 from roughcontact.surface import random_surfaces
 
 SIDE = 1e-4
@@ -118,6 +119,21 @@ def main() -> None:
     save(Path("raceway.sdf"), ring + np.linspace(0, 2e-7, ring.shape[1]), 2e-6)
     np.savetxt("matrix.txt", 1e6 * heights[:64, :128], fmt="%.6f")
     trace()
+    plate()
+
+
+def plate() -> None:
+    """Write two measurements of a lapped plate: all of it, coarse, and a part of it with CSI 50x."""
+    points, pixel, rng = 512, 2.5e-7, np.random.default_rng(12)
+    heights = random_surfaces.self_affine(
+        points, pixel, rms_height=0.3e-6, rolloff_wavelength=4e-5, cutoff_wavelength=2e-6, rng=rng
+    )
+    surface = rc.Surface(heights, (pixel, pixel))
+    coarse = rc.measure.Instrument("optical", resolution=6e-6, noise=1e-9)
+    image = coarse.measure(surface, points=(128, 128), periodic=True, rng=rng)
+    save(Path("plate.sdf"), image.heights, image.pixel[0])
+    fine = rc.measure.Instrument.named("CSI 50x", noise=1e-9).measure(surface, rng=rng)
+    save(Path("plate-fine.sdf"), fine.heights[100:260, 200:360], pixel)
 
 
 def trace() -> None:

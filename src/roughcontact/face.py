@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.result import connect
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from roughcontact.joint.estimate import Estimate
     from roughcontact.material.material import Material
     from roughcontact.references import References
-    from roughcontact.studies.measurement import Uncertainty
+    from roughcontact.studies.uncertainty import Uncertainty
 
 Path = str | os.PathLike[str]
 
@@ -131,6 +132,13 @@ def uncertainty(shown: ContactResult, *how: Any) -> Uncertainty:
     from roughcontact.studies import measurement
 
     return measurement.uncertainty(shown, *how)
+
+
+def stored_uncertainty(record: Mapping[str, Any]) -> Uncertainty:
+    """Return the intervals of a summary."""
+    from roughcontact.studies import uncertainty
+
+    return uncertainty.from_summary(record)
 
 
 def estimate(shown: ContactResult) -> Estimate | None:

@@ -12,6 +12,6 @@ from roughcontact.studies.comparison import Comparison as Comparison
 from roughcontact.studies.load_curve import LoadCurve as LoadCurve
 from roughcontact.studies.load_history import LoadHistory as LoadHistory
 from roughcontact.studies.load_search import LoadSearch as LoadSearch
-from roughcontact.studies.measurement import Uncertainty as Uncertainty
 from roughcontact.studies.resolution_study import ResolutionStudy as ResolutionStudy
 from roughcontact.studies.sampling_study import SamplingStudy as SamplingStudy
+from roughcontact.studies.uncertainty import Uncertainty as Uncertainty

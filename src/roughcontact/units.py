@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 _SI_UNITS = {
     "length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m",
     "resistivity": "ohm m", "conductivity": "W/m/K", "film": "ohm m^2", "thermal film": "m^2 K/W",
-    "viscosity": "Pa s",
+    "viscosity": "Pa s", "temperature": "K",
 }  # fmt: skip
 _EXAMPLES = {
     "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
     "line load": "'600 N/mm'", "resistivity": "'17 nohm m'", "conductivity": "'46 W/m/K'",
     "film": "'1e-12 ohm m^2'", "thermal film": "'1e-5 m^2 K/W'",
-    "viscosity": "'1 mPa s'",
+    "viscosity": "'1 mPa s'", "temperature": "'20 °C'",
 }  # fmt: skip
 _NAMED_DIMENSIONS = {
     "": "a pure number",
@@ -60,6 +60,8 @@ Quantities = Sequence[Quantity] | WithUnit
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
+_CELSIUS = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:°C|degC)")
+_ZERO_CELSIUS = 273.15
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
 # pint evaluates arithmetic; it is shown only names with one-digit powers, joined by * / or a space.
 _FACTOR = r"[A-Za-z_µÅΩ]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
@@ -110,8 +112,12 @@ def parse(
     if not isinstance(text, str):
         raise refused(f"{text!r} which has no unit")
     shown = repr(text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…")
-    number, unit = _number_and_unit(_plain(text), shown, refused)
-    value = _times(number, _factor(unit, dimension, shown, refused))
+    celsius = _CELSIUS.fullmatch(_plain(text)) if dimension == "temperature" else None
+    if celsius is not None:
+        value = float(celsius[1]) + _ZERO_CELSIUS
+    else:
+        number, unit = _number_and_unit(_plain(text), shown, refused)
+        value = _times(number, _factor(unit, dimension, shown, refused))
     if not math.isfinite(value):
         raise refused(f"{shown} which is not a finite number")
     if positive and not value > 0:
@@ -136,6 +142,8 @@ def _single(value: Any, dimension: str, name: str) -> Any:
     if not hasattr(value, "m_as"):
         return value
     try:
+        if dimension == "temperature":
+            return value.m_as("K")
         # The factor alone, so that 300 nm is 3e-07 m here as in a text.
         factor = float((1.0 * value.units).m_as(_SI_UNITS[dimension]))
         numbers = value.m_as(value.units)
@@ -299,6 +307,8 @@ def _factor(unit: str, dimension: str, shown: str, refused: Callable[[str], Inpu
     wanted = registry.parse_units(_SI_UNITS[dimension])
     if got != wanted.dimensionality:
         raise refused(f"{shown} ({_described(got)}){hint}")
+    if registry.convert(0.0, parsed, wanted):
+        raise refused(f"{shown} whose zero is another")
     return float(registry.convert(1.0, parsed, wanted))
 
 

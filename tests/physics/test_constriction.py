@@ -9,7 +9,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 import roughcontact as rc
 from roughcontact.contact.result import ContactResult
-from roughcontact.joint.conductance import AIR, OIL, greenwood
+from roughcontact.joint.conductance import filling_of, greenwood
 from roughcontact.theory import constriction, hertz
 
 STEEL = rc.Material(210e9, 0.3)
@@ -264,7 +264,8 @@ def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
         found = rc.conductance(result, steel, aluminium)
         alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
         assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
-        for name, fluid, low, high in (("air", AIR, 0.75, 1.05), ("oil", OIL, 1.0, 1.35)):
+        for name, low, high in (("air", 0.75, 1.05), ("oil", 1.0, 1.35)):
+            fluid = filling_of(name)
             with np.errstate(divide="ignore"):
                 gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)
             both = filled(result, np.where(result.contact, np.inf, gap), resistivity)

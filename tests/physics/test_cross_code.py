@@ -5,9 +5,11 @@ import numpy as np
 import passage
 import problems
 import pytest
+import tangential_with_tamaas as pushed
 
 import broken
 import cross_code
+import roughcontact as rc
 from roughcontact.halfspace import convolution
 
 pytestmark = pytest.mark.long
@@ -145,3 +147,26 @@ def test_stored_indentations_carry_their_loads() -> None:
         np.testing.assert_allclose(mean, indentation.LOADS, rtol=1e-9)
         assert answer.error.max() < 1e-4
         assert (np.diff(answer.strain, axis=0) >= 0).all()
+
+
+def test_tamaas_finds_the_same_partial_slip() -> None:
+    problem = problems.PROBLEMS[pushed.PROBLEM]
+    body = rc.Material(young=problems.MODULUS * (1 - pushed.POISSON**2), poisson=pushed.POISSON)
+    contact = rc.solve(rc.Surface(problem.heights, problem.pixel), material=body, ceiling=None,
+                       load=problem.load, boundary="periodic", tolerance=1e-10)  # fmt: skip
+    force = pushed.PART * pushed.FRICTION * problem.load
+    # Their first axis runs along the rows downwards.
+    found = rc.tangential(contact, friction=pushed.FRICTION, force=force, direction=-90.0,
+                          tolerance=1e-10)  # fmt: skip
+    with np.load(pushed.STORED) as stored:
+        index, (along_y, along_x, pressure), shift = (
+            stored[name] for name in ("index", "traction", "shift")
+        )
+    np.testing.assert_array_equal(np.flatnonzero(contact.pressure), index)
+    np.testing.assert_allclose(contact.pressure.flat[index], pressure, atol=1e-9 * pressure.max())
+    theirs, ours = np.stack([along_y, along_x]), found.traction.reshape(2, -1)[:, index]
+    stick = np.hypot(*theirs) < pushed.FRICTION * pressure * (1 - 1e-6)
+    np.testing.assert_array_equal(found.stick.flat[index], stick)
+    assert found.last.shift == pytest.approx(shift[0], rel=1e-5)
+    # K_xy of the shortest waves along y or x is odd there: 0 here, not in Tamaas.
+    assert np.linalg.norm(ours - theirs) / np.linalg.norm(theirs) < 4e-3

@@ -128,6 +128,35 @@ def test_masing_reverses_the_backbone_at_half_the_force() -> None:
     assert path.steps[0].shift - path.steps[1].shift == pytest.approx(2 * half.last.shift, rel=1e-6)
 
 
+def backbone(contact: rc.ContactResult, part: float) -> float:
+    return pushed(contact, part).last.shift
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("poisson", "error"), [(0.0, 1e-6), (0.3, 3e-3)])
+def test_an_inner_loop_closes_and_is_forgotten(poisson: float, error: float) -> None:
+    contact = rough(poisson, "periodic")
+    parts = [0.8, -0.5, 0.2, -0.5, 0.8]
+    most = FRICTION * contact.load
+    path, inner, first = (
+        pushed(contact, 0.0, force=[most * part for part in parts[:count]]) for count in (5, 4, 2)
+    )
+    shift = path.column("shift")
+    # Each branch is the first loading at twice its size (Masing).
+    for start, part in ((0, -0.5), (1, 0.2), (2, -0.5)):
+        turn = (part - parts[start]) / 2
+        expected = math.copysign(2 * backbone(contact, abs(turn)), turn)
+        assert shift[start + 1] - shift[start] == pytest.approx(expected, rel=error)
+    # Back at the reversal the path goes on as if the inner loop had not been.
+    scale = shift[0]
+    assert shift[3] - shift[1] == pytest.approx(0, abs=error * scale)
+    assert shift[4] - shift[0] == pytest.approx(0, abs=error * scale)
+    size = np.linalg.norm(first.traction)
+    assert np.linalg.norm(inner.traction - first.traction) / size < 10 * error
+    once = pushed(contact, 0.8).traction
+    assert np.linalg.norm(path.traction - once) / np.linalg.norm(once) < 10 * error
+
+
 # --- Superposition ---
 
 

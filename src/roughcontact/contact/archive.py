@@ -27,6 +27,7 @@ from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening
 from roughcontact.material.material import Layer, Material
+from roughcontact.result import face
 from roughcontact.surface.provenance import Provenance, from_text, to_text
 from roughcontact.surface.surface import Surface
 
@@ -490,6 +491,9 @@ def _scalars(attributes: dict[str, Any]) -> dict[str, Any]:
         text = {name: float(attributes[f"calibrated_{name}"]) for name in _CALIBRATED}
         text |= {"control": scalars["control"], "convolutions": int(text["convolutions"])}
         scalars["calibrated"] = Calibrated(**text)
+    if "uncertainty" in attributes:
+        record = json.loads(str(attributes["uncertainty"]))
+        scalars["measurement"] = face().stored_uncertainty(record)
     if _GIVEN in attributes:
         scalars["specified_load"] = load_case.from_summary(json.loads(str(attributes[_GIVEN])))
     # Files of earlier versions know no tilt.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -444,6 +444,8 @@ class ContactResult(Result):
         material: Mapping[str, float] | None = None,
         draws: int = 8,
         seed: int = 0,
+        also: Sequence[Any] = (),
+        of: str = "map",
         progress: Tell = None,
     ) -> Any:
         """Return the intervals of the numbers, corrected for the instrument that measured the map.
@@ -463,6 +465,13 @@ class ContactResult(Result):
             Number of draws of the surface, at least 4.
         seed : int
             Seed of the draws. Equal seeds give equal intervals.
+        also : sequence of Surface or of (Surface, Instrument or str)
+            Finer maps of the same surface, in the same orientation, filled and leveled, with what
+            measured each; estimated from the map by default. Their spectra continue that of the
+            map.
+        of : {"map", "surface"}
+            Whether the numbers are of the place of the map or of a large surface, under the same
+            nominal pressure, of which the map is a sample.
         progress : callable, optional
             Called with a `Progress` after every solve.
 
@@ -477,4 +486,6 @@ class ContactResult(Result):
         InputError
             If the map or the contact gets no intervals.
         """
-        return face().uncertainty(self, instrument, shortest_wave, material, draws, seed, progress)
+        return face().uncertainty(
+            self, instrument, shortest_wave, material, draws, seed, also, of, progress
+        )

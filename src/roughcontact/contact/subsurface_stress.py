@@ -32,6 +32,7 @@ from roughcontact.errors import (
 from roughcontact.halfspace import stress_summary
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import default_workers
+from roughcontact.halfspace.stress import checked_traction
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
@@ -60,6 +61,8 @@ class StressResult(Result):
         counter-body has the opposite traction.
     direction : float
         Angle from x [degrees], counter-clockwise as seen in the map.
+    traction : ndarray, shape (2, ny, nx), optional
+        Traction on the rough body instead [Pa], components (y, x).
     precision : {"double", "single"}
         Arithmetic of the transforms.
     profile : stress_summary.Summary
@@ -81,10 +84,11 @@ class StressResult(Result):
     section_x: NDArray[Any]
     section_y: NDArray[Any]
     version: str = field(default="")
+    traction: NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        held = (*vars(self.profile).values(), self.section_x, self.section_y)
+        held = (*vars(self.profile).values(), self.section_x, self.section_y, self.traction)
         for array in held:
             if isinstance(array, np.ndarray):
                 array.flags.writeable = False
@@ -107,8 +111,22 @@ class StressResult(Result):
     @property
     def max_von_mises_at(self) -> tuple[float, float, float]:
         """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
-        (row, column), (dy, dx) = self.profile.pixel_of_max, self.solution.surface.pixel
-        return self.profile.depth_of_max, (row + 0.5) * dy, (column + 0.5) * dx
+        return self.profile.depth_of_max, *self.center(self.profile.pixel_of_max)
+
+    def center(self, pixel: tuple[int, int]) -> tuple[float, float]:
+        """Return y and x of the center of a pixel [m], counted from the corner of the map."""
+        (row, column), (dy, dx) = pixel, self.solution.surface.pixel
+        return (row + 0.5) * dy, (column + 0.5) * dx
+
+    @property
+    def max_tension(self) -> float | None:
+        """Largest principal stress in the surface [Pa]; ``None`` where the depths leave it out."""
+        return self.profile.max_tension
+
+    @property
+    def max_tension_at(self) -> tuple[float, float]:
+        """Where it is: y and x of its pixel [m], counted from the corner of the map."""
+        return self.center(self.profile.tension_pixel)
 
     @property
     def yield_factor(self) -> float | None:
@@ -222,7 +240,7 @@ class StressResult(Result):
 def to_dataset(result: StressResult) -> xarray.Dataset:
     """Return a stress result as an xarray dataset."""
     dataset = archive.to_dataset(result.solution)
-    _add_profile(dataset, result.profile)
+    add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
         dataset[f"section_{axis}"] = _variable(
             ("component", "depth", axis), section, "Pa",
@@ -246,7 +264,7 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
     return dataset
 
 
-def _add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
+def add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
     """Add the largest stresses over the depth, and over the map."""
     about = {"units": "m", "long_name": "depth below the surface"}
     dataset.coords["depth"] = ("depth", profile.depths, about)
@@ -297,6 +315,7 @@ def subsurface_stress(
     in_body: str = "body",
     friction: float = 0.0,
     direction: float = 0.0,
+    traction: ArrayLike | None = None,
     precision: str = "single",
 ) -> StressResult:
     """Return the elastic stress below a solved contact.
@@ -317,6 +336,8 @@ def subsurface_stress(
     direction : float
         Angle of that traction from x [degrees], counter-clockwise as seen in the map, whose first
         row is drawn on top: 90 points to smaller y.
+    traction : array_like, shape (2, ny, nx), optional
+        Traction on the rough body instead [Pa], components (y, x): that of a partial slip.
     precision : {"double", "single"}
         Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
 
@@ -349,9 +370,13 @@ def subsurface_stress(
     wanted = quantity(depths, "length", "depths")
     _check_depths(wanted)
     require_memory(
-        result.surface.shape, boundary=result.boundary, precision=precision, friction=friction
-    )
-    options = {**traction(result.pair, in_body, friction, direction), "precision": precision}
+        result.surface.shape, boundary=result.boundary, precision=precision, friction=friction,
+        partial_slip=traction is not None,
+    )  # fmt: skip
+    options = {**loading(result.pair, in_body, friction, direction), "precision": precision}
+    if traction is not None:
+        traction = checked_traction(traction, result.pressure.shape, friction).copy()
+        options["traction"] = traction if in_body == "body" else -traction
     profile, section_x, section_y = stress_summary.summarize_with_sections(
         result.pressure, result.pair.pixel, material.poisson,
         depths=wanted, yield_strength=material.yield_strength, **options,
@@ -366,6 +391,7 @@ def subsurface_stress(
         section_x=section_x,
         section_y=section_y,
         version=__version__,
+        traction=traction,
     )
 
 
@@ -382,7 +408,7 @@ def _check_depths(depths: ArrayLike | None) -> None:
         )
 
 
-def traction(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
+def loading(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
     """Return what a body feels at its surface, in the words of `halfspace.stress`."""
     return {
         "boundary": pair.boundary,
@@ -398,21 +424,26 @@ def memory_estimate(
     boundary: str = "free",
     precision: str = "single",
     friction: float = 0.0,
+    partial_slip: bool = False,
 ) -> int:
     """Return the memory that `subsurface_stress` needs beyond the contact itself."""
     ny, nx = shape
     pixels, real = ny * nx, 4 if precision == "single" else 8
+    # Of a traction map three loads have a spectrum and a place in memory.
+    loads = 3 if partial_slip else 1
+    friction = friction or float(partial_slip)
     # Scaled pressure and largest stress over depth; row spectra of six components.
-    maps = 8 * pixels + real * pixels + overhead() + _THREAD * default_workers()
+    maps = 8 * (3 * loads - 2) * pixels + real * pixels + overhead() + _THREAD * default_workers()
     if friction != 0:
         # For the rims: scaled pressure, displacement, and the stress along the surface.
         maps += (8 + 8 + 3 * real) * pixels
         maps += max(Boundary(boundary).operator_memory(shape, "double") - 6 * real * pixels, 0)
     if not Boundary(boundary).free_axes:
-        return maps + (6 + 1) * real * ny * (nx + 2)
+        return maps + (6 + loads) * real * ny * (nx + 2)
     padded = (2 * ny) * (2 * nx + 2)
     # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.
     spectra = real * padded + (real * padded * 25 // 16 if precision == "single" else 0)
+    spectra *= loads
     kernels = 6 if friction == 0 else 12
     return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
 
@@ -423,9 +454,12 @@ def require_memory(
     boundary: str = "free",
     precision: str = "single",
     friction: float = 0.0,
+    partial_slip: bool = False,
 ) -> None:
     """Raise `InsufficientMemoryError` unless the stress below a map fits into what is free."""
-    needed = memory_estimate(shape, boundary=boundary, precision=precision, friction=friction)
+    needed = memory_estimate(
+        shape, boundary=boundary, precision=precision, friction=friction, partial_slip=partial_slip
+    )
     memory.require(
         needed,
         f"the stress below {shape[0]} × {shape[1]} points needs",
@@ -516,7 +550,7 @@ def onset(
         last = press(pair, LoadCase(load=load, ceiling=None), start=last)
         profile = stress_summary.summarize(
             last.pressure, pair.pixel, pair.material_of(body).poisson,
-            **traction(pair, body, friction, direction),
+            **loading(pair, body, friction, direction),
         )  # fmt: skip
         excess = math.log(profile.max_von_mises / strength)
         if abs(excess) <= tolerance:

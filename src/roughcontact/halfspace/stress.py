@@ -2,8 +2,8 @@
 
 The body fills z > 0, tension is positive, and x, y are the axes of the map (``[y, x]``). A
 tensor is an array whose first axis holds xx, yy, zz, yz, xz, xy, in this order. The surface
-carries the normal pressure p, so that σ_zz = -p there, and with friction the traction
-q = μ p on the body in one direction of the plane, so that σ_xz = -q_x and σ_yz = -q_y. The effect
+carries the normal pressure p, so that σ_zz = -p there, and a traction q on the body, so that
+σ_xz = -q_x and σ_yz = -q_y: with friction μ p in one direction of the plane, or any map. The effect
 of q on the pressure is neglected, as usual (Goodman's approximation; exact for equal bodies).
 
 A depth is computed on its own: a few kernels are sampled, transformed and multiplied with the one
@@ -63,15 +63,16 @@ class Symbols:
 
 
 class Responses:
-    """Several responses to one real map: sums of circular convolutions with kernels of parity.
+    """Several responses to real maps: sums of circular convolutions with kernels of parity.
 
-    The spectrum of the map is made once; each set of kernels then costs one inverse transform a
+    The spectra of the maps are made once; each set of kernels then costs one inverse transform a
     response, and nobody but the visitor keeps a response.
 
     Parameters
     ----------
-    source : ndarray, shape (ny, nx)
-        The map.
+    source : ndarray, shape (ny, nx) or (m, ny, nx)
+        The map, or several. A response is the sum of what all do: of n responses, those to the
+        first map have the numbers 0 to n - 1 in `Term`, those to the next n to 2 n - 1.
     padded : (int, int)
         Period ``(my, mx)`` of the convolutions, at least the shape of the map, which is padded
         with zeros.
@@ -94,9 +95,11 @@ class Responses:
     ) -> None:
         self.real: type = np.float32 if precision == "single" else np.float64
         self._complex: type = np.complex64 if precision == "single" else np.complex128
-        self.shape: tuple[int, int] = source.shape[0], source.shape[1]
+        self.shape: tuple[int, int] = source.shape[-2], source.shape[-1]
+        sources = source.reshape(-1, *self.shape)
         self.padded, self.terms, self.workspace = padded, tuple(terms), workspace
-        self.count = 1 + max(response for term in self.terms for response, _ in term.shares)
+        numbers = 1 + max(response for term in self.terms for response, _ in term.shares)
+        self.count = numbers // len(sources)
         # Kernels of each response, by their parity in y, and whether that in x differs.
         self._shares = {
             (response, in_y, mixed): [
@@ -105,7 +108,7 @@ class Responses:
                 for response_of, factor in term.shares
                 if response_of == response and term.odd == (in_y, in_y != mixed)
             ]
-            for response in range(self.count)
+            for response in range(numbers)
             for in_y in (False, True)
             for mixed in (False, True)
         }
@@ -117,9 +120,10 @@ class Responses:
         step = max(1, min(ny, 2 * fft.ROW_BYTES // (self.count * mx * itemsize // 2)))
         self._rows = [slice(top, min(top + step, ny)) for top in range(0, ny, step)]
         self._samples = np.empty(0, self.real)
-        self._spectrum = np.zeros((my, self._width), self._complex)
+        self._spectra = np.zeros((len(sources), my, self._width), self._complex)
         workspace.reserve(self.count * ny * self._width * itemsize)
-        self._transform(source)
+        for spectrum, one in zip(self._spectra, sources, strict=True):
+            self._transform(one, spectrum)
 
     def sampled(
         self,
@@ -230,7 +234,7 @@ class Responses:
         step = self._column_step
         return [slice(first, min(first + step, width)) for first in range(0, width, step)]
 
-    def _transform(self, source: NDArray[Any]) -> None:
+    def _transform(self, source: NDArray[Any], spectrum: NDArray[Any]) -> None:
         (_, nx), (my, mx) = self.shape, self.padded
         scale = 1 / (my * mx)
 
@@ -239,15 +243,15 @@ class Responses:
             line = line[:, :mx]
             np.multiply(source[part], scale, out=line[:, :nx], casting="same_kind")
             line[:, nx:] = 0
-            fft.rfft_rows(line, self._spectrum[part])
+            fft.rfft_rows(line, spectrum[part])
 
         self.workspace.each(rows, self._rows)
 
         def columns(part: slice) -> None:
             size = part.stop - part.start
             column = self.workspace.scratch("column", (my, size), self._complex)
-            column[...] = self._spectrum[:, part]
-            self._spectrum[:, part] = fft.fft_columns(column, forward=True)
+            column[...] = spectrum[:, part]
+            spectrum[:, part] = fft.fft_columns(column, forward=True)
 
         self.workspace.each(columns, self._columns(self._width))
 
@@ -259,18 +263,22 @@ class Responses:
         upper = min(symbols.highest[0], my - lower)
         scratch = self.workspace.scratch
         block = symbols.block(part)
-        plain = scratch("plain", (lower + upper, size), self._complex)
-        plain[:lower] = self._spectrum[:lower, part]
-        plain[lower:] = self._spectrum[my - upper :, part]
-        turned = np.multiply(plain, -1j, out=scratch("turned", plain.shape, self._complex))
+        shape, bases = (lower + upper, size), []
+        for source, spectrum in enumerate(self._spectra):
+            plain = scratch(f"plain {source}", shape, self._complex)
+            plain[:lower] = spectrum[:lower, part]
+            plain[lower:] = spectrum[my - upper :, part]
+            turned = np.multiply(plain, -1j, out=scratch(f"turned {source}", shape, self._complex))
+            first = source * self.count
+            bases += [(first, plain, False), (first, turned, True)]
         product = scratch("column", (my, size), self._complex)
-        extra = scratch("extra", plain.shape, self._complex)
+        extra = scratch("extra", shape, self._complex)
         for response in range(self.count):
             product[lower : my - upper] = 0
             front, back = product[:lower], product[my - upper :]
             added = False
-            for base, mixed in ((plain, False), (turned, True)):
-                symbol = self._symbol(block, response, mixed)
+            for first, base, mixed in bases:
+                symbol = self._symbol(block, first + response, mixed)
                 if symbol is None:
                     continue
                 to = (extra[:lower], extra[lower:]) if added else (front, back)
@@ -370,6 +378,7 @@ def field_of(
     direction: float,
     precision: str,
     workspace: Workspace,
+    traction: ArrayLike | None = None,
 ) -> Field:
     """Return the stress field below a pressure; arguments as for `stress.slices`.
 
@@ -384,10 +393,13 @@ def field_of(
         boundary, pixel = Boundary.FREE, (_LONG * source.shape[1] * pixel[1], pixel[1])
     boundary.require_stress()
     require_choice(("double", "single"), precision=precision)
-    pulls = pulls_of(friction, direction)
+    pulls = [(axis, share, 0) for axis, share in pulls_of(friction, direction)]
     unit = float(np.abs(source).max()) or 1.0
-    source = source / unit
     shape = (source.shape[0], source.shape[1])
+    if traction is not None:
+        along_y, along_x = checked_traction(traction, shape, friction)
+        source, pulls = np.stack([source, along_x, along_y]), [("x", 1.0, 1), ("y", 1.0, 2)]
+    source = source / unit
     loads = _Loads(pixel, poisson, tuple(pulls))
     terms = loads.wave_terms() if not boundary.free_axes else loads.terms()
 
@@ -430,6 +442,19 @@ def _checked_source(pressure: ArrayLike) -> Array:
     return source
 
 
+def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: float) -> Array:
+    """Return a traction map with components (y, x); `InputError` unless it can be used."""
+    values = np.asarray(traction, dtype=np.float64)
+    if values.shape != (2, *shape) or not np.isfinite(values).all():
+        raise InputError(
+            f"must be finite with shape {(2, *shape)}, got shape {values.shape}",
+            argument="traction",
+        )
+    if friction:
+        raise InputError("goes without friction: it is the whole traction", argument="traction")
+    return values
+
+
 def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
     """Return the tractions along x and y per pressure, those that are none left out.
 
@@ -456,27 +481,41 @@ def pulls_of(friction: float, direction: float) -> list[tuple[str, float]]:
 
 @dataclass(frozen=True)
 class _Loads:
-    """A unit pressure and the tractions it brings along; arrays of offsets are in pixels."""
+    """Unit pressure and tractions; arrays of offsets are in pixels.
+
+    Each traction has its axis, its size, and the number of the map that it goes with: 0 is the
+    pressure.
+    """
 
     pixel: tuple[float, float]
     poisson: float
-    pulls: tuple[tuple[str, float], ...]
+    pulls: tuple[tuple[str, float, int], ...]
 
     def terms(self) -> list[Term]:
         """Return the kernels that `on_pixels` and `on_points` yield."""
         if not self.pulls:
             return [Term(odd, [(number, 1.0)]) for number, odd in enumerate(_ODD)]
-        shares = stress_kernels.shares_of_parts(self.poisson, 1.0, self.pulls)
+        shares: list[list[tuple[int, float]]] = [[] for _ in stress_kernels.PARTS_ODD]
+        for source in range(1 + self.pulls[-1][2]):
+            pulls = [(axis, share) for axis, share, of in self.pulls if of == source]
+            parts = stress_kernels.shares_of_parts(self.poisson, float(not source), pulls)
+            for found, part in zip(shares, parts, strict=True):
+                found += [(len(_ODD) * source + number, factor) for number, factor in part]
         return [Term(*term) for term in zip(stress_kernels.PARTS_ODD, shares, strict=True)]
 
     def wave_terms(self) -> list[Term]:
         """Return those of `stress_kernels.waves`: of a pressure, then of each traction."""
-        flips = [(False, False), *((axis == "y", axis == "x") for axis, _ in self.pulls)]
+        flips = [(0, False, False), *((of, axis == "y", axis == "x") for axis, _, of in self.pulls)]
         return [
-            Term((odd[0] != flip[0], odd[1] != flip[1]), [(number, 1.0)])
-            for flip in flips
+            Term((odd[0] != in_y, odd[1] != in_x), [(len(_ODD) * source + number, 1.0)])
+            for source, in_y, in_x in flips
             for number, odd in enumerate(_ODD)
         ]
+
+    def waves(self, qy: Array, qx: Array, z: float) -> list[Array]:
+        """Return the symbols of `wave_terms` at a depth."""
+        pulls = [(axis, share) for axis, share, _ in self.pulls]
+        return stress_kernels.waves(qy, qx, z, self.poisson, pulls)
 
     def on_pixels(self, z: float, rows: Offsets, columns: Offsets) -> Iterator[Array]:
         """Yield kernels of the stress under loads spread over the pixel at the origin."""
@@ -597,7 +636,7 @@ def _waves(
 
     def block(columns: slice) -> Array:
         qx: Array = 2 * math.pi / (nx * dx) * np.arange(columns.start, columns.stop)
-        symbols = np.stack(stress_kernels.waves(qy, qx, z, loads.poisson, loads.pulls))
+        symbols = np.stack(loads.waves(qy, qx, z))
         # The wave of two points a period has no sine. Along x the transform of a real map knows.
         if 2 * highest[0] == ny:
             for term, symbol in zip(terms, symbols, strict=True):
@@ -699,6 +738,7 @@ def slices(
     boundary: str = "free",
     friction: float = 0.0,
     direction: float = 0.0,
+    traction: ArrayLike | None = None,
     precision: str = "single",
     workers: int | None = None,
 ) -> Iterator[Slice]:
@@ -720,6 +760,8 @@ def slices(
         Coefficient μ of the traction μ p on this body; the other body carries the opposite.
     direction : float
         Angle of that traction from x towards y [rad].
+    traction : array_like, shape (2, ny, nx), optional
+        Traction on this body instead [Pa], components (y, x).
     precision : {"double", "single"}
         Arithmetic of the transforms. Single is good to about 1e-6 of the largest pressure.
     workers : int, optional
@@ -746,8 +788,9 @@ def slices(
     cannot expand sideways: σ_xx = σ_yy = -ν/(1-ν) p̄.
     """
     field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers)
-    )
+        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers),
+        traction,
+    )  # fmt: skip
     return (_slice(field, depth) for depth in depth_list(depths).tolist())
 
 
@@ -772,6 +815,7 @@ def sections(
     boundary: str = "free",
     friction: float = 0.0,
     direction: float = 0.0,
+    traction: ArrayLike | None = None,
     precision: str = "single",
     workers: int | None = None,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -779,7 +823,7 @@ def sections(
 
     Parameters
     ----------
-    pressure, pixel, depths, poisson, boundary, friction, direction, precision, workers
+    pressure, pixel, depths, poisson, boundary, friction, direction, traction, precision, workers
         As for `slices`.
     point : (int, int)
         Row and column of the pixel.
@@ -797,8 +841,9 @@ def sections(
         If an argument is outside its range.
     """
     field = field_of(
-        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers)
-    )
+        pressure, pixel, poisson, boundary, friction, direction, precision, Workspace(workers),
+        traction,
+    )  # fmt: skip
     listed, (ny, nx) = depth_list(depths), field.shape
     if not (0 <= point[0] < ny and 0 <= point[1] < nx):
         raise input_error("point", point, f"must lie on the map of {ny} × {nx} pixels")

@@ -60,11 +60,16 @@ _IN_PLANE = (XX, YY, XY)
 
 
 class Rim(NamedTuple):
-    """The largest stress at the rims, in the unit of the pressure, and the pixel that holds it."""
+    """The largest stresses at the rims, in the unit of the pressure, and the pixels that hold them.
+
+    ``pixel`` has the largest von Mises stress, ``tension_pixel`` the largest principal stress.
+    """
 
     von_mises: float
     tresca: float
     pixel: tuple[int, int]
+    tension: float
+    tension_pixel: tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +80,9 @@ class Sliding:
     ----------
     pressure : ndarray, shape (ny, nx)
         Pressure p in any unit; positive where there is contact.
-    displacement : ndarray, shape (ny, nx)
-        Normal displacement times E*, per unit of pressure [m].
+    displacement : ndarray, shape (1, ny, nx) or (2, ny, nx)
+        Normal displacement times E* under the pressure, per unit of it [m]; with a ``traction``
+        under each of its components, as if they were pressures.
     stress : ndarray, shape (3, ny, nx)
         xx, yy and xy at the surface.
     pixel : (float, float)
@@ -88,6 +94,9 @@ class Sliding:
     periodic : bool
         Whether the map is one period, and its pressure a sum of waves; else it is all there is,
         and the pressure is constant on each pixel.
+    traction : ndarray, shape (2, ny, nx), optional
+        Traction on the body with the components (y, x), in the unit of the pressure; without
+        ``pulls``.
     """
 
     pressure: NDArray[Any]
@@ -97,17 +106,29 @@ class Sliding:
     poisson: float
     pulls: Sequence[tuple[str, float]]
     periodic: bool
+    traction: NDArray[Any] | None = None
 
     @property
     def friction(self) -> float:
-        """Coefficient μ > 0."""
-        return math.hypot(*(share for _, share in self.pulls))
+        """Traction over what ``displacement`` is of: coefficient μ > 0, or 1 of a map."""
+        return math.hypot(*(share for _, share in self.pulls)) if self.traction is None else 1.0
 
-    @property
-    def direction(self) -> tuple[float, float]:
-        """Unit vector of the traction, along y and along x."""
-        shares = dict(self.pulls)
-        return shares.get("y", 0.0) / self.friction, shares.get("x", 0.0) / self.friction
+    def direction_at(self, rows: Index, columns: Index) -> Any:
+        """Return the unit vector of the traction at pixels, along y and along x."""
+        if self.traction is None:
+            shares = dict(self.pulls)
+            return shares.get("y", 0.0) / self.friction, shares.get("x", 0.0) / self.friction
+        found = self.values_at(self.traction, rows, columns)
+        return found / np.maximum(np.hypot(*found), np.finfo(float).tiny)
+
+    def loads(self) -> list[tuple[NDArray[Any], float, Sequence[tuple[str, float]]]]:
+        """Return what loads the surface: maps, each with the pressure and traction per unit."""
+        if self.traction is None:
+            return [(self.pressure, 1.0, self.pulls)]
+        along_y, along_x = self.traction
+        return [
+            (self.pressure, 1.0, ()), (along_x, 0.0, [("x", 1.0)]), (along_y, 0.0, [("y", 1.0)])
+        ]  # fmt: skip
 
     def values_at(self, values: NDArray[Any], rows: Index, columns: Index) -> NDArray[Any]:
         """Return values of a map at pixels, which may lie beyond its edges: nothing is there."""
@@ -156,29 +177,38 @@ def largest(contact: Sliding) -> Rim | None:
     that is not that of plane strain across the rim. So for rims that matter, the stress is first
     made that of the sum of waves through the pixel centres.
     """
-    ny, nx = contact.pressure.shape
     points = _with_slope(contact, _points(contact))
     if points is None:
         return None
-    result, slope = points
-    sampled = _around(contact, result)
-    stress = _at_rim(contact, result, slope, *sampled)
-    if not contact.periodic:
-        squared = _von_mises_squared(stress)
-        worth = np.flatnonzero(squared >= _WORTHWHILE**2 * squared.max())
-        result, slope = result.where(worth), slope[worth]
-        pressure, near = (values[..., worth] for values in sampled)
-        near = near + _of_waves(contact, result)
-        stress = _at_rim(contact, result, slope, pressure, near)
-    squared = _von_mises_squared(stress)
-    place = int(squared.argmax())
-    xx, yy, xy = stress[:, place].tolist()
+    place, stress = _largest_of(contact, *points, _von_mises_squared)
+    other, tension = _largest_of(contact, *points, larger_principal)
+    xx, yy, xy = stress.tolist()
     middle, radius = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
     shear = max(abs(middle) + radius, 2 * radius)
+    von_mises = math.sqrt(_von_mises_squared(stress))
+    return Rim(von_mises, shear, place, float(larger_principal(tension)), other)
+
+
+def _largest_of(
+    contact: Sliding, points: _Points, slope: Array, measure: Callable[[Array], Any]
+) -> tuple[tuple[int, int], Array]:
+    """Return the pixel where a measure of the stress is largest, and the stress there."""
+    sampled = _around(contact, points)
+    stress = _at_rim(contact, points, slope, *sampled)
+    if not contact.periodic:
+        values = measure(stress)
+        high = float(values.max())
+        worth = np.flatnonzero(values >= high - (1 - _WORTHWHILE**2) * abs(high))
+        points, slope = points.where(worth), slope[worth]
+        pressure, near = (values[..., worth] for values in sampled)
+        near = near + _of_waves(contact, points)
+        stress = _at_rim(contact, points, slope, pressure, near)
+    place = int(measure(stress).argmax())
     # The pixel that holds the point: the one in contact, or the next.
-    beyond = int(result.ahead[place] > 0.5) * result.step[:, place]
-    row, column = int(result.rows[place] + beyond[0]), int(result.columns[place] + beyond[1])
-    return Rim(math.sqrt(squared[place]), shear, (row % ny, column % nx))
+    beyond = int(points.ahead[place] > 0.5) * points.step[:, place]
+    row, column = int(points.rows[place] + beyond[0]), int(points.columns[place] + beyond[1])
+    ny, nx = contact.pressure.shape
+    return (row % ny, column % nx), stress[:, place]
 
 
 def _points(contact: Sliding) -> _Points:
@@ -226,7 +256,7 @@ def _placed(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Poin
     aside = squared(0, 1) - squared(0, -1)
     slope = -(forward * step + aside * step[::-1]) / np.array(contact.pixel)[:, None]
     normal = slope / np.maximum(np.hypot(*slope), np.finfo(float).tiny)
-    y, x = contact.direction
+    y, x = contact.direction_at(rows, columns)
     upright = (normal * step).sum(axis=0) >= _ALONG
     pulled = np.abs(normal[0] * y + normal[1] * x) >= _ACROSS
     points = _Points(rows, columns, step, np.clip(ahead, -0.5, 1.0), normal)
@@ -234,7 +264,11 @@ def _placed(contact: Sliding, rows: Index, columns: Index, step: Index) -> _Poin
 
 
 def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | None:
-    """Return the points of resolved spots, with the slope along the traction in the contact."""
+    """Return the points of resolved spots, with the slope along the traction in the contact.
+
+    Of a traction map it is the divergence of what both components displace: along the traction
+    that of one displacement times the unit vector.
+    """
     # Two steps behind the rim, most of 5 × 5 pixels are in contact.
     rows, columns = points.rows - 2 * points.step[0], points.columns - 2 * points.step[1]
     weight = np.stack(
@@ -246,18 +280,22 @@ def _with_slope(contact: Sliding, points: _Points) -> tuple[_Points, Array] | No
         return None
     points, weight = points.where(resolved), weight[:, resolved]
     rows, columns = rows[resolved], columns[resolved]
-    heights = np.stack(
-        [contact.values_at(contact.displacement, rows + y, columns + x) for y, x in _WINDOW]
-    )
-    heights = heights - contact.values_at(contact.displacement, rows, columns)
     normal = np.einsum("kn,ki,kj->nij", weight, _PARABOLA, _PARABOLA)
-    right = np.einsum("kn,kn,ki->ni", weight, heights, _PARABOLA)
-    _, y, x, yy, xx, xy = np.linalg.solve(normal, right[..., None])[..., 0].T
     down, along = (2 + points.ahead) * points.step
-    slope_y = (y + 2 * yy * down + xy * along) / contact.pixel[0]
-    slope_x = (x + 2 * xx * along + xy * down) / contact.pixel[1]
-    towards = contact.direction
-    slope: Array = towards[0] * slope_y + towards[1] * slope_x
+    gradients = []
+    for field in contact.displacement:
+        heights = np.stack([contact.values_at(field, rows + y, columns + x) for y, x in _WINDOW])
+        heights = heights - contact.values_at(field, rows, columns)
+        right = np.einsum("kn,kn,ki->ni", weight, heights, _PARABOLA)
+        _, y, x, yy, xx, xy = np.linalg.solve(normal, right[..., None])[..., 0].T
+        slope_y = (y + 2 * yy * down + xy * along) / contact.pixel[0]
+        slope_x = (x + 2 * xx * along + xy * down) / contact.pixel[1]
+        gradients.append((slope_y, slope_x))
+    towards = contact.direction_at(points.rows, points.columns)
+    if contact.traction is None:
+        slope: Array = towards[0] * slope_y + towards[1] * slope_x
+    else:
+        slope = gradients[0][0] + gradients[1][1]
     return points, slope
 
 
@@ -287,7 +325,7 @@ def _at_rim(
         # The mean pressure presses on a body that cannot expand sideways.
         local -= (1 + 2 * nu - 2 * nu / (1 - nu)) * float(contact.pressure.mean())
     sampled = (stress[0] + stress[1] + local) / ((1 + nu) * mu)
-    (n_y, n_x), (e_y, e_x) = points.normal, contact.direction
+    (n_y, n_x), (e_y, e_x) = points.normal, contact.direction_at(points.rows, points.columns)
     e_n, e_t = n_y * e_y + n_x * e_x, e_y * n_x - e_x * n_y
     change = mu * (slope - sampled) / e_n
     along, across = change * e_n + pressure, nu * (change * e_n + 2 * pressure)
@@ -304,22 +342,23 @@ def _at_rim(
 
 def _of_waves(contact: Sliding, points: _Points) -> Array:
     """Return what the stress at the rims changes by where pressure is a sum of waves."""
-    kernel = _between_pixels(contact)[:, ::-1, ::-1]
     reach = np.arange(-_REACH - 1, _REACH + 2)
-    near = contact.values_at(
-        contact.pressure,
-        points.rows[:, None, None] + reach[:, None],
-        points.columns[:, None, None] + reach,
-    )
     change = np.zeros((3, points.rows.size))
-    for rows, columns, weight in _plane(points):
-        down, along = rows[0] - points.rows[0] + 1, columns[0] - points.columns[0] + 1
-        window = near[:, down : down + 2 * _REACH + 1, along : along + 2 * _REACH + 1]
-        change += weight * np.einsum("cij,nij->cn", kernel, window)
+    for load, pressure, pulls in contact.loads():
+        kernel = _between_pixels(contact, pressure, pulls)[:, ::-1, ::-1]
+        near = contact.values_at(
+            load,
+            points.rows[:, None, None] + reach[:, None],
+            points.columns[:, None, None] + reach,
+        )
+        for rows, columns, weight in _plane(points):
+            down, along = rows[0] - points.rows[0] + 1, columns[0] - points.columns[0] + 1
+            window = near[:, down : down + 2 * _REACH + 1, along : along + 2 * _REACH + 1]
+            change += weight * np.einsum("cij,nij->cn", kernel, window)
     return change
 
 
-def _between_pixels(contact: Sliding) -> Array:
+def _between_pixels(contact: Sliding, pressure: float, pulls: Sequence[tuple[str, float]]) -> Array:
     """Return the stress of a wave through one pixel, less that of the pixel, shape (3, ny, nx).
 
     Offsets go from ``-_REACH`` to ``_REACH``. Both fall off alike, the difference falls off fast.
@@ -328,15 +367,15 @@ def _between_pixels(contact: Sliding) -> Array:
     edges: Array = np.arange(-_REACH, _REACH + 2, dtype=np.float64) - 0.5
     qy: Array = 2 * math.pi * fft.frequencies(_PERIOD, dy)[:, None]
     qx: Array = 2 * math.pi * fft.half_frequencies(_PERIOD, dx)
-    waves = stress_kernels.waves(qy, qx, 0.0, contact.poisson, contact.pulls)
+    waves = stress_kernels.waves(qy, qx, 0.0, contact.poisson, pulls)
     x: Array = edges * dx
     y: Array = edges * dy
     parts = stress_kernels.uniform_parts(x, y, 0.0, contact.poisson)
-    pixels = stress_kernels.of_parts(parts, contact.poisson, 1.0, contact.pulls)
+    pixels = stress_kernels.of_parts(parts, contact.poisson, pressure, pulls)
     difference = np.empty((3, offsets.size, offsets.size))
     for result, component in zip(difference, _IN_PLANE, strict=True):
         # A pressure has xy odd in both directions; a traction makes each odd in one of them.
-        symbol = waves[component].astype(np.complex128) * (-1 if component == XY else 1)
+        symbol = waves[component].astype(np.complex128) * (-1 if component == XY else 1) * pressure
         for traction in waves[6 + component :: 6]:
             symbol -= 1j * traction
         symbol[_PERIOD // 2] = symbol[:, -1] = 0
@@ -349,6 +388,12 @@ def _between_pixels(contact: Sliding) -> Array:
 def _von_mises_squared(stress: Array) -> Array:
     xx, yy, xy = stress
     return xx * xx - xx * yy + yy * yy + 3 * xy * xy
+
+
+def larger_principal(stress: NDArray[Any]) -> NDArray[Any]:
+    """Return the larger principal stress in the surface, of its components xx, yy, xy."""
+    xx, yy, xy = stress
+    return 0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy)
 
 
 # --- The largest stresses of a volume and their places, from slices that are not kept ---
@@ -383,6 +428,10 @@ class Summary:
         σ_Y [Pa].
     yielded_area : ndarray, shape (nz,), or None
         Area where the von Mises stress exceeds σ_Y at each depth [m²].
+    max_tension : float or None
+        Largest principal stress in the surface [Pa]; None where the depths leave it out.
+    tension_pixel : (int, int)
+        Row and column of it.
     """
 
     depths: Array
@@ -393,6 +442,8 @@ class Summary:
     peak: NDArray[Any]
     yield_strength: float | None
     yielded_area: Array | None
+    max_tension: float | None = None
+    tension_pixel: tuple[int, int] = (0, 0)
 
     @property
     def max_von_mises(self) -> float:
@@ -451,6 +502,7 @@ def summarize(
     boundary: str = "free",
     friction: float = 0.0,
     direction: float = 0.0,
+    traction: ArrayLike | None = None,
     precision: str = "single",
     workers: int | None = None,
 ) -> Summary:
@@ -458,7 +510,7 @@ def summarize(
 
     Parameters
     ----------
-    pressure, pixel, poisson, boundary, friction, direction, precision, workers
+    pressure, pixel, poisson, boundary, friction, direction, traction, precision, workers
         As for `slices`.
     depths : array_like, optional
         Depths z ≥ 0 [m]; by default those of `graded_depths`, and up to four more that close in
@@ -488,7 +540,8 @@ def summarize(
     """
     passage = _passage(
         pressure, pixel, poisson, depths=depths, yield_strength=yield_strength, boundary=boundary,
-        friction=friction, direction=direction, precision=precision, workers=workers,
+        friction=friction, direction=direction, traction=traction, precision=precision,
+        workers=workers,
     )  # fmt: skip
     return passage.summary(pixel[0] * pixel[1])
 
@@ -527,18 +580,23 @@ def _passage(
     boundary: str = "free",
     friction: float = 0.0,
     direction: float = 0.0,
+    traction: ArrayLike | None = None,
     precision: str = "single",
     workers: int | None = None,
 ) -> _Passage:
     """Return the depths of `summarize` after they have passed."""
     workspace = Workspace(workers)
-    field = field_of(pressure, pixel, poisson, boundary, friction, direction, precision, workspace)
+    field = field_of(
+        pressure, pixel, poisson, boundary, friction, direction, precision, workspace, traction
+    )
     if yield_strength is not None:
         require_positive(yield_strength=yield_strength)
     pulls = pulls_of(friction, direction)
-    rim = partial(_rim, field, pressure, pixel, poisson, Boundary(boundary), pulls, workspace)
+    rim = partial(
+        _rim, field, pressure, traction, pixel, poisson, Boundary(boundary), pulls, workspace
+    )
     # Between the points of a profile nothing is looked for.
-    looked = pulls and field.shape[0] > 1
+    looked = (pulls or traction is not None) and field.shape[0] > 1
     passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None)
     if depths is None:
         passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
@@ -597,6 +655,9 @@ class _Passage:
         if self._limit is not None and squared > self._limit:
             layer = replace(layer, yielded=max(layer.yielded, 1))
         layer = replace(layer, tresca=max(layer.tresca, rim.tresca))
+        assert layer.tension is not None
+        if rim.tension > layer.tension:
+            layer = replace(layer, tension=rim.tension, tension_pixel=rim.tension_pixel)
         if rim.von_mises <= layer.von_mises:
             return layer
         return replace(layer, von_mises=rim.von_mises, pixel=rim.pixel)
@@ -616,6 +677,7 @@ class _Passage:
         np.sqrt(peak, out=peak)
         peak *= unit
         area = np.array([layer.yielded * cell for layer in layers])
+        top = layers[0]
         return Summary(
             depths=np.array(depths),
             von_mises=np.array([layer.von_mises for layer in layers]) * unit,
@@ -625,12 +687,15 @@ class _Passage:
             peak=peak,
             yield_strength=self._strength,
             yielded_area=None if self._strength is None else area,
+            max_tension=None if top.tension is None else top.tension * unit,
+            tension_pixel=top.tension_pixel,
         )
 
 
 def _rim(
     field: Field,
     pressure: ArrayLike,
+    traction: ArrayLike | None,
     pixel: tuple[float, float],
     poisson: float,
     boundary: Boundary,
@@ -639,15 +704,22 @@ def _rim(
 ) -> Rim | None:
     """Return the largest stress at the rims of spots, in units of the largest pressure."""
     source = np.asarray(pressure, dtype=np.float64) / field.unit
+    pulled = None if traction is None else np.asarray(traction, dtype=np.float64) / field.unit
     return largest(
         Sliding(
             pressure=source,
-            displacement=_displacement(source, pixel, boundary, workspace),
+            displacement=np.stack(
+                [
+                    _displacement(load, pixel, boundary, workspace)
+                    for load in ([source] if pulled is None else pulled)
+                ]
+            ),
             stress=_along_surface(field),
             pixel=pixel,
             poisson=poisson,
             pulls=pulls,
             periodic=not boundary.free_axes,
+            traction=pulled,
         )
     )
 
@@ -689,6 +761,8 @@ class _Layer:
     orthogonal_shear: tuple[float, float]
     yielded: int
     cross: Cross
+    tension: float | None  # Largest principal stress in the surface; None below it
+    tension_pixel: tuple[int, int]
 
 
 def _layer(
@@ -705,6 +779,7 @@ def _layer(
     """
     ny, nx = field.shape
     result: list[tuple[float, int, int]] = []
+    tensions: list[tuple[float, int]] = []
     tresca_squared = [0.0]
     x_range = np.zeros(ny)
     y_ranges: list[tuple[NDArray[Any], NDArray[Any]]] = []
@@ -723,6 +798,9 @@ def _layer(
             tresca_squared.append(float(tresca(near).max(initial=0)) ** 2)
         yielded = 0 if limit is None else int(np.count_nonzero(squared > limit))
         result.append((top, rows.start * nx + place, yielded))
+        if depth == 0:
+            tension = larger_principal(stress[list(_IN_PLANE)])
+            tensions.append((float(tension.max()), -rows.start * nx - int(tension.argmax())))
         x_range[rows] = stress[XZ].max(axis=1) - stress[XZ].min(axis=1)
         y_ranges.append((stress[YZ].max(axis=0), stress[YZ].min(axis=0)))
 
@@ -731,6 +809,7 @@ def _layer(
     top, place = max((entry[0], -entry[1]) for entry in result)
     high = np.max([entry[0] for entry in y_ranges], axis=0)
     low = np.min([entry[1] for entry in y_ranges], axis=0)
+    pulled, where = max(tensions, default=(None, 0))
     return _Layer(
         von_mises=math.sqrt(top),
         tresca=math.sqrt(max(tresca_squared)),
@@ -738,6 +817,8 @@ def _layer(
         orthogonal_shear=(float((high - low).max()) / 2, float(x_range.max()) / 2),
         yielded=sum(entry[2] for entry in result),
         cross=cross,
+        tension=pulled,
+        tension_pixel=(-where // nx, -where % nx),
     )
 
 

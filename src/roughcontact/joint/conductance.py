@@ -2,8 +2,11 @@
 
 `gap_conductance`: Beside the contact, whose conductance is computed without it. Against the
 contact and the gap solved together on rough maps of up to a tenth in contact, the part of the
-gap comes out 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil.
+gap comes out 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil. Over Gaussian
+gaps this is the integral of Yovanovich 1982; g far below the jump it is that of free molecules.
 
+Yovanovich, DeVaal and Hegazy 1982, A statistical model to predict thermal gap conductance between
+conforming rough surfaces, AIAA paper 82-0888, doi:10.2514/6.1982-888
 Song, Yovanovich and Goodman 1993, J. Heat Transfer 115, 533, doi:10.1115/1.2910719
 
 `slip_factor`: Slip of first order at walls that reflect diffusely: a gap g lets g³ (1 + 6 λ/g)
@@ -44,23 +47,38 @@ from roughcontact.contact.spots import Spots
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
-from roughcontact.material import catalog
+from roughcontact.joint.contacts import (
+    ONE_ROUGH_FACE,
+    CalibratedChange,
+    changed,
+    of_one_pair,
+    positive,
+)
+from roughcontact.material import catalog, fluids
 from roughcontact.material.material import Conductor
 from roughcontact.result import Result
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
-from roughcontact.theory.constriction import jump_distance, mean_free_path
+from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path
 from roughcontact.units import Quantity, percent, quantity
 
 Array = NDArray[np.float64]
 
-AIR_MASS, HELIUM_MASS = 28.96e-3, 4.003e-3
-"""Molar masses [kg/mol]."""
-
 ATMOSPHERE = 101325.0
 """Pressure of the atmosphere [Pa]."""
+
+ROOM_TEMPERATURE, BAR = 298.15, 1e5
+"""Temperature [K] and pressure [Pa] of a gas where none is given."""
+
+VACUUM = "vacuum"
+"""Name of a gap in which nothing conducts."""
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""Radiation of a black body over the fourth power of its temperature [W/(m² K⁴)]."""
+
+RADIATES = 0.01
+"""Share of the conductance from which on radiation is told."""
 
 # Mean temperature of a square of unit side and flux on a half-space of unit conductivity.
 _SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
@@ -70,22 +88,45 @@ _SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
 class Filling:
     """What may fill a gap."""
 
+    name: str
     conductivity: float  # Thermal conductivity k [W/(m K)]
     jump: float = 0.0  # By how much jumps of temperature at the walls widen the gap [m]
 
 
-AIR = Filling(0.026, jump_distance(mean_free_path(18.4e-6, 1e5, AIR_MASS, 298.15), 0.9, 1.4, 0.71))
-"""At 25 °C and 1 bar between engineering metals: a jump of 0.27 µm."""
+def filling_of(
+    gap: Quantity, pressure: Quantity | None = None, temperature: Quantity | None = None
+) -> Filling:
+    """Return what fills a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
+    if gap == VACUUM:
+        return Filling(VACUUM, 0.0)
+    fluid = fluids.entries().get(gap) if isinstance(gap, str) else None
+    if fluid is None:
+        if isinstance(gap, str) and not gap[:1].isdigit():
+            known = ", ".join((*fluids.entries(), VACUUM))
+            raise input_error("gap", gap, f"must be one of {known}, or a conductivity")
+        conductivity = positive(gap, "conductivity", "gap")
+        return Filling(f"{conductivity:.4g} W/(m K)", conductivity)
+    if isinstance(fluid, fluids.Liquid):
+        return Filling(fluid.name, fluid.conductivity.value)
+    warmth = warmth_of(temperature)
+    press = positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
+    path = mean_free_path(fluid.viscosity_at(warmth), press, fluid.molar_mass.value, warmth)
+    ratio, share = fluid.heat_capacity_ratio.value, fluid.accommodation.value
+    jump = jump_distance(path, share, ratio, fluid.prandtl)
+    return Filling(fluid.name, fluid.conductivity_at(warmth), jump)
 
-OIL = Filling(0.14)
-"""Mineral oil."""
+
+def warmth_of(temperature: Quantity | None) -> float:
+    """Return a temperature [K], that of a room where none is given."""
+    given = ROOM_TEMPERATURE if temperature is None else temperature
+    return positive(given, "temperature", "temperature")
 
 
 def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
     """Return what a filled gap conducts per area [W/(m² K)], its faces at one temperature each."""
     there = gap[~np.isnan(gap)]
     with np.errstate(divide="ignore"):
-        local = 1 / ((there + filling.jump) / filling.conductivity + spreading)
+        local = 1 / (np.divide(there + filling.jump, filling.conductivity) + spreading)
     return float(local.sum() / gap.size)
 
 
@@ -259,6 +300,7 @@ class ConductanceStep:
     correlation_length: float  # By the correlations [m]
     air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
     oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
+    filled_gap: float = 0.0  # Conductance of the gap with what was given for it [W/(m² K)]
 
 
 @dataclass(frozen=True)
@@ -291,6 +333,10 @@ class Conductance(Result):
     coarser : Change or None
         How the numbers under the largest load change on a coarser grid, where that is known; see
         `with_coarser_grid`.
+    filling : Filling or None
+        What was given to fill the gap.
+    temperature : float
+        Mean temperature of the joint [K].
     calibrated : CalibratedChange or None
         How the constriction length under the largest load changes under the calibrated ceiling,
         where that is known; see `with_calibrated_ceiling`.
@@ -305,6 +351,8 @@ class Conductance(Result):
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
     calibrated: CalibratedChange | None = None
+    filling: Filling | None = None
+    temperature: float = ROOM_TEMPERATURE
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
         """Return the same with what changes under the calibrated ceiling.
@@ -332,7 +380,7 @@ class Conductance(Result):
         coarser : ContactResult
             The same bodies under the largest load on a grid of larger pixels.
         """
-        coarse = _step(coarser, Texture(coarser.pair), self.thermal_resistivity)
+        coarse = _step(coarser, Texture(coarser.pair), self.thermal_resistivity, None)
         fine = self.steps[-1]
         length, area = (
             new / old - 1 if old and math.isfinite(old) else 0.0
@@ -388,6 +436,16 @@ class Conductance(Result):
         """Conductance of the contact per nominal area h [W/(m² K)], shape (n,)."""
         return self._per_area(self.thermal_resistance)
 
+    @property
+    def joint_conductance(self) -> Array:
+        """Conductance of contact and filled gap side by side per area [W/(m² K)], shape (n,)."""
+        return self.thermal_conductance + self.column("filled_gap")
+
+    @property
+    def radiation(self) -> float:
+        """Conductance of black faces by radiation, 4 σ T³, an upper bound [W/(m² K)]."""
+        return 4 * STEFAN_BOLTZMANN * self.temperature**3
+
     def filled_conductance(self, filling: str) -> Array:
         """Return h of contact and gap side by side [W/(m² K)], shape (n,).
 
@@ -431,6 +489,9 @@ def conductance(
     *,
     electrical_film: Quantity = 0.0,
     thermal_film: Quantity = 0.0,
+    gap: Quantity | None = None,
+    gap_pressure: Quantity | None = None,
+    temperature: Quantity | None = None,
 ) -> Conductance:
     """Return electrical resistance and thermal conductance of a contact.
 
@@ -445,6 +506,12 @@ def conductance(
         Electrical resistance of a film on the contact times its area [Ω m²].
     thermal_film : float, str or quantity of pint
         Thermal resistance of a film on the contact times its area [m² K/W].
+    gap : str, float or quantity of pint, optional
+        Fluid in the gap: ``"air"``, ``"nitrogen"``, ``"helium"``, ``"argon"``, ``"vacuum"``,
+        ``"oil"``, ``"grease"``, or a conductivity [W/(m K)]; needs a periodic boundary.
+    gap_pressure, temperature : float, str or quantity of pint, optional
+        Pressure of a gas in the gap [Pa], by default 1 bar; mean temperature of the joint [K], by
+        default 25 °C.
 
     Returns
     -------
@@ -454,8 +521,9 @@ def conductance(
     Raises
     ------
     InputError
-        If neither the resistivity nor the conductivity of both bodies is known, a film has no
-        matching property, the contacts belong to different bodies, or the bodies are profiles.
+        If neither the resistivity nor the conductivity of both bodies is known, a film or a gap
+        has no matching property, a gap has a boundary that is not periodic, the contacts belong
+        to different bodies, or the bodies are profiles.
     ConvergenceError, InsufficientMemoryError
         As for `roughcontact.contact.stiffness.unloading_stiffness`.
 
@@ -463,8 +531,10 @@ def conductance(
     -----
     The potential on the contact is constant, as is the displacement under a rigid punch of the
     same outline: with the stiffness K of that punch the constriction length is L = 2 K/E*, and
-    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing;
-    `Conductance.filled_conductance` adds air or oil in it.
+    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing, unless ``gap``
+    fills it: then it adds the mean of k/(g + M) over its pixels, M the jump distance of a gas, see
+    `Conductance.joint_conductance`. `Conductance.filled_conductance` adds air or oil in any case.
+    Radiation of black faces is 4 σ T³; a note shows it from 1 % of the conductance on.
 
     With a free boundary this is the resistance between points far away in both bodies, in which
     the spreading from all of the map is contained. With a periodic one it is what the joint adds to
@@ -491,15 +561,37 @@ def conductance(
         _film(thermal_film, "thermal film", "thermal_film"),
     )
     _check(bodies, films)
-    steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies))
-    return Conductance(steps, bodies, *films, largest, over_loads(judged, "N"))
+    warmth = warmth_of(temperature)
+    filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
+    if filling is not None and math.isnan(_thermal_resistivity(bodies)):
+        raise InputError("needs the conductivity of both bodies", argument="gap")
+    steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies), filling)
+    result = Conductance(
+        steps, bodies, *films, largest, over_loads(judged, "N"), filling=filling, temperature=warmth
+    )
+    return replace(result, messages=(*result.messages, *_radiation(result)))
+
+
+def _radiation(result: Conductance) -> Iterator[Caution]:
+    """Yield the note on radiation that adds more than is negligible."""
+    if result.largest.boundary.periodic_axes != (0, 1):
+        return
+    with np.errstate(divide="ignore"):
+        share = float(np.nanmax(result.radiation / result.joint_conductance, initial=0.0))
+    if share > RADIATES:
+        yield as_note(
+            Kind.RADIATION,
+            f"Radiation adds up to {percent(min(share, 1.0))} between black faces and is not "
+            "included.",
+            share=share,
+        )
 
 
 Judged = list[tuple[float, tuple[Caution, ...]]]
 
 
 def _looked_at(
-    contacts: ContactResult | Iterable[ContactResult], resistivity: float
+    contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
 ) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
     """Return what each contact has and is judged by, by ascending load, and the last of them."""
     answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
@@ -509,7 +601,9 @@ def _looked_at(
         result.pair.require_uncoated(OF)
         if texture is None or texture.pair is not result.pair:
             texture = Texture(result.pair)
-        step = _step(result, texture, resistivity)
+        if filling is not None and len(result.boundary.periodic_axes) < 2:
+            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
+        step = _step(result, texture, resistivity, filling)
         answer.append((step, (*result.cautions, *_own(result, texture))))
         if largest is None or result.load >= largest.load:
             largest = result
@@ -519,15 +613,17 @@ def _looked_at(
     return steps, [(step.load, cautions) for step, cautions in answer], largest
 
 
-def _step(result: ContactResult, texture: Texture, resistivity: float) -> ConductanceStep:
+def _step(
+    result: ContactResult, texture: Texture, resistivity: float, filling: Filling | None
+) -> ConductanceStep:
     gaps = {}
     if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
         gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
         spread = spreading(result.pixel_area, resistivity)
-        gaps = {
-            "air_gap": gap_conductance(gap, AIR, spread),
-            "oil_gap": gap_conductance(gap, OIL, spread),
-        }
+        fillings = {"air_gap": filling_of("air"), "oil_gap": filling_of("oil")}
+        if filling is not None:
+            fillings["filled_gap"] = filling
+        gaps = {name: gap_conductance(gap, item, spread) for name, item in fillings.items()}
     return ConductanceStep(
         load=result.load,
         contact_area=result.contact_area,

@@ -11,10 +11,10 @@ import numpy as np
 from roughcontact.cautions import Kind, as_note
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import ArgumentRef, InputError, Part
+from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
 from roughcontact.surface import spectrum
-from roughcontact.units import engineering, lengths
+from roughcontact.units import Quantity, engineering, lengths, quantity
 
 # Edges of pixels that differ by less than this part are one.
 _SAME = 1e-6
@@ -40,6 +40,14 @@ ONE_ROUGH_FACE = as_note(
     f"{ArgumentRef('counter_surface')}: roughness rises by about √2.",
 )
 """Of a joint whose counter-body is smooth."""
+
+
+def positive(value: Quantity, dimension: str, argument: str) -> float:
+    """Return a positive quantity in SI units."""
+    result = quantity(value, dimension, argument)
+    if not (isinstance(result, (int, float)) and 0 < result < math.inf):
+        raise input_error(argument, value, "must be positive and finite")
+    return float(result)
 
 
 def of_one_pair(

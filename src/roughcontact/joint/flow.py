@@ -16,12 +16,15 @@ flows at 1/(12 η) of this.
 Near the threshold of percolation all of the pressure falls at one place, and in the pools at
 both ends the pressure differs by less than its last digit. It is therefore held as the sum of
 two numbers, the second of which is found from what the first leaves unbalanced.
+
+A gas flows more easily where its molecules are rare: the conductances depend on the pressure, and
+the network is solved again with those at its last pressure until the flow balances.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -150,6 +153,10 @@ _REDUCTION = 1e-6
 
 _ROUNDS = 8
 _MOST_STEPS = 300
+_MOST_SETTINGS = 30
+
+Mobility = Callable[[Array], Array]
+"""Factors of g³ at the nodes, from the pressure there: 1 at the inlet, 0 at the outlet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +178,11 @@ class Flow:
 
 
 def flow(
-    gap: Array, pixel: tuple[float, float], axis: int, periodic_axes: tuple[int, ...] = ()
+    gap: Array,
+    pixel: tuple[float, float],
+    axis: int,
+    periodic_axes: tuple[int, ...] = (),
+    mobility: Mobility | None = None,
 ) -> Flow:
     """Return the flow through a gap under a mean pressure gradient along an axis."""
     if axis in periodic_axes and gap.shape[axis] < 2:
@@ -184,8 +195,22 @@ def flow(
         empty = np.full(gap.shape, np.nan, np.float32)
         return Flow(axis, (0.0, 0.0), empty, np.zeros(gap.shape, np.float32), 0.0, 0, 0)
     scale = float(gap[part].max())
-    problem = _problem(gap, scale, part, pixel, axis, periodic_axes)
+    cube = np.where(part, gap, 0.0)
+    cube /= scale
+    cube *= cube * cube
+    problem = _problem(cube, part, pixel, axis, periodic_axes)
     solved = _solved(problem)
+    if mobility is not None:
+        for left in reversed(range(_MOST_SETTINGS)):
+            moved = cube.copy()
+            moved[part] *= mobility(solved.pressure + solved.small)
+            problem = _problem(moved, part, pixel, axis, periodic_axes)
+            solved = _Solved.of_pressure(problem, solved.pressure, solved.small, solved.steps)
+            total = float(np.abs(solved.unbalanced(problem)).sum())
+            # Not balanced after the last one, the flow is refused where it is measured.
+            if total <= TOLERANCE * solved.power or not left:
+                break
+            solved = _solved(problem, solved)
     return _measured(problem, solved, part, pixel, scale**3)
 
 
@@ -210,17 +235,13 @@ class _Problem:
 
 
 def _problem(
-    gap: Array,
-    scale: float,
+    cube: Array,
     part: NDArray[np.bool_],
     pixel: tuple[float, float],
     axis: int,
     periodic_axes: tuple[int, ...],
 ) -> _Problem:
-    """Return the network of the pixels that are part of a way, of gaps over a scale."""
-    cube = np.where(part, gap, 0.0)
-    cube /= scale
-    cube *= cube * cube
+    """Return the network of the pixels that are part of a way, of cubes of their gaps."""
     number = np.full(part.shape, -1, np.int32)
     nodes = int(np.count_nonzero(part))
     number[part] = np.arange(nodes, dtype=np.int32)
@@ -315,12 +336,14 @@ class _Solved:
         return residual
 
 
-def _solved(problem: _Problem) -> _Solved:
+def _solved(problem: _Problem, start: _Solved | None = None) -> _Solved:
     """Return the pressure at which the flow balances, found in rounds."""
     nodes = problem.network.nodes
     inverse = Multigrid(problem.network)
     # What flows at the nodes takes memory: only its sums are kept from round to round.
     pressure, small, steps = np.zeros(nodes), np.zeros(nodes), 0
+    if start is not None:
+        pressure, steps = start.pressure + start.small, start.steps
     for number in range(_ROUNDS):
         residual, power = _imbalance(problem, pressure, small)
         total = float(np.abs(residual).sum())
@@ -328,7 +351,7 @@ def _solved(problem: _Problem) -> _Solved:
             break
         change, more = _balanced(inverse, residual, total, power)
         if number == 0:
-            pressure = change
+            pressure += change
         else:
             small += change
         steps += more

@@ -13,14 +13,22 @@ from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
-from roughcontact.errors import InputError, input_error
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.joint.conductance import AIR_MASS, ATMOSPHERE, HELIUM_MASS, slip_factor
-from roughcontact.joint.contacts import ONE_ROUGH_FACE, CalibratedChange, changed, of_one_pair
+from roughcontact.joint.conductance import ATMOSPHERE, slip_factor, warmth_of
+from roughcontact.joint.contacts import (
+    ONE_ROUGH_FACE,
+    CalibratedChange,
+    changed,
+    of_one_pair,
+    positive,
+)
 from roughcontact.joint.flow import Constriction, Flow, constriction, flow
+from roughcontact.joint.gas_flow import GasState, gas_factor
+from roughcontact.material import fluids
 from roughcontact.result import Result
-from roughcontact.theory.constriction import mean_free_path
-from roughcontact.units import Quantity, changed_by, quantity
+from roughcontact.theory.rarefied_gas import mean_free_path
+from roughcontact.units import Quantity, changed_by, percent
 
 THRESHOLD = 0.42
 """Contact fraction at which isotropic self-affine contact closes all ways.
@@ -32,6 +40,20 @@ _NEAR = 0.1
 # Distance from it within which what leaks is that of a few constrictions.
 
 _MOVED = 0.1
+
+LIFTS = 0.05
+"""Share of the load from which on the pressure of the fluid is taken off the load."""
+
+LEAK_CLASSES = (
+    (1e-11, "technically tight"), (1e-9, "tight against the smallest viruses"), (1e-8, "gas-tight"),
+    (1e-7, "virus-tight"), (1e-6, "oil-tight"), (1e-5, "bacteria-tight"), (1e-4, "vapor-tight"),
+    (1e-3, "watertight"),
+)  # fmt: skip
+"""Throughputs [Pa m³/s] below which a seal has a class, from the tightest on.
+
+Rottländer, Umrath and Voss 2016, Fundamentals of leak detection, Leybold, cat. no. 199 79: common
+classes, ten times as many mbar l/s, of helium from one bar into vacuum.
+"""
 
 GAS = 5e-5
 """Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
@@ -70,7 +92,10 @@ def slip(
             slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
             for flow in open_flows
         )
-        for pressure, mass in ((outer, AIR_MASS), (inner, HELIUM_MASS))
+        for pressure, mass in (
+            (pressure, fluids.gas(name).molar_mass.value)
+            for pressure, name in ((outer, "air"), (inner, "helium"))
+        )
     )
     if helium < _SLIPS:
         return
@@ -84,6 +109,18 @@ def slip(
         air=air,
         helium=helium,
     )
+
+
+def lift(fluid_load: float, load: float) -> Iterator[Caution]:
+    """Yield the message on a fluid that carries a share of the load."""
+    share = fluid_load / load if load > 0 else math.inf
+    if share > LIFTS:
+        yield as_caution(
+            Kind.FLUID_PRESSURE,
+            f"Fluid pressure carries {percent(min(share, 1.0))} of the load and opens the gap. "
+            "Solve under the rest of the load.",
+            share=share,
+        )
 
 
 def grid(changes: tuple[float, float]) -> Iterator[Caution]:
@@ -120,6 +157,25 @@ class Seal:
     pressure_difference: float  # From inlet to outlet [Pa]
     width: float | None = None  # Of the face across the flow [m]
     length: float | None = None  # Of the face along the flow [m]
+    ring: float | None = None  # Mean diameter of a ring-shaped face [m]
+    gas: GasState | None = None  # None of a liquid, and of a gas that is taken for viscous
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean pressure over the land above that at the outlet [Pa], of a viscous fluid."""
+        if self.gas is None:
+            return self.pressure_difference / 2
+        inlet, outlet = self.gas.inlet, self.gas.outlet
+        # p² falls evenly.
+        return 2 / 3 * (inlet**3 - outlet**3) / (inlet**2 - outlet**2) - outlet
+
+    def face(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
+        """Return width and length of the face [m], by default those of a map of a size (y, x)."""
+        length = size[axis] if self.length is None else self.length
+        if self.ring is not None:
+            # Flow along radii: the logarithm of outer over inner radius is 2 artanh(l/d).
+            return math.pi * length / math.atanh(length / self.ring), length
+        return size[1 - axis] if self.width is None else self.width, length
 
 
 @dataclass(frozen=True)
@@ -134,6 +190,7 @@ class LeakageStep:
     constriction: tuple[Constriction | None, Constriction | None]
     unbalanced: float  # Larger of what the two flows lose or gain on the way, of what flows
     steps: int  # Steps of the solver, both flows together
+    gas_factor: tuple[float, float] = (1.0, 1.0)  # Flow of the gas over that without slip
 
 
 @dataclass(frozen=True)
@@ -172,6 +229,9 @@ class Leakage(Result):
     calibrated : CalibratedChange or None
         How the permeabilities along y and x change under the calibrated ceiling, where that is
         known; see `with_calibrated_ceiling`.
+    fluid_load : float
+        Load that the pressure of the fluid carries, in the loads of the steps [N]; see
+        `with_fluid_load`.
     """
 
     steps: tuple[LeakageStep, ...]
@@ -184,6 +244,7 @@ class Leakage(Result):
     extra_cautions: tuple[Caution, ...] = ()
     coarser: Change | None = None
     calibrated: CalibratedChange | None = None
+    fluid_load: float = 0.0
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -204,7 +265,7 @@ class Leakage(Result):
         contact : ContactResult
             The same bodies under the largest load and the calibrated ceiling.
         """
-        step, _ = _step(contact, self.axes)
+        step, _ = _step(contact, self.axes, self.seal)
         area = changed(step.contact_area, self.steps[-1].contact_area)
         assert isinstance(contact.ceiling, float)
         change = CalibratedChange(contact.ceiling, area, self._changes(step))
@@ -218,16 +279,44 @@ class Leakage(Result):
         coarser : ContactResult
             The same bodies under the largest load on a grid of larger pixels.
         """
-        step, _ = _step(coarser, self.axes)
+        step, _ = _step(coarser, self.axes, self.seal)
         change = Change(max(coarser.pair.pixel), self._changes(step))
         change_of = grid(change.permeability)
         return replace(self, coarser=change, messages=(*self.messages, *change_of))
 
+    def with_fluid_load(self, load: float) -> Leakage:
+        """Return the same of contacts that were solved under what the fluid leaves of the loads.
+
+        Parameters
+        ----------
+        load : float
+            Load that the pressure of the fluid carries [N].
+
+        Notes
+        -----
+        A uniform pressure in the gap of two half-spaces deforms neither of them. The pressure of
+        the solid beyond it is that of a dry contact under the rest of the load (Kuznetsov 1985).
+        """
+        steps = tuple(replace(step, load=step.load + load) for step in self.steps)
+        messages = tuple(text for text in self.messages if text.kind != Kind.FLUID_PRESSURE)
+        return replace(self, steps=steps, fluid_load=load, messages=messages)
+
     def _changes(self, step: LeakageStep) -> tuple[float, float]:
-        """Return how the permeabilities along y and x change from the largest load to a step."""
-        pairs = zip(step.permeability, self.steps[-1].permeability, strict=True)
-        along_y, along_x = (changed(new[axis], old[axis]) for axis, (new, old) in enumerate(pairs))
+        """Return how what flows along y and x changes from the largest load to a step."""
+        along_y, along_x = (
+            changed(*(one.permeability[axis][axis] * one.gas_factor[axis]
+                      for one in (step, self.steps[-1])))
+            for axis in (0, 1)
+        )  # fmt: skip
         return along_y, along_x
+
+    @property
+    def fluid_share(self) -> Array:
+        """Mean pressure of the fluid over the nominal pressure, shape (n,); 0 without a fluid."""
+        pressure = 0.0 if self.seal is None else self.seal.mean_pressure
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share: Array = pressure * self.nominal_area / self.column("load")
+        return share
 
     def column(self, name: str) -> Array:
         """Return one number of all steps, shape (n,); see `LeakageStep`."""
@@ -270,15 +359,42 @@ class Leakage(Result):
     def rate(self, axis: int) -> Array:
         """Return the leak rate k Δp w/(12 η l) [m³/s], shape (n,); NaN without a fluid.
 
-        Of a gas it is the volume at the mean of the pressures at inlet and outlet.
+        Of a gas it is the volume at the mean of the pressures at inlet and outlet, slip included
+        where the gas was named.
         """
         if self.seal is None:
             return np.full(len(self.steps), math.nan)
-        size = self.largest.pair.size
-        width = size[1 - axis] if self.seal.width is None else self.seal.width
-        length = size[axis] if self.seal.length is None else self.seal.length
+        width, length = self.seal.face(self.largest.pair.size, axis)
         driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
-        return self.permeability(axis) * driven
+        factor = np.array([step.gas_factor[axis] for step in self.steps])
+        return self.permeability(axis) * factor * driven
+
+    def throughput(self, axis: int, unit: str = "Pa m³/s") -> Array:
+        """Return the leak rate p V of a named gas, shape (n,); NaN without one.
+
+        Parameters
+        ----------
+        axis : {0, 1}
+            Direction of the flow: 0 y, 1 x.
+        unit : {"Pa m³/s", "mbar l/s", "kg/s", "sccm"}
+            Unit of the rate; a standard cubic centimeter has 0 °C and 101,325 Pa.
+        """
+        gas = None if self.seal is None else self.seal.gas
+        factor = math.nan if gas is None else gas.mean_pressure * gas.throughput_in(unit)
+        return self.rate(axis) * factor
+
+    @property
+    def leak_class(self) -> tuple[str, float] | None:
+        """Class of the larger leak rate of a gas under the largest load, and its limit [Pa m³/s].
+
+        A class is that of a whole seal: None where the width of the face is not known.
+        """
+        seal = self.seal
+        if seal is None or seal.gas is None or (seal.ring is None and seal.width is None):
+            return None
+        rate = max(self.throughput(axis)[-1] for axis in self.axes)
+        known = ((name, limit) for limit, name in LEAK_CLASSES if rate < limit)
+        return next(known, ("not watertight", math.inf))
 
 
 @checked
@@ -290,6 +406,11 @@ def leakage(
     pressure_difference: Quantity | None = None,
     seal_width: Quantity | None = None,
     seal_length: Quantity | None = None,
+    ring: Quantity | None = None,
+    gas: str | None = None,
+    inlet: Quantity | None = None,
+    outlet: Quantity | None = None,
+    temperature: Quantity | None = None,
 ) -> Leakage:
     """Return leak rate, permeability and flow factors of the gap of a contact.
 
@@ -307,6 +428,14 @@ def leakage(
     seal_width, seal_length : float, str or quantity of pint, optional
         Dimensions of the sealing face across the flow and along it [m]; by default those of the
         map.
+    ring : float, str or quantity of pint, optional
+        Mean diameter of a ring-shaped sealing face [m], in place of its width.
+    gas : {"air", "nitrogen", "helium", "argon"}, optional
+        Gas that leaks, in place of viscosity and pressure difference.
+    inlet, outlet : float, str or quantity of pint, optional
+        Absolute pressures of the gas [Pa].
+    temperature : float, str or quantity of pint, optional
+        Temperature of the gas [K], by default 25 °C.
 
     Returns
     -------
@@ -316,8 +445,9 @@ def leakage(
     Raises
     ------
     InputError
-        If a quantity is not positive, only one of viscosity and pressure difference is given, the
-        axis is unknown, the contacts belong to different maps, or the bodies are profiles.
+        If a quantity is not positive, only one of viscosity and pressure difference is given, a
+        gas has no pressures, the outlet is not below the inlet, the axis is unknown, the contacts
+        belong to different maps, or the bodies are profiles.
     ConvergenceError
         As for `roughcontact.joint.flow.flow`.
 
@@ -332,7 +462,11 @@ def leakage(
     A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
     at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
     path of its molecules it slips, and the rate is higher: a caution gives the factor, see
-    `roughcontact.joint.conductance.slip_factor`.
+    `roughcontact.joint.conductance.slip_factor`. Of a named ``gas`` the flow is computed from
+    viscous to free molecular, by the local Knudsen number: see `roughcontact.joint.gas_flow`.
+
+    The mean pressure of the fluid over the land takes its share of the load off the solid; a
+    caution shows it from 5 % on.
 
     References
     ----------
@@ -350,17 +484,16 @@ def leakage(
     True
     """
     axes = _axes(flow_axis)
-    seal = seal_of(viscosity, pressure_difference, seal_width, seal_length)
+    seal = seal_of(
+        viscosity, pressure_difference, seal_width, seal_length, ring, gas, inlet, outlet,
+        temperature,
+    )  # fmt: skip
     answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
     largest: ContactResult | None = None
     flows: tuple[Flow, ...] = ()
     for result in of_one_pair(contacts, OF):
-        step, driven = _step(result, axes)
-        closed = None in [step.constriction[axis] for axis in axes]
-        own = [*of_step(result, closed)]
-        if seal is not None:
-            fluid = seal.viscosity, seal.pressure_difference
-            own += slip(flow_gap(result), driven, *fluid)
+        step, driven = _step(result, axes, seal)
+        own = _judged(result, step, driven, axes, seal)
         answer.append((step, (*result.cautions, *own)))
         if largest is None or result.load >= largest.load:
             largest, flows = result, driven
@@ -372,22 +505,44 @@ def leakage(
     return Leakage(steps, axes, roughness, seal, largest, flows, judged)
 
 
-def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tuple[Flow, ...]]:
-    gap = flow_gap(result)
+def _judged(
+    result: ContactResult,
+    step: LeakageStep,
+    flows: tuple[Flow, ...],
+    axes: tuple[int, ...],
+    seal: Seal | None,
+) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact."""
+    yield from of_step(result, None in [step.constriction[axis] for axis in axes])
+    if seal is None:
+        return
+    height, width = result.pair.size
+    yield from lift(seal.mean_pressure * height * width, result.load)
+    if seal.gas is None:
+        yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
+
+
+def _step(
+    result: ContactResult, axes: tuple[int, ...], seal: Seal | None
+) -> tuple[LeakageStep, tuple[Flow, ...]]:
+    gap, pixel = flow_gap(result), result.pair.pixel
     periodic_axes = result.boundary.periodic_axes
     found: dict[int, Flow] = {}
+    places: list[Constriction | None] = [None, None]
+    factors = [1.0, 1.0]
 
     def solve(axis: int) -> None:
-        found[axis] = flow(gap, result.pair.pixel, axis, periodic_axes)
+        found[axis] = viscous = flow(gap, pixel, axis, periodic_axes)
+        place = constriction(gap, axis, periodic_axes) if viscous.percolates else None
+        places[axis] = place
+        if place is not None and seal is not None and seal.gas is not None:
+            factors[axis] = gas_factor(gap, pixel, viscous, place.gap, seal.gas, periodic_axes)
 
     Workspace().each(solve, axes)
     flows = tuple(found[axis] for axis in axes)
     tensor = np.full((2, 2), math.nan)
-    places: list[Constriction | None] = [None, None]
     for answer in flows:
         tensor[:, answer.axis] = answer.permeability
-        if answer.percolates:
-            places[answer.axis] = constriction(gap, answer.axis, periodic_axes)
     step = LeakageStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -397,6 +552,7 @@ def _step(result: ContactResult, axes: tuple[int, ...]) -> tuple[LeakageStep, tu
         constriction=(places[0], places[1]),
         unbalanced=max(result.unbalanced for result in flows),
         steps=sum(result.steps for result in flows),
+        gas_factor=(factors[0], factors[1]),
     )
     return step, flows
 
@@ -419,6 +575,11 @@ def seal_of(
     pressure_difference: Quantity | None,
     seal_width: Quantity | None,
     seal_length: Quantity | None,
+    ring: Quantity | None,
+    gas: str | None,
+    inlet: Quantity | None,
+    outlet: Quantity | None,
+    temperature: Quantity | None,
 ) -> Seal | None:
     """Return what leaks, or refuse what is only half of it."""
     specified = {
@@ -426,25 +587,52 @@ def seal_of(
         "pressure_difference": (pressure_difference, "pressure"),
         "seal_width": (seal_width, "length"),
         "seal_length": (seal_length, "length"),
+        "ring": (ring, "length"),
+        "inlet": (inlet, "pressure"),
+        "outlet": (outlet, "pressure"),
     }
     known = {
-        name: _positive(value, dimension, name)
+        name: positive(value, dimension, name)
         for name, (value, dimension) in specified.items()
         if value is not None
     }
-    if not known:
+    if not known and gas is None:
         return None
-    for name, example in (("viscosity", "'1 mPa s'"), ("pressure_difference", "'1 bar'")):
+    face = known.get("seal_width"), known.get("seal_length"), known.get("ring")
+    _check_ring(*face)
+    if gas is None:
+        for name in ("inlet", "outlet"):
+            if name in known:
+                raise InputError("needs ", ArgumentRef("gas", "helium"), argument=name)
+        _require(known, {"viscosity": "'1 mPa s'", "pressure_difference": "'1 bar'"})
+        return Seal(known["viscosity"], known["pressure_difference"], *face)
+    for name in ("viscosity", "pressure_difference"):
+        if name in known:
+            raise InputError("goes without ", ArgumentRef("gas"), argument=name)
+    _require(known, {"inlet": "'2 bar'", "outlet": "'1 mbar'"})
+    state = _gas_state(gas, known["inlet"], known["outlet"], temperature)
+    return Seal(state.viscosity, state.inlet - state.outlet, *face, state)
+
+
+def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | None) -> GasState:
+    gas = fluids.gas(name)
+    if not outlet < inlet:
+        raise input_error("outlet", outlet, "must be below the inlet pressure")
+    warmth = warmth_of(temperature)
+    viscosity = gas.viscosity_at(warmth)
+    return GasState(name, gas.molar_mass.value, viscosity, warmth, inlet, outlet)
+
+
+def _require(known: dict[str, float], examples: dict[str, str]) -> None:
+    for name, example in examples.items():
         if name not in known:
             raise InputError(f"is needed for a leak rate, such as {example}", argument=name)
-    return Seal(
-        known["viscosity"], known["pressure_difference"], known.get("seal_width"),
-        known.get("seal_length"),
-    )  # fmt: skip
 
 
-def _positive(value: Quantity, dimension: str, argument: str) -> float:
-    result = quantity(value, dimension, argument)
-    if not (isinstance(result, (int, float)) and 0 < result < math.inf):
-        raise input_error(argument, value, "must be positive and finite")
-    return float(result)
+def _check_ring(width: float | None, length: float | None, ring: float | None) -> None:
+    if ring is None:
+        return
+    if width is not None:
+        raise InputError("goes without ", ArgumentRef("ring"), argument="seal_width")
+    if length is not None and not length < ring:
+        raise input_error("seal_length", length, "must be below the diameter of the ring")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, ordered
-from roughcontact.contact import archive
+from roughcontact.contact import archive, subsurface_stress
 from roughcontact.contact.load_case import Load, LoadCase, resolve_force
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
@@ -21,6 +21,7 @@ from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
 from roughcontact.halfspace import tangential as halfspace
+from roughcontact.joint.fretting import Fretting, fretting
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
 from roughcontact.solvers import partial_slip
@@ -103,6 +104,8 @@ class Tangential(Result):
         The curve from pressures alone, under a constant load without shear yield.
     messages : tuple of Caution
         What the tangential loading gives cause for.
+    fretting : Fretting or None
+        Stress below the surface, tension and Ruiz' parameters under the last force, if wanted.
     """
 
     solution: ContactResult
@@ -116,6 +119,7 @@ class Tangential(Result):
     tangent_stiffness: float
     superposition: Superposition | None = None
     messages: tuple[Caution, ...] = ()
+    fretting: Fretting | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""
@@ -125,7 +129,8 @@ class Tangential(Result):
     @property
     def cautions(self) -> tuple[Caution, ...]:
         """What a reader of the numbers has to know, the severest first."""
-        return ordered([*self.solution.cautions, *self.messages])
+        below = () if self.fretting is None else self.fretting.stress.own_cautions
+        return ordered([*self.solution.cautions, *self.messages, *below])
 
     @property
     def last(self) -> TangentialStep:
@@ -156,19 +161,20 @@ class Tangential(Result):
         """
         if len(self.steps) == 1:
             return math.nan if self.superposition is None else 4 * self.last.energy
-        return self.steps[-2].energy + self.last.energy if self._is_cycle else math.nan
+        return self.steps[-2].energy + self.last.energy if self.is_cycle else math.nan
 
     @property
     def loss_factor(self) -> float:
         """Dissipated energy of a cycle over 2π times its elastic energy ½ Q δ; NaN as there."""
         amplitude = self.last.shift
-        if self._is_cycle:
+        if self.is_cycle:
             amplitude = 0.5 * (self.last.shift - self.steps[-2].shift)
         work = math.pi * self.last.force * amplitude
         return self.cycle_energy / work if work else math.nan
 
     @property
-    def _is_cycle(self) -> bool:
+    def is_cycle(self) -> bool:
+        """Whether the path ends in a cycle Q, -Q, Q under one load."""
         return len(self.steps) > 2 and _is_cycle([(s.load, s.force) for s in self.steps[-3:]])
 
     @property
@@ -193,6 +199,14 @@ def to_dataset(result: Tangential) -> xarray.Dataset:
             dataset[f"{name}_{axis}"] = (("y", "x"), values, about)
     about = {"units": "1", "long_name": "contact that sticks"}
     dataset["stick"] = (("y", "x"), result.stick.astype(np.uint8), about)
+    if result.fretting is not None:
+        subsurface_stress.add_profile(dataset, result.fretting.stress.profile)
+        for name, field, unit, text in (
+            ("tension", result.fretting.tension, "Pa", "larger principal stress in the surface"),
+            ("frictional_work", result.fretting.work, "J/m2", "traction times slip"),
+            ("ruiz", result.fretting.ruiz, "Pa2 m", "tension times traction times slip"),
+        ):
+            dataset[name] = (("y", "x"), field, {"units": unit, "long_name": text})
     for name, unit in (("load", "N"), ("force", "N"), ("shift", "m"), ("energy", "J")):
         dataset[f"step_{name}"] = ("step", result.column(name), {"units": unit})
     dataset.attrs |= {
@@ -283,6 +297,7 @@ def tangential(
     shift: Quantity | None = None,
     direction: float = 0.0,
     stages: Sequence[tuple[Quantity | Load, Quantity]] | None = None,
+    stress: bool = False,
     tolerance: float = 1e-6,
 ) -> Tangential:
     """Return traction, stick and slip of a contact under a tangential force.
@@ -304,6 +319,9 @@ def tangential(
         top: 90 points to smaller y.
     stages : sequence of (load, force)
         Loads and tangential forces that change together, from no contact on.
+    stress : bool
+        Whether to compute the stress below the surface under the last force, too, and from it
+        tension and Ruiz' parameters (`Tangential.fretting`).
     tolerance : float
         Certificate of each step.
 
@@ -356,7 +374,14 @@ def tangential(
         path.follow(result, shift=_number(shift, "length", "shift"))
     for load, tangential_force in _stages(result, force, stages):
         path.follow(path.contact_under(load), force=tangential_force)
-    return path.outcome()
+    found = path.outcome()
+    if not stress:
+        return found
+    amplitude = 0.5 * path.last_slip if found.is_cycle else path.slip
+    return replace(
+        found,
+        fretting=fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape)),
+    )
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
@@ -427,6 +452,7 @@ class _Path:
         self.contact: ContactResult | None = None
         self.heaviest: ContactResult | None = None
         self.traction, self.slip = np.zeros((2, points)), np.zeros((2, points))
+        self.last_slip = self.slip
         self.bound = np.zeros(points)
         self.shift = np.zeros(2)
         self.steps: list[TangentialStep] = []
@@ -514,7 +540,8 @@ class _Path:
         area, size = contact.pixel_area, np.hypot(*solution.traction)
         slips = size >= bound * (1 - STICK)
         slip = solution.slip * slips
-        total = np.zeros_like(self.slip)
+        self.last_slip, total = np.zeros_like(self.slip), np.zeros_like(self.slip)
+        self.last_slip[:, index] = slip
         total[:, index] = self.slip[:, index] + slip
         self.traction, self.bound = np.zeros_like(self.slip), np.zeros_like(self.bound)
         self.traction[:, index], self.bound[index] = solution.traction, bound

@@ -3,7 +3,14 @@
 # First, or the module would hide the function of its name once it is loaded.
 import roughcontact.plots.comparison  # noqa: F401
 from roughcontact.plots.export import save
-from roughcontact.plots.joint import conductance, flow_factors, interface_law, leak, tangential
+from roughcontact.plots.joint import (
+    conductance,
+    flow_factors,
+    fretting,
+    interface_law,
+    leak,
+    tangential,
+)
 from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.plots.maps import (
     close_up,
@@ -25,6 +32,7 @@ __all__ = [
     "conductance",
     "contact",
     "flow_factors",
+    "fretting",
     "gap",
     "hysteresis",
     "interface_law",

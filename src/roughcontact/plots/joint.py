@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact.errors import InputError
 from roughcontact.joint.conductance import CASES, CORRELATED
 from roughcontact.joint.interface_law import LOADING, UNLOADING, InterfaceLaw
 from roughcontact.joint.law_curve import between
@@ -462,3 +463,49 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
     axes.set_xlim(-reach, reach)
     style.plain_axes(axes, f"shift [{name}]", f"tangential force [{unit}]", "Force over shift")
     style.legend_below(axes, 2)
+
+
+def fretting(result: Tangential) -> Figure:
+    """Draw the tension at the surface, and Ruiz' parameter.
+
+    Parameters
+    ----------
+    result : Tangential
+        A tangentially loaded contact with its stress.
+
+    Returns
+    -------
+    Figure
+        Maps of both, of a profile lines. A cell of several points shows the largest value in it.
+
+    Raises
+    ------
+    InputError
+        If the result has no stress.
+    """
+    if result.fretting is None:
+        raise InputError("the result has no stress: compute it with stress=True")
+    pair, loaded = result.solution.pair, result.bound > 0
+    tension = np.maximum(result.fretting.tension, 0)
+    ruiz = np.where(loaded, result.fretting.ruiz, np.nan)
+    panels = (
+        ("Tension at the surface", tension, *style.prefixed(float(tension.max()), "Pa")),
+        ("Ruiz' parameter", ruiz, 1e-9, "MPa²·mm"),
+    )
+    aspect = 0.8 if pair.is_profile else style.shown_aspect(pair.size)
+    figure = style.blank(10.4, max(1.6 + 3.6 * aspect, 4.4))
+    for axes, (title, field, factor, unit) in zip(figure.subplots(1, 2), panels, strict=True):
+        if pair.is_profile:
+            x = (np.arange(field.size) + 0.5) * pair.pixel[1]
+            length, name = style.prefixed(float(x[-1]), "m")
+            axes.plot(x * length, field[0] * factor, color=style.SERIES[0])
+            style.plain_axes(axes, f"x [{name}]", f"[{unit}]", title)
+            continue
+        blocks = style.cell_size(field.shape, pair.size, style.CELLS_IN_PANEL)
+        cells = style.cell_max(np.nan_to_num(field, nan=-1.0), blocks) * factor
+        values = np.where(cells < 0, np.nan, cells)
+        image = style.draw_map(axes, values, pair.size, blocks, field.shape)
+        image.set_cmap(style.field_colours().with_extremes(bad=style.OPEN))
+        style.colour_bar(axes, image, f"[{unit}]", "neither")
+        style.name_axes(axes, title=title)
+    return figure

@@ -60,6 +60,10 @@ def of_contact(result: ContactResult) -> Uses:
     if result.hertz is not None:
         ellipse = result.hertz.shape.kind == ELLIPSE
         yield cited("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
+    tool = result.measurement and result.measurement.instrument
+    if tool is not None:
+        of_kind = {"optical": "DeGroot2024", "tip": "Villarrubia1997"}[tool.kind]
+        yield cited("surface behind the map", "Wilson2021", "Jacobs2017", "Moisan2011", of_kind)
     if result.estimate is not None:
         yield cited("formulas of nominally flat contact", "Persson2001", "Yang2008")
 
@@ -151,7 +155,7 @@ def _of_step(step: Operation) -> Uses:
 def of_stress(result: StressResult) -> Uses:
     """Yield the works of the stress, besides the contact."""
     yield below(result.solution.boundary)
-    if result.friction:
+    if result.friction or result.traction is not None:
         yield cited("stress by friction", "Johnson1985", "Hamilton1983")
 
 

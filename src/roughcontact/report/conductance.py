@@ -74,6 +74,20 @@ def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
     return text
 
 
+def _share_of_gap(result: joint.Conductance) -> str:
+    """Return what the filled gap conducts, and its share, under the smallest and largest load."""
+    gap = result.column("filled_gap")
+    return " to ".join(
+        f"{engineering(gap[end], 'W/(m² K)', 3)} ({percent(gap[end] / whole[end])})"
+        for whole in [result.joint_conductance]
+        for end in sorted({0, len(result.steps) - 1})
+    )
+
+
+def _has_filling(result: joint.Conductance) -> bool:
+    return result.filling is not None
+
+
 def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
     return lambda result: result.filled_conductance(name).tolist()
 
@@ -124,6 +138,11 @@ CONDUCTANCE: Table = (
         "thermal_film", "thermal film", unit="m² K/W",
         form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
     ),
+    Quantity(
+        "gap", "gap", of=lambda r: r.filling and asdict(r.filling), when=_has_filling,
+        text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
+    ),
+    Quantity("temperature", unit="K"),
     *_fillings(),
     Quantity(
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
@@ -173,6 +192,10 @@ CONDUCTANCE_COLUMNS: Columns = (
         "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
         of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
     ),
+    Column("gap_conductance", "gap", unit="W/(m² K)", when=_has_filling,
+           of=lambda r: r.column("filled_gap").tolist()),
+    Column("joint_conductance", "joint", unit="W/(m² K)", when=_has_filling,
+           of=lambda r: r.joint_conductance.tolist()),
     *_filled_columns(),
     Column(
         "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS),
@@ -239,7 +262,9 @@ _ASSUMPTIONS = (
     Assumption("All of the contact conducts", lambda r: "film included" if r.film or r.thermal_film
                else "no oxide or other film", "the bodies carry films"),
     Assumption("The gap conducts nothing", lambda r: "air or oil: see the rows above",
-               "gas, oil or radiation carry heat", _thermal),
+               "gas, oil or radiation carry heat", lambda r: _thermal(r) and not _has_filling(r)),
+    Assumption("Contact and gap conduct side by side", lambda r: f"k/(g + M), {r.filling.name}",
+               "the gap conducts nearly as well as the metal", _has_filling),
 )  # fmt: skip
 
 # --- What is said first ---
@@ -250,7 +275,7 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     texts = []
     if _thermal(result):
         if _by_area(result):
-            h = result.thermal_conductance[index]
+            h = result.joint_conductance[index]
             texts.append(f"h = {phrases.size(h, 'W/(m² K)')}")
         else:
             texts.append(f"R = {phrases.size(result.thermal_resistance[index], 'K/W')} (thermal)")
@@ -310,7 +335,14 @@ def _numbers(result: joint.Conductance) -> CellTable:
 def _remarks(result: joint.Conductance) -> tuple[str, ...]:
     """Return what a filled gap adds, what the pixel changes, and how exactly it is solved."""
     lines = []
-    if _filled(result):
+    if _has_filling(result):
+        name = result.filling.name if result.filling else ""
+        solid = result.thermal_conductance
+        parts = " to ".join(
+            phrases.size(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
+        )
+        lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
+    elif _filled(result):
         lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
     lines += [uncertainty.sources(_interval(result), hint=False)]
     others = []
@@ -333,6 +365,6 @@ KIND = Kind(
         cited("conductance from the stiffness", "Barber2003"),
         cited("resistance of the spots", "Holm1967", "Greenwood1966"),
         cited("correlations of flat joints", "Cooper1969", "Mikic1974"),
-        cited("gas in the gap", "Song1993"),
+        cited("gas in the gap", "Song1993", "Yovanovich1982"),
     ),
 )  # fmt: skip

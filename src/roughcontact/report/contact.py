@@ -43,7 +43,7 @@ from roughcontact.report.kind import (
 )
 from roughcontact.report.page import HALF, Block, Cells
 from roughcontact.studies.resolution_study import ResolutionStudy
-from roughcontact.studies.uncertainty import Cause, Interval
+from roughcontact.studies.uncertainty import QUANTITIES, Cause, Interval
 from roughcontact.units import changed_by, counted, engineering
 
 
@@ -83,37 +83,32 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
     """Return the blocks on the intervals of a contact and what contributes to them."""
     if result is None or not (result.converged and result.load):
         return []
-    if result.measurement is not None:
-        return _measured(result)
-    known = uncertainty.ends(result, study)
+    measured, known = result.measurement, uncertainty.ends(result, study)
     rows = [
         (capital(name), interval, causes)
         for name, interval, causes in uncertainty.uncertainty_rows(result, study)
         if interval in known.values()
     ]
-    blocks = chapters.table(rows, ("quantity", "interval", "contributions"))
+    head = "interval" if measured is None else "95 % interval"
+    blocks = chapters.table(rows, ("quantity", head, "contributions"))
     table = kind_of(result).table
-    keys = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
-    others = [quantity_of(table, key).name for key in keys if key not in known]
-    hint = "" if study is not None else f" The pixel was not studied ({uncertainty.STUDY_REF})."
-    blocks.append(Block("small", Sentence(f"No interval is known of: {', '.join(others)}.{hint}")))
+    blocks += uncertainty.budget(result, study)
+    others = [quantity_of(table, key).name for key in QUANTITIES if key not in known]
+    if measured is not None:
+        blocks.append(Block("small", uncertainty.measured_by(measured)))
+        blocks += [Block("small", remark) for remark in measured.remarks]
+    else:
+        hint = "" if study is not None else f" The pixel was not studied ({uncertainty.STUDY_REF})."
+        if uncertainty.is_correctable(result):
+            hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
+        text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
+        blocks.append(Block("small", text))
     formula = chapters.cells(rows_of(estimate.BESIDE, result))
     blocks += chapters.table([(name, text) for name, text, _ in formula])
     if study is not None:
         blocks += [Block("text", " ".join(study.sentences))]
         blocks += chapters.steps(uncertainty.KIND, study)
     return [*blocks, Block("small", uncertainty.NOT_INCLUDED)]
-
-
-def _measured(result: ContactResult) -> list[Block]:
-    """Return the blocks on intervals that include the instrument."""
-    known = result.measurement
-    return [
-        *chapters.table(uncertainty.measured_rows(result), uncertainty.MEASURED_HEADS),
-        *chapters.shown(uncertainty.BUDGET, known),
-        Block("small", uncertainty.measured_by(known)),
-        *(Block("small", str(remark)) for remark in known.remarks),
-    ]
 
 
 def details(result: ContactResult, scene: Any, **more: Any) -> list[Block]:
@@ -275,15 +270,13 @@ def answer(result: ContactResult, study: ResolutionStudy | None = None) -> str:
         return "No solution: do not use these numbers."
     if not result.contact_area:
         return "The bodies do not touch."
-    if result.measurement is not None:
-        return f"{uncertainty.corrected_area(result)}{_yields(result)}"
     interval = uncertainty.of_area(result, study)
     smooth = result.hertz if hertz_comparison.applies(result) else None
     if smooth is not None:
         return _beside_hertz(result, smooth.area, interval)
     what = "profile" if result.pair.is_profile else "face"
     ends = _ends(interval, lambda value: phrases.share(value))
-    share = phrases.share(result.contact_fraction)
+    share = phrases.share(interval.value if interval else result.contact_fraction)
     return f"{share} of the {what} is in contact{ends}{_yields(result)}"
 
 
@@ -294,13 +287,16 @@ def _ends(interval: Interval | None, form: Callable[[float], str]) -> str:
     if math.isinf(interval.high):
         return " (depends on the pixel, no limit)"
     text = phrases.between(interval.low, interval.high, form)
+    if interval.measured is not None:
+        return f" ({text} in 95 of 100; as measured {form(interval.measured)})"
     return f" ({text})" if text.partition(" to ")[0] != text.rpartition(" to ")[2] else ""
 
 
 def _beside_hertz(result: ContactResult, smooth: float, interval: Interval | None) -> str:
     unit = "m" if result.pair.is_profile else "m²"
     ends = _ends(interval, lambda value: phrases.size(value * result.nominal_area, unit))
-    area, ratio = phrases.size(result.contact_area, unit), result.contact_area / smooth
+    value = result.nominal_area * interval.value if interval else result.contact_area
+    area, ratio = phrases.size(value, unit), value / smooth
     if abs(ratio - 1) < _ALIKE:
         return f"The bodies touch on {area}{ends}, as Hertz's theory has it{_yields(result)}"
     rough = f"Roughness carries the load on {area}{ends}"
@@ -318,15 +314,24 @@ _YIELDING = {
 
 def _yields(result: ContactResult) -> str:
     if result.regime is Regime.SATURATED:
-        share = phrases.share(result.saturated_fraction / result.contact_fraction)
+        saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
+        share = phrases.share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
     return f"; {_YIELDING[result.regime]}."
+
+
+def _known(result: ContactResult, name: str) -> float:
+    """Return a number of a contact, corrected where that is known."""
+    item = result.measurement and result.measurement.of(name)
+    return float(item.value if item else getattr(result, name))
 
 
 def numbers(result: ContactResult, study: ResolutionStudy | None = None) -> CellTable:
     """Return the numbers of a contact that are said first."""
     if not result.contact_area:
         return (), [("Load", phrases.size(result.load, result.pair.load_unit))]
+    if result.measurement is not None:
+        return uncertainty.CORRECTED, uncertainty.corrected_rows(result)
     if hertz_comparison.applies(result):
         return hertz_comparison.HEADS, hertz_comparison.rows(result)
     unit, what = ("m", "length") if result.pair.is_profile else ("m²", "area")
@@ -376,9 +381,12 @@ def remarks(result: ContactResult, study: ResolutionStudy | None = None) -> tupl
     if not result.converged:
         return (phrases.status(result),)
     interval = uncertainty.of_area(result, study) if result.load else None
-    lines: Sequence[str] = [] if interval is None else [uncertainty.sources(interval)]
+    lines: list[str] = []
+    if interval is not None:
+        told = uncertainty.is_correctable(result)
+        lines = [uncertainty.sources(interval, instrument=told)]
     if result.measurement is not None:
-        lines = uncertainty.measured_remarks(result.measurement)
+        lines += result.measurement.remarks
     return tuple(filter(None, (*lines, _calibrated(result), phrases.status(result))))
 
 

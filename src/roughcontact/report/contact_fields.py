@@ -388,6 +388,16 @@ def _over_pressure(stress: StressResult) -> str:
     return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
 
 
+def _tension_place(stress: StressResult) -> str:
+    y, x = (engineering(length, "m") for length in stress.max_tension_at)
+    return f"at the surface, at y, x = {y}, {x}"
+
+
+def _has_tension(stress: StressResult) -> bool:
+    pulled = stress.friction or stress.traction is not None
+    return bool(pulled) and stress.max_tension is not None
+
+
 def _shear(axis: int) -> Callable[[StressResult], float]:
     return lambda stress: stress.profile.max_orthogonal_shear[axis]
 
@@ -409,6 +419,11 @@ STRESS: Table = (
         "max_von_mises_place", "its place", unit="m",
         of=lambda stress: list(stress.max_von_mises_at),
         text=_place,
+    ),
+    Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
+    Quantity(
+        "max_tension_place", "its place", unit="m", of=lambda stress: list(stress.max_tension_at),
+        text=_tension_place, when=_has_tension,
     ),
     Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
     Quantity(
@@ -697,7 +712,7 @@ PROFILE_STRESS: Table = (
         of=lambda stress: [stress.max_von_mises_at[0], stress.max_von_mises_at[2]],
         text=_profile_place,
     ),
-    quantity_of(STRESS, "max_tresca"),
+    *pick(STRESS, "max_tension", "max_tresca"),
     replace(quantity_of(STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
     *pick(STRESS, "yield_strength", "yield_factor"),
     replace(

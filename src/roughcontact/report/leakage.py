@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.joint.leakage import AXES, THRESHOLD, Leakage
+from roughcontact.joint.leakage import AXES, LIFTS, THRESHOLD, Leakage
 from roughcontact.plots.joint import flow_factors, leak
 from roughcontact.references import cited
 from roughcontact.report import contact_fields, phrases, uncertainty
@@ -41,10 +41,18 @@ def _seal(result: Leakage) -> str:
         f"{name} {'of the map' if side is None else engineering(side, 'm')}"
         for name, side in (("width", seal.width), ("length", seal.length))
     ]
-    return (
-        f"η {engineering(seal.viscosity, 'Pa s')}, Δp "
-        f"{engineering(seal.pressure_difference, 'Pa')}, {', '.join(sides)}"
-    )
+    if seal.ring is not None:
+        sides[0] = f"ring of {engineering(seal.ring, 'm')}"
+    if seal.gas is None:
+        fluid = f"Δp {engineering(seal.pressure_difference, 'Pa')}"
+    else:
+        inlet, outlet = (engineering(p, "Pa") for p in (seal.gas.inlet, seal.gas.outlet))
+        fluid = f"{seal.gas.name} at {seal.gas.temperature:.4g} K, {inlet} to {outlet}"
+    return f"η {engineering(seal.viscosity, 'Pa s')}, {fluid}, {', '.join(sides)}"
+
+
+def _is_gas(result: Leakage) -> bool:
+    return result.seal is not None and result.seal.gas is not None
 
 
 def _coarser(result: Leakage) -> str:
@@ -95,6 +103,25 @@ def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], 
     return shown
 
 
+_FLOWS = (
+    ("throughput", "Pa m³/s"), ("throughput_mbar", "mbar l/s"), ("mass_flow", "kg/s"),
+    ("standard_flow", "sccm"),
+)  # fmt: skip
+"""Names of the leak rate of a gas in its units."""
+
+_SHOWN_FLOW = "throughput_mbar"
+
+
+def _gas_column(axis: int, key: str, unit: str) -> Column:
+    name, requested = AXES[axis], _has_axis(axis)
+    return Column(
+        f"{key}_{name}", f"leak along {name}", unit=unit, brief=key == _SHOWN_FLOW,
+        of=lambda r: r.throughput(axis, unit).tolist(),
+        shown=_digits(unit, lambda r: r.throughput(axis, unit)),
+        when=lambda r: requested(r) and _is_gas(r),
+    )  # fmt: skip
+
+
 def _along(axis: int) -> Columns:
     """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
     name, requested = AXES[axis], _has_axis(axis)
@@ -116,7 +143,13 @@ def _along(axis: int) -> Columns:
         Column(
             f"leak_rate_{name}", f"leak along {name}", unit="m³/s",
             of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
-            when=lambda r: requested(r) and r.seal is not None,
+            when=lambda r: requested(r) and r.seal is not None and not _is_gas(r),
+        ),
+        *(_gas_column(axis, key, unit) for key, unit in _FLOWS),
+        Column(
+            f"gas_factor_{name}", unit="1", brief=False,
+            of=lambda r: [step.gas_factor[axis] for step in r.steps],
+            when=lambda r: requested(r) and _is_gas(r),
         ),
         # Without a fluid the console tells the permeability.
         Column(
@@ -151,6 +184,8 @@ _TABLE: Table = (
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
         text=_coarser, when=lambda r: r.coarser is not None,
     ),
+    Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
+    Quantity("fluid_load", unit="N"),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
     Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
     Quantity(
@@ -172,6 +207,10 @@ _COLUMNS: Columns = (
         "permeability_yx", unit="m³", of=lambda r: r.permeability(0, 1).tolist(),
         when=lambda r: not np.isnan(r.permeability(0, 1)).all(), brief=False,
     ),
+    Column(
+        "fluid_share", unit="1", of=lambda r: r.fluid_share.tolist(), brief=False,
+        when=lambda r: r.seal is not None,
+    ),
     Column("unbalanced", unit="1", brief=False),
 )  # fmt: skip
 
@@ -192,12 +231,16 @@ def _sides(result: Leakage) -> str:
 
 def _sentences(result: Leakage) -> tuple[str, ...]:
     fluid = (
-        "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the volume at "
-        "the mean of the pressures at inlet and outlet."
+        "The gas flows from viscous to free molecular by the local Knudsen number, walls reflect "
+        "its molecules diffusely, and its temperature is constant."
+        if _is_gas(result)
+        else "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the "
+        "volume at the mean of the pressures at inlet and outlet."
     )
     return (
-        "Reynolds' equation of a thin film in the gap: nothing flows through contact, and the "
-        "fluid does not push the bodies apart.",
+        "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
+        "pressure of the fluid is taken off the load where it carries more than "
+        f"{percent(LIFTS)} of it.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
@@ -232,8 +275,14 @@ def _interval(result: Leakage, axis: int) -> Interval:
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
     """Return what tells the leak rate of a permeability [m³]."""
-    factor = float(result.rate(axis)[-1] / result.permeability(axis)[-1])
-    return lambda permeability: _rate(factor * permeability)
+    flow = result.throughput(axis, "mbar l/s") if _is_gas(result) else result.rate(axis)
+    factor = float(flow[-1] / result.permeability(axis)[-1])
+    form = _gas_rate if _is_gas(result) else _rate
+    return lambda permeability: form(factor * permeability)
+
+
+def _gas_rate(throughput: float) -> str:
+    return f"{throughput:.3g} mbar l/s"
 
 
 def _answer(result: Leakage) -> str:
@@ -247,7 +296,18 @@ def _answer(result: Leakage) -> str:
     )
     if result.seal is None:
         return f"At {at} the permeability is {texts}."
-    return f"It leaks {texts} at {at}."
+    if result.seal.gas is None:
+        return f"It leaks {texts} at {at}."
+    return f"It leaks {texts} of {result.seal.gas.name} at {at}.{_class(result)}"
+
+
+def _class(result: Leakage) -> str:
+    """Return the class of a leak rate as a sentence."""
+    if result.leak_class is None:
+        return ""
+    name, limit = result.leak_class
+    bound = f" (below {10 * limit:.0e} mbar l/s)".replace("e-0", "e-") if limit < math.inf else ""
+    return f" Class: {name}{bound}."
 
 
 def _with_interval(result: Leakage, axis: int) -> str:
@@ -270,7 +330,11 @@ def _numbers(result: Leakage) -> CellTable:
             columns.append([f"{value:.3g} m³" for value in result.permeability(axis)])
         else:
             heads.append(f"leak along {AXES[axis]}")
-            columns.append([_rate(value) for value in result.rate(axis)])
+            columns.append(
+                [_gas_rate(value) for value in result.throughput(axis, "mbar l/s")]
+                if _is_gas(result)
+                else [_rate(value) for value in result.rate(axis)]
+            )
     for axis in result.axes:
         heads.append(f"φ {AXES[axis]}")
         columns.append([f"{value:.3g}" for value in result.flow_factor(axis)])
@@ -280,9 +344,11 @@ def _numbers(result: Leakage) -> CellTable:
 def _remarks(result: Leakage) -> tuple[str, ...]:
     """Return what scales the rate, the narrowest place, and how exactly it is solved."""
     lines: list[str] = []
-    if result.seal is not None and None in (result.seal.width, result.seal.length):
+    seal = result.seal
+    if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):
         edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
         lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
+    lines += _fluid_lines(result)
     places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
               for axis, place in enumerate(result.steps[-1].constriction)
               if place is not None and axis in result.axes]  # fmt: skip
@@ -294,6 +360,32 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
     lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
     return (*lines, phrases.status(result.largest))
+
+
+def _fluid_lines(result: Leakage) -> Iterator[str]:
+    """Yield the gas flow in other units, its regime, and the share of the load on the fluid."""
+    seal = result.seal
+    flowing = [axis for axis in result.axes if _flows(result, axis)]
+    if seal is None or not flowing:
+        return
+    axis = flowing[0]
+    if (gas := seal.gas) is not None:
+        rates = (
+            f"{result.throughput(axis, unit)[-1]:.3g} {unit}"
+            for key, unit in _FLOWS
+            if key != _SHOWN_FLOW
+        )
+        yield f"Along {AXES[axis]}: {', '.join(rates)}"
+        gap = float(result.critical_gap(axis)[-1])
+        low, high = (gas.knudsen(gap, p) for p in (gas.inlet, gas.outlet))
+        yield (
+            f"Kn at the narrowest constriction: {low:.2g} (inlet) to {high:.2g} (outlet), "
+            f"{result.steps[-1].gas_factor[axis]:.3g} times the viscous flow"
+        )
+    largest = float(np.max(result.fluid_share))
+    smallest = "smallest " * (len(result.steps) > 1)
+    effect = "included" if result.fluid_load else "neglected"
+    yield f"Fluid pressure carries {percent(largest)} of the {smallest}load ({effect})"
 
 
 _FIGURES: Illustrations = (
@@ -320,8 +412,9 @@ def _question(result: Leakage) -> str:
 
 
 _ASSUMPTIONS = (
-    Assumption("Thin film (Reynolds)", "the fluid is viscous and does not lift the bodies",
-               "gas slips, or its pressure is near the nominal pressure"),
+    Assumption("Thin film (Reynolds)",
+               lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
+               "the fluid pressure is near the nominal pressure"),
     Assumption("One map is typical",
                lambda r: f"{percent(r.largest.contact_fraction)} in contact under the largest load",
                f"near {percent(THRESHOLD)} single constrictions decide"),
@@ -332,9 +425,14 @@ KIND = Kind(
     sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
     contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
-    works=lambda _: (
+    works=lambda result: (
         cited("flow through the gap", "Patir1978"),
-        cited("gas that slips", "Burgdorfer1959"),
+        *(
+            (cited("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
+             cited("classes of leak rates", "Rottlaender2016"))
+            if _is_gas(result) else (cited("gas that slips", "Burgdorfer1959"),)
+        ),
+        cited("pressure of the fluid", "Kuznetsov1985"),
         cited("equations of the flow", "Notay2010"),
         cited("narrowest place of the gap", "Persson2008", "Dapp2012"),
     ),

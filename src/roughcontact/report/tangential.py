@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 from roughcontact import netcdf
+from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.files import require_suffix
 from roughcontact.joint.tangential import Tangential, tangential_compliance, to_dataset
-from roughcontact.plots.joint import tangential
-from roughcontact.references import cited
-from roughcontact.report import contact_fields, phrases
+from roughcontact.plots.joint import fretting, tangential
+from roughcontact.references import Reference, cited
+from roughcontact.report import citations, contact_fields, figures, phrases
 from roughcontact.report.assumptions import Assumption
-from roughcontact.report.figures import FRONT, Illustration, Illustrations
+from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
 from roughcontact.report.kind import (
     PROBLEM,
     TRUST,
@@ -51,6 +54,21 @@ def _initial(result: Tangential) -> str:
     return f"{text} ({1e-12 * result.stiffness_per_area:.4g} N/µm/mm² of the map)"
 
 
+def _has_stress(result: Tangential) -> bool:
+    return result.fretting is not None
+
+
+def _of_stress(attribute: str) -> Callable[[Tangential], Any]:
+    """Return what gets an attribute of the fretting, None without."""
+    get = attrgetter(attribute)
+    return lambda result: None if result.fretting is None else get(result.fretting)
+
+
+def _ruiz(value: float) -> str:
+    """Return σ_t τδ in the unit of fretting maps."""
+    return f"{1e-9 * value:.4g} MPa²·mm"
+
+
 _TABLE: Table = (
     *(
         within("solution", quantity_of(contact_fields.CONTACT, key), name="", part=PROBLEM)
@@ -78,6 +96,19 @@ _TABLE: Table = (
     Quantity("superposition_shift", "shift by superposition", unit="m",
              of=lambda r: None if r.superposition is None else r.superposition.shift[-1],
              when=lambda r: r.superposition is not None),
+    *(
+        Quantity(key, name, symbol, unit=unit, of=_of_stress(of), form=form,
+                 when=_has_stress)
+        for key, name, symbol, unit, of, form in (
+            ("max_von_mises", "largest von Mises stress", "", "Pa", "stress.max_von_mises", None),
+            ("max_tension", "largest tension at the surface", "", "Pa", "stress.max_tension", None),
+            ("max_work", "largest traction times slip", "τδ", "J/m²", "max_work", None),
+            ("max_ruiz", "largest Ruiz parameter", "σ_t τδ", "Pa²·m", "max_ruiz", _ruiz),
+        )
+    ),
+    Quantity("yield_factor", "yield strength over largest stress",
+             of=_of_stress("stress.yield_factor"),
+             when=lambda r: _of_stress("stress.yield_factor")(r) is not None),
     Quantity("tangential_certificate", "tangential certificate", "ε_t", form=tiny, part=TRUST,
              of=lambda r: max(step.certificate for step in r.steps)),
     Quantity("force_error", "force error", form=tiny, part=TRUST,
@@ -113,13 +144,16 @@ def _numbers(result: Tangential) -> CellTable:
     """Return the steps of a path, or the numbers of a single step."""
     unit, last = result.solution.pair.load_unit, result.last
     if len(result.steps) > 1:
+        changes = len({step.load for step in result.steps}) > 1
         rows = [
-            (phrases.size(s.force, unit), phrases.size(s.shift, "m"),
+            (*(phrases.size(load, unit) for load in [s.load] * changes),
+             phrases.size(s.force, unit), phrases.size(s.shift, "m"),
              phrases.share(s.stick_fraction), phrases.size(s.max_slip, "m"),
              phrases.size(s.energy, "J"))
             for s in result.steps
         ]  # fmt: skip
-        return ("force", "shift", "stick", "largest slip", "energy"), rows
+        heads = ("force", "shift", "stick", "largest slip", "energy")
+        return (*["load"] * changes, *heads), rows
     share = phrases.share(abs(last.force) / result.capacity)
     single = [
         ("Force", f"{share} of the {phrases.size(result.capacity, unit)} that slide it"),
@@ -133,7 +167,9 @@ def _numbers(result: Tangential) -> CellTable:
 
 def _remarks(result: Tangential) -> tuple[str, ...]:
     """Return the check by superposition, and how exactly it is solved."""
-    lines, curve, last = [], result.superposition, result.last
+    curve, last = result.superposition, result.last
+    lines = [f"Cycle: {_energy(result)}"] if result.is_cycle else []
+    lines += _below(result)
     if curve is not None and math.isfinite(curve.traction_difference):
         change = curve.shift[-1] / abs(last.shift) - 1
         lines.append(
@@ -143,6 +179,31 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
     worst = max(step.certificate for step in result.steps)
     lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {tiny(_normal(result))}")
     return tuple(lines)
+
+
+def _below(result: Tangential) -> Iterator[str]:
+    """Yield where the stress is largest, and Ruiz' parameters."""
+    if result.fretting is None:
+        return
+    stress, works = result.fretting.stress, result.fretting
+    depth, strength = stress.max_von_mises_at[0], stress.material.yield_strength
+    where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
+    known = "" if strength is None else f" (σ_Y = {phrases.size(strength, 'Pa')})"
+    yield f"Von Mises stress: {phrases.size(stress.max_von_mises, 'Pa')}{known}, {where}"
+    assert stress.max_tension is not None
+    yield (
+        f"Tension: {phrases.size(stress.max_tension, 'Pa')} at the surface, "
+        f"{_place(stress.max_tension_at, stress)}"
+    )
+    yield (
+        f"Fretting: τδ {phrases.size(works.max_work, 'J/m²')}, σ_t τδ {_ruiz(works.max_ruiz)}, "
+        f"{_place(works.max_ruiz_at, stress)}"
+    )
+
+
+def _place(center: tuple[float, float], stress: StressResult) -> str:
+    y, x = (engineering(length, "m") for length in center)
+    return f"at x = {x}" if stress.solution.pair.is_profile else f"at y, x = {y}, {x}"
 
 
 def _normal(result: Tangential) -> float:
@@ -182,6 +243,17 @@ _FIGURES: Illustrations = (
         "the curve by superposition, and the cycle between both forces.",
         FRONT, WIDE,
     ),
+    Illustration(
+        "", fretting,
+        "Largest tension at the surface (left). Ruiz' parameter, the product of tension, traction "
+        "and slip (right): cracks start where it is large.",
+        RESULTS, WIDE, _has_stress,
+    ),
+    *(
+        replace(figures.within_scene(attrgetter("fretting.stress"), item), name="",
+                when=_has_stress)
+        for item in figures.STRESS[:2]
+    ),
 )  # fmt: skip
 
 _ASSUMPTIONS = (
@@ -192,12 +264,22 @@ _ASSUMPTIONS = (
                "slip reaches the size of a pixel"),
 )  # fmt: skip
 
+
+def _works(result: Tangential) -> Iterator[tuple[str, tuple[Reference, ...]]]:
+    """Yield the works behind the stress and what is made of it."""
+    if result.fretting is not None:
+        yield from citations.of_stress(result.fretting.stress)
+        yield cited("fretting parameters", "Ruiz1984")
+
+
 KIND = Kind(
     Tangential, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
-    sentences=_sentences, figures=_FIGURES, plots=(tangential,), save=_save, dataset=to_dataset,
-    contact=attrgetter("solution"), answer=_answer, numbers=_numbers, remarks=_remarks,
+    sentences=_sentences, figures=_FIGURES, plots=(tangential, fretting), save=_save,
+    dataset=to_dataset, contact=attrgetter("solution"), answer=_answer, numbers=_numbers,
+    remarks=_remarks,
     problem=lambda result: f"{phrases.problem(result.solution)}, friction {result.friction:g}",
-    works=lambda _: (
+    works=lambda result: (
+        *_works(result),
         cited("partial slip", "Cattaneo1938", "Mindlin1949", "Goodman1962"),
         cited("superposition", "Jaeger1998", "Ciavarella1998"),
         cited("tangential influence coefficients", "Johnson1985", "Pohrt2014"),

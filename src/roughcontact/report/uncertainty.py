@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.plots import uncertainty as budget
-from roughcontact.report import contact_fields, figures, phrases
+from roughcontact.plots.uncertainty import uncertainty_budget
+from roughcontact.report import chapters, contact_fields, figures, page, phrases
 from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, capital, quantity_of
-from roughcontact.report.page import WIDE
 from roughcontact.studies import uncertainty
-from roughcontact.studies.measurement import MeasuredInterval, Uncertainty
 from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
-from roughcontact.studies.uncertainty import Cause, Interval
+from roughcontact.studies.uncertainty import Cause, Interval, Uncertainty
 from roughcontact.units import changed_by, engineering, percent
 
 STUDY: Table = (
@@ -55,23 +54,55 @@ KIND = Kind(
 # --- How sure the headline numbers are, in rows ---
 
 
-HEADS = ("as measured", "between", "because of")
-
 NOT_INCLUDED = (
-    "Not included: another place on the part, another part, the instrument. Measure at least three "
-    "maps for these."
+    "Not included: another place on the part, another part. Measure at least three maps for these."
+)
+
+_MORE: Table = (
+    Quantity("stiffness", "stiffness", unit="N/m"),
+    Quantity("constriction_length", "constriction length", unit="m"),
 )
 
 # Smaller changes say nothing beside the others.
 _LEAST = 5e-4
+_SHOWN_SHARE = 0.05
 
 
 def uncertainty_rows(
     result: ContactResult, study: ResolutionStudy | None = None
 ) -> list[tuple[str, str, str]]:
     """Return name, ends and causes of what a result says first."""
+    return [
+        (quantity.name, _ends(quantity, interval), "; ".join(_causes(interval)))
+        for quantity, interval in _named(result, study)
+    ]
+
+
+def _named(result: ContactResult, study: ResolutionStudy | None) -> list[tuple[Quantity, Interval]]:
     table = contact_fields.PROFILE_CONTACT if result.pair.is_profile else contact_fields.CONTACT
-    return [_row(interval, table) for interval in uncertainty.uncertainty_intervals(result, study)]
+    return [
+        (quantity_of((*table, *_MORE), interval.name), interval)
+        for interval in uncertainty.uncertainty_intervals(result, study)
+    ]
+
+
+CORRECTED = ("", "corrected", "in 95 of 100", "as measured")
+"""Heads of `corrected_rows`."""
+
+
+def corrected_rows(result: ContactResult) -> list[tuple[str, ...]]:
+    """Return name, value and ends of each corrected number, and what the map as measured gives."""
+    rows: list[tuple[str, ...]] = []
+    for quantity, item in _named(result, None):
+        # The area tells both.
+        if item.name in ("mean_pressure", "constriction_length"):
+            continue
+        is_share = item.name.endswith("fraction")
+        form = phrases.share if is_share else partial(phrases.size, unit=quantity.unit)
+        ends = phrases.between(item.low, item.high, form)
+        measured = form(item.value if item.measured is None else item.measured)
+        rows.append((capital(quantity.name), form(item.value), ends, measured))
+    return rows
 
 
 def of_area(result: ContactResult, study: ResolutionStudy | None = None) -> Interval | None:
@@ -90,9 +121,22 @@ _SHORT = {
 STUDY_REF = ArgumentRef("rc.resolution_study")
 """What studies the pixel."""
 
+INSTRUMENT_REF = ArgumentRef("result.uncertainty")
+"""What includes the instrument."""
 
-def sources(interval: Interval, hint: bool = True) -> Sentence:
+
+def is_correctable(result: ContactResult) -> bool:
+    """Return whether the instrument that measured its map can be given."""
+    pair = result.pair
+    is_measured = not str(result.share.provenance.source).startswith(("nominal ", "generated "))
+    alone = pair.counter_surface is None and not pair.is_profile
+    return is_measured and alone and result.control == "load" and result.moments is None
+
+
+def sources(interval: Interval, hint: bool = True, instrument: bool = False) -> Sentence:
     """Return in one line what an interval comes from."""
+    if interval.measured is not None:
+        return Sentence(f"Interval from: {', '.join(_causes(interval))}")
     known, unknown = [], []
     for item in interval.doubts:
         if item.cause is Cause.TOLERANCE:
@@ -108,6 +152,8 @@ def sources(interval: Interval, hint: bool = True) -> Sentence:
     other = f"{' and '.join(unknown)} not studied" if unknown else ""
     if hint and "pixel" in unknown:
         other += f" ({STUDY_REF})"
+    if instrument:
+        other += f"{', ' if other else ''}instrument not given ({INSTRUMENT_REF})"
     lacking = Cause.YIELDING in interval.unknown
     text = f"{'Known' if lacking else 'Interval from'}: {', '.join(known)}" if known else ""
     if lacking:
@@ -148,17 +194,11 @@ def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[st
     """Return the intervals of the key numbers of a contact, by key."""
     if result.pair.is_shared or not (result.converged and result.load):
         return {}
-    table = contact_fields.PROFILE_CONTACT if result.pair.is_profile else contact_fields.CONTACT
     return {
         interval.name: text
-        for interval in uncertainty.uncertainty_intervals(result, study)
-        if " to " in (text := _ends(quantity_of(table, interval.name), interval))
+        for quantity, interval in _named(result, study)
+        if " to " in (text := _ends(quantity, interval))
     }
-
-
-def _row(interval: Interval, table: Table) -> tuple[str, str, str]:
-    quantity = quantity_of(table, interval.name)
-    return quantity.name, _ends(quantity, interval), "; ".join(_causes(interval))
 
 
 def _ends(quantity: Quantity, interval: Interval) -> str:
@@ -168,11 +208,17 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
     if interval.unknown and low == high:
         return f"{low}, no interval"
     text = low if low == high else f"{low} to {high}"
+    if interval.measured is not None:
+        center, measured = map(quantity.format_value, (interval.value, interval.measured))
+        text = f"{center} ({text}); as measured {measured}"
     unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
     return f"{text} ({unknown} not studied)" if unknown else text
 
 
 def _causes(interval: Interval) -> list[str]:
+    if interval.measured is not None:
+        shares = interval.budget.items()
+        return [f"{cause} {100 * share:.0f} %" for cause, share in shares if share >= _SHOWN_SHARE]
     result = []
     for doubt in interval.doubts:
         if not doubt.known:
@@ -191,7 +237,7 @@ def _causes(interval: Interval) -> list[str]:
     return result
 
 
-# --- Intervals that include the instrument ---
+# --- The study of a measured map ---
 
 
 MEASURED: Table = (
@@ -201,7 +247,8 @@ MEASURED: Table = (
     Quantity("draws"),
     Quantity("seed"),
     Quantity("remarks", of=lambda known: [str(remark) for remark in known.remarks]),
-    Quantity("intervals", of=lambda known: [item.summary() for item in known.intervals]),
+    Quantity("closing", of=lambda known: dict(known.closing)),
+    Quantity("intervals", of=lambda known: {i.name: i.summary() for i in known.intervals}),
 )  # fmt: skip
 """Of an `Uncertainty`."""
 
@@ -213,23 +260,6 @@ MEASURED_COLUMNS: Columns = (
     Column("high", "upper end", steps="intervals"),
 )
 """Of its intervals."""
-
-MEASURED_HEADS = ("quantity", "as measured", "corrected", "95 % interval", "sources")
-
-# Shares below this are not shown in a line.
-_SHOWN_SHARE = 0.05
-
-_MEASURED_NAMES = {
-    "contact_fraction": ("contact area", ""), "saturated_fraction": ("saturated area", ""),
-    "mean_gap": ("mean gap", "m"), "approach": ("approach", "m"), "stiffness": ("stiffness", "N/m"),
-    "constriction_length": ("constriction length", "m"), "mean_pressure": ("mean pressure", "Pa"),
-    "max_pressure": ("largest pressure", "Pa"),
-}  # fmt: skip
-
-
-def measured_name(interval: MeasuredInterval) -> str:
-    """Return the name of a number."""
-    return _MEASURED_NAMES[interval.name][0]
 
 
 def measured_by(known: Uncertainty) -> str:
@@ -247,56 +277,18 @@ def measured_by(known: Uncertainty) -> str:
     return f"{name} ({stated}): {resolved}{down}. {known.draws} draws, seed {known.seed}."
 
 
-def measured_rows(result: ContactResult) -> list[tuple[str, ...]]:
-    """Return name, values, interval and sources of each number of a contact."""
-    rows: list[tuple[str, ...]] = []
-    for item in result.measurement.intervals:
-        form = _form(item)
-        ends = phrases.between(item.low, item.high, form)
-        name = capital(measured_name(item))
-        rows.append((name, form(item.measured), form(item.value), ends, _budget(item)))
-    return rows
+def budget(result: ContactResult, study: ResolutionStudy | None) -> list[page.Block]:
+    """Return the block of the figure of the sources of each interval."""
+    rows = [
+        (capital(quantity.name), interval.budget)
+        for quantity, interval in _named(result, study)
+        if has_ends(interval)
+    ]
+    figure = figures.Illustration(
+        "", lambda _: uncertainty_budget(rows),
+        lambda _: "Sources of each interval. The shares of a bar add to 100 %.", width=page.WIDE,
+    )  # fmt: skip
+    return chapters.shown((figure,), result) if rows else []
 
-
-def corrected_area(result: ContactResult) -> str:
-    """Return the corrected contact area with its interval, and that of the map as measured."""
-    item = result.measurement.of("contact_fraction")
-    form = _form(item)
-    ends = phrases.between(item.low, item.high, form)
-    return (
-        f"{form(item.value)} of the face is in contact ({ends} in 95 of 100; as measured "
-        f"{form(item.measured)})"
-    )
-
-
-def measured_remarks(known: Uncertainty) -> list[str]:
-    """Return the sources of the interval of the contact area, and the limits of all."""
-    item = known.of("contact_fraction")
-    lines = [] if item is None else [f"Interval from: {_budget(item)}"]
-    return [*lines, *map(str, known.remarks)]
-
-
-def _form(item: MeasuredInterval) -> Callable[[float], str]:
-    unit = _MEASURED_NAMES[item.name][1]
-    return (lambda value: phrases.size(value, unit)) if unit else phrases.share
-
-
-def _budget(item: MeasuredInterval) -> str:
-    """Return the sources of an interval with their shares, the largest first."""
-    shown = {name: part for name, part in item.budget.items() if part >= _SHOWN_SHARE}
-    return ", ".join(f"{name} {100 * part:.0f} %" for name, part in shown.items())
-
-
-BUDGET: figures.Illustrations = (
-    figures.Illustration(
-        "",
-        lambda known: budget.uncertainty_budget(
-            [(measured_name(item), item.budget) for item in known.intervals]
-        ),
-        lambda _: "Sources of each interval. The shares of a bar add to 100 %.",
-        width=WIDE,
-    ),
-)
-"""The figure of its sources."""
 
 MEASURED_KIND = Kind(Uncertainty, MEASURED, MEASURED_COLUMNS)

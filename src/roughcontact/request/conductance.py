@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
-from roughcontact.request.options import PICTURES, Option, Panel, file
+from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -14,10 +15,20 @@ ELECTRICAL_FILM = Option(
     'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
     parsing.quantity("film"), None,
 )  # fmt: skip
+GAP = Option(
+    "gap", Panel.BODIES, "FLUID",
+    'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
+    parsing.words, None,
+)  # fmt: skip
+GAP_PRESSURE = Option(
+    "gap-pressure", Panel.BODIES, "PRESSURE",
+    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, None,
+)  # fmt: skip
 FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (
     joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
-    joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM,
+    joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM, GAP, GAP_PRESSURE,
+    joints.TEMPERATURE,
 )  # fmt: skip
 
 
@@ -31,12 +42,21 @@ def _run(request: Request, work: Work) -> Outcome:
         *joints.conductors(request),
         electrical_film=request[ELECTRICAL_FILM] or 0.0,
         thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        gap=request[GAP],
+        gap_pressure=request[GAP_PRESSURE],
+        temperature=request[joints.TEMPERATURE],
     )
     return joints.outcome(request, work, contacts.with_variants(result))
 
 
 def _check(request: Request) -> None:
     joints.check_loads(request)
+    if (gap := request[GAP]) is not None:
+        from roughcontact.joint.conductance import filling_of
+
+        filling_of(gap, request[GAP_PRESSURE], request[joints.TEMPERATURE])
+        if request[options.BOUNDARY] != Boundary.PERIODIC:
+            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
     bodies = joints.conductors(request)
     kinds = ("resistivity", "conductivity")
     known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
@@ -61,7 +81,12 @@ def _check(request: Request) -> None:
             ".",
             argument=lacking.argument,
         )
-    for film, kind, there in zip((ELECTRICAL_FILM, joints.THERMAL_FILM), kinds, known, strict=True):
+    for film, kind, there in zip(
+        (ELECTRICAL_FILM, joints.THERMAL_FILM, GAP),
+        (*kinds, kinds[1]),
+        (*known, known[1]),
+        strict=True,
+    ):
         if request[film] and not there:
             raise InputError(
                 "needs ",
@@ -88,8 +113,8 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
     ),
     (
         joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
-        joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, options.BOUNDARY, options.MISSING,
-        joints.OUTPUT, options.REPORT,
+        joints.COUNTER_CONDUCTIVITY, GAP, options.BOUNDARY, options.MISSING, joints.OUTPUT,
+        options.REPORT,
     ),
     run=_run,
     rules=joints.LOAD_RULES,

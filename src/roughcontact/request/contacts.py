@@ -69,6 +69,11 @@ THERMAL_FILM = Option(
     parsing.quantity("thermal film"), None,
 )  # fmt: skip
 
+TEMPERATURE = Option(
+    "temperature", Panel.BODIES, "TEMPERATURE", 'Temperature of the gas: "20 °C"; default: 25 °C.',
+    parsing.quantity("temperature"), None,
+)  # fmt: skip
+
 FRICTION = Option(
     "friction", Panel.BODIES, "NUMBER", "Friction coefficient: 0.15.", parsing.number, None,
 )  # fmt: skip
@@ -165,8 +170,8 @@ class Contacts:
         """Raise `InputError` for profiles, before anything is solved."""
         self.request.pair(self.maps).require_map(what)
 
-    def under(self, loads: Sequence[Any]) -> Iterator[ContactResult]:
-        """Yield the contacts under some loads, in whatever form they were given."""
+    def under(self, loads: Sequence[Any], relief: float = 0.0) -> Iterator[ContactResult]:
+        """Yield the contacts under some loads, in whatever form they were given, less a force."""
         forces = [self.request.force(self.maps, load) for load in loads]
         forces.sort(key=lambda load: -load[0])
         arguments = self.request.arguments(self.maps, *options.SOLVER)
@@ -175,7 +180,7 @@ class Contacts:
             def watch(state: Progress, number: int = number) -> None:
                 self.work.look(replace(state, number=number, count=len(forces)))
 
-            result = self.work.solve(self.maps[0], **arguments, load=force, progress=watch)
+            result = self.work.solve(self.maps[0], **arguments, load=force - relief, progress=watch)
             yield replace(result, specified_load=specified)
 
     def coarser(self, result: ContactResult) -> ContactResult | None:

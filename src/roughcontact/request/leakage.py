@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
+from roughcontact import units
+from roughcontact.errors import InputError
 from roughcontact.request import contacts as joints, options, parsing
 from roughcontact.request.options import LENGTH, PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.joint.leakage import Seal
 
 FLOW_AXIS = Option(
     "flow-axis", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
@@ -24,14 +30,33 @@ PRESSURE_DIFFERENCE = Option(
 )  # fmt: skip
 SEAL_WIDTH = Option(
     "seal-width", Panel.BODIES, "LENGTH",
-    "Seal face width across the flow (ring: circumference); default: map.", LENGTH, None,
+    "Seal face width across the flow; default: map.", LENGTH, None,
 )  # fmt: skip
 SEAL_LENGTH = Option(
     "seal-length", Panel.BODIES, "LENGTH",
     "Seal face length along the flow (land); default: map.", LENGTH, None,
 )  # fmt: skip
+RING = Option(
+    "ring", Panel.BODIES, "LENGTH", 'Mean diameter of a ring-shaped seal face: "40 mm".', LENGTH,
+    None,
+)  # fmt: skip
+GAS = Option(
+    "gas", Panel.BODIES, "GAS", "Gas that leaks: air, nitrogen, helium or argon.",
+    parsing.choice("air", "nitrogen", "helium", "argon"), None,
+)  # fmt: skip
+INLET = Option(
+    "inlet", Panel.BODIES, "PRESSURE", 'Absolute pressure of the gas at the inlet: "2 bar".',
+    PRESSURE, None,
+)  # fmt: skip
+OUTLET = Option(
+    "outlet", Panel.BODIES, "PRESSURE", 'Absolute pressure of the gas at the outlet: "1 mbar".',
+    PRESSURE, None,
+)  # fmt: skip
 FIGURE = file("figure", "FILE", "Figure of gap and flow (PNG, SVG or PDF).", PICTURES)
-_SEAL: tuple[Option[Any], ...] = (VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH)
+_SEAL: tuple[Option[Any], ...] = (
+    VISCOSITY, PRESSURE_DIFFERENCE, SEAL_WIDTH, SEAL_LENGTH, RING, GAS, INLET, OUTLET,
+    joints.TEMPERATURE,
+)  # fmt: skip
 _FLUID = (FLOW_AXIS, *_SEAL)
 
 
@@ -40,18 +65,50 @@ def _run(request: Request, work: Work) -> Outcome:
 
     contacts = joints.Contacts(request, work, work.maps)
     contacts.require_map(OF)
+    loads = joints.loads(request)
+    relief = _fluid_load(request, work, loads)
     result = leakage(
-        contacts.under(joints.loads(request)),
-        **{option.argument: request[option] for option in _FLUID},
+        contacts.under(loads, relief), **{option.argument: request[option] for option in _FLUID}
     )
-    return joints.outcome(request, work, contacts.with_variants(result))
+    result = contacts.with_variants(result)
+    return joints.outcome(request, work, result.with_fluid_load(relief) if relief else result)
+
+
+def _fluid_load(request: Request, work: Work, loads: Sequence[Any]) -> float:
+    """Return the load that the fluid carries [N]; 0 where it is a negligible share."""
+    from roughcontact.joint.leakage import LIFTS
+
+    seal = _seal(request)
+    if seal is None:
+        return 0.0
+    height, width = request.pair(work.maps).size
+    load = float(seal.mean_pressure * height * width)
+    smallest = min(request.force(work.maps, load)[0] for load in loads)
+    if load >= smallest:
+        mean = units.engineering(seal.mean_pressure, "Pa", 3)
+        raise InputError(
+            f"is too small: the mean pressure of the fluid, {mean}, lifts the bodies",
+            argument="load",
+        )
+    return load if load > LIFTS * smallest else 0.0
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    """Refuse flows that need more memory than there is."""
+    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each;
+    # those of a gas 330.
+    request.require_contact(shape, 64 if request[GAS] is None else 84)
+
+
+def _seal(request: Request) -> Seal | None:
+    from roughcontact.joint.leakage import seal_of
+
+    return seal_of(*(request[option] for option in _SEAL))
 
 
 def _check(request: Request) -> None:
-    from roughcontact.joint.leakage import seal_of
-
     joints.check_loads(request)
-    seal_of(*(request[option] for option in _SEAL))
+    _seal(request)
 
 
 TASK = Task(
@@ -63,20 +120,22 @@ Without a fluid only permeability is reported.
 \b
 Example:
 roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
-    --material 42CrMo4 --viscosity "1 mPa s" --pressure-difference "1 bar"
+    --material 42CrMo4 --gas helium --inlet "2 bar" --outlet "1 mbar"
 """,
     (
         *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS,
         *options.COATINGS, *_FLUID, *options.SHAPES,
         options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
     ),
-    (joints.LOAD, *_FLUID, options.MATERIAL, options.BOUNDARY, options.MISSING, options.REPORT),
+    (
+        joints.LOAD, VISCOSITY, PRESSURE_DIFFERENCE, GAS, INLET, OUTLET, RING,
+        options.MATERIAL, options.BOUNDARY, options.REPORT,
+    ),
     run=_run,
     rules=joints.LOAD_RULES,
     check=_check,
     last=last_contact,
-    # Maps that the flows along both axes take beside the contact, at most 250 bytes a point each.
-    held=64,
+    memory=_memory,
     questions=(
         Question(
             "Leakage",

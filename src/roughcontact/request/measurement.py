@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
@@ -25,6 +26,12 @@ def _instrument(text: str, argument: str) -> Instrument:
         return Instrument.named(text)
     except InputError as error:
         raise parsing.about(argument, error) from None
+
+
+def _maps(text: str, argument: str) -> tuple[tuple[Path, Instrument | None], ...]:
+    """Return the file of a map, one of several, with what measured it."""
+    file, _, name = text.partition("=")
+    return ((Path(file), _instrument(name, argument) if name else None),)
 
 
 def _uncertainties(text: str, argument: str) -> dict[str, float]:
@@ -61,21 +68,30 @@ MATERIAL_UNCERTAINTY: Option[Any] = Option(
     "material-uncertainty", Panel.SOLVER, "TEXT",
     'Standard uncertainties; default: "E 3 %, yield 5 %".', _uncertainties, None, whole_map=False,
 )  # fmt: skip
+ALSO: Option[Any] = Option(
+    "also", Panel.SOLVER, "FILE[=NAME]",
+    'Finer map of the surface, and what measured it: "fine.x3p=CSI 100x"; repeatable.', _maps, (),
+    many=True, whole_map=False,
+)  # fmt: skip
 OPTIONS: tuple[Option[Any], ...] = (
-    UNCERTAINTY, INSTRUMENT, NOISE, SHORTEST_WAVE, MATERIAL_UNCERTAINTY,
+    UNCERTAINTY, INSTRUMENT, NOISE, SHORTEST_WAVE, ALSO, MATERIAL_UNCERTAINTY,
 )  # fmt: skip
 RULES = (
     *(Rule(NEEDS, option, UNCERTAINTY) for option in (INSTRUMENT, MATERIAL_UNCERTAINTY)),
-    *(Rule(NEEDS, option, INSTRUMENT) for option in (NOISE, SHORTEST_WAVE)),
+    *(Rule(NEEDS, option, INSTRUMENT) for option in (NOISE, SHORTEST_WAVE, ALSO)),
 )
 
 
 def measured(request: Request, result: ContactResult, look: Look) -> ContactResult:
     """Return a contact with its intervals."""
+    from roughcontact.formats.read import read_surface
+
     instrument = request[INSTRUMENT]
     if instrument is not None and request[NOISE] is not None:
         instrument = replace(instrument, noise=request[NOISE])
+    also = [(read_surface(path).filled().leveled(), tool) for path, tool in request[ALSO]]
     known = result.uncertainty(
-        instrument, request[SHORTEST_WAVE], request[MATERIAL_UNCERTAINTY], progress=look
-    )
+        instrument, request[SHORTEST_WAVE], request[MATERIAL_UNCERTAINTY], progress=look,
+        also=[item if item[1] else item[0] for item in also],
+    )  # fmt: skip
     return replace(result, measurement=known)

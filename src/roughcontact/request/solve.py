@@ -88,11 +88,16 @@ _SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
 _STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
 
 
-def contact(request: Request, work: Work, *, calibrated: bool) -> ContactResult:
-    """Return the contact that a request asks for, or the best found."""
+def contact(
+    request: Request, work: Work, *, calibrated: bool, load: tuple[Any, str] | None = None
+) -> ContactResult:
+    """Return the contact that a request asks for, or the best found; under another load if given.
+
+    A load comes with the argument that it is from.
+    """
     from roughcontact.contact.solve import solve
 
-    force, specified = request.force(work.maps, *request.load)
+    force, specified = request.force(work.maps, *(load or request.load))
     point = request[options.LOAD_POINT]
     result = solve(
         work.maps[0],

@@ -4,32 +4,61 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact.errors import InputError
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.request import options, solve
+from roughcontact.request import options, parsing, solve
 from roughcontact.request.contacts import FRICTION
-from roughcontact.request.options import LENGTH, NEEDED, ONE_OF, PICTURES, Option, Panel, Rule, file
+from roughcontact.request.options import (
+    LENGTH,
+    NEEDED,
+    ONE_OF,
+    PICTURES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    flag,
+)
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.subsurface_stress import DIRECTION
 from roughcontact.request.task import Question, Task
 from roughcontact.units import parse
 
+if TYPE_CHECKING:
+    from roughcontact.contact.load_case import Load
+
 # Maps of the tangential solver beside the contact: two spectra, three symbols, some fields.
 _HELD = 16
 
 
+def _force(text: str, argument: str) -> str:
+    """Return a force, or a line load of a profile, as a text that has been read once."""
+    with suppress(InputError):
+        parse(text, "line load", argument, positive=False)
+        return text
+    parse(text, "force", argument, positive=False)
+    return text
+
+
 def _forces(text: str, argument: str) -> tuple[str, ...]:
-    """Return forces, or line loads of a profile, as texts that have been read once."""
-    parts = tuple(part.strip() for part in text.split(","))
-    for part in parts:
-        with suppress(InputError):
-            parse(part, "line load", argument, positive=False)
-            continue
-        parse(part, "force", argument, positive=False)
-    return parts
+    return tuple(_force(part.strip(), argument) for part in text.split(","))
+
+
+def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
+    """Return loads, each with its tangential force."""
+    result = []
+    for part in text.split(","):
+        load, colon, force = part.partition(":")
+        if not colon:
+            raise InputError(
+                f"needs a load and a force in each stage, such as '1 N: 50 mN', got {part!r}",
+                argument=argument, value=text,
+            )  # fmt: skip
+        result.append((parsing.load(load.strip(), argument), _force(force.strip(), argument)))
+    return tuple(result)
 
 
 FORCE = Option(
@@ -40,11 +69,16 @@ SHIFT = Option(
     "shift", Panel.BODIES, "LENGTH", 'Rigid tangential shift, instead of a force: "20 nm".',
     LENGTH, None,
 )  # fmt: skip
+STAGES = Option(
+    "stages", Panel.BODIES, "STAGES",
+    'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".', _stages, None,
+)  # fmt: skip
 OUTPUT = file(
     "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
 )
 FIGURE = file("figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES)
-_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION)
+STRESS = flag("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
+_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
 
 
 def _run(request: Request, work: Work) -> Outcome:
@@ -52,20 +86,31 @@ def _run(request: Request, work: Work) -> Outcome:
 
     if not request.pair(work.maps).is_profile:
         Boundary(request[options.BOUNDARY]).require_tangential()
-    contact = solve.contact(request, work, calibrated=False)
+    stages = request[STAGES]
+    load = None if stages is None else (stages[-1][0], STAGES.argument)
+    contact = solve.contact(request, work, calibrated=False, load=load)
     contact = replace(contact, extra_cautions=work.extra_cautions)
     if not contact.converged:
         return Outcome(request, contact, contact)
     work.say("tangential loading")
-    result = tangential(contact, **{option.argument: request[option] for option in _ASKED})
+    asked = {option.argument: request[option] for option in (*_ASKED, STAGES)}
+    result = tangential(contact, **asked)
     return Outcome(request, result, result.solution)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.contact.subsurface_stress import require_memory
+
+    request.require_contact(shape, _HELD)
+    if request[STRESS]:
+        require_memory(shape, boundary=request[options.BOUNDARY], partial_slip=True)
 
 
 TASK = Task(
     "tangential",
     """Compute stick, slip and shift under a tangential force.
 
-Several forces are applied in turn, such as a cycle of fretting.
+Several forces are applied in turn, such as a cycle of fretting; stages change the load, too.
 
 \b
 Example:
@@ -73,7 +118,7 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --friction 0.15 --force "0.05 N" --report slip.html
 """,
     (
-        *options.MAP, *options.LOADS, *options.BODIES, *_ASKED, *options.SOLVER, OUTPUT,
+        *options.MAP, *options.LOADS, *options.BODIES, *_ASKED, STAGES, *options.SOLVER, OUTPUT,
         options.REPORT, FIGURE, *options.SHOWN,
     ),
     (
@@ -82,12 +127,13 @@ roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
     ),
     run=_run,
     rules=(
-        *options.LOAD_RULES,
+        Rule(ONE_OF, *options.LOADS[:-1], STAGES, text="1 N"),
+        *options.LOAD_RULES[1:],
         Rule(NEEDED, FRICTION, text="a coefficient such as 0.15"),
-        Rule(ONE_OF, FORCE, SHIFT, text="0.05 N"),
+        Rule(ONE_OF, FORCE, SHIFT, STAGES, text="0.05 N"),
     ),
     last=last_contact,
-    held=_HELD,
+    memory=_memory,
     questions=(
         Question(
             "Tangential loading",

@@ -18,6 +18,7 @@ T = TypeVar("T")
 # What the command line has in place of a function of Python.
 _FUNCTIONS = {
     "rc.resolution_study": "--study",
+    "result.uncertainty": "--uncertainty",
     "rc.solve_elastoplastic": "solve … --model elastoplastic",
     "rc.solve_elastoplastic, then unload": "solve --model elastoplastic --unload",
     "to_pandas()": "--verbose",

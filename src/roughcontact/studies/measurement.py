@@ -6,10 +6,14 @@ A: Q of draws of the surface behind the map (`reconstruction.Reconstruction.draw
 B: Q of the map, times Q of random surfaces over Q of their own maps, measured by the same
 instrument.
 
-The center is the mean of both. The half width is ``√((h_A² + h_B²)/2 + (A - B)²)`` with ``h = 1.96
-s``, s the standard deviation of K draws; of its part that is left to chance ``h = t s √(1 + 1/K)``,
-with t of Student at 95 %. Grid, remainder of the method and material add in squares. Resolution,
-tip radius, noise, exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+The center is ``w A + (1 - w) B`` with ``w = s_B²/(s_A² + s_B²)``, s the standard deviation of K
+draws. The half width is ``√(w h_A² + (1 - w) h_B² + 2 √(w (1 - w)) (A - B)²)`` with ``h = 1.96
+s``; of its part that is left to chance ``h = t s √(1 + 1/K)``, with t of Student at 95 %. Grid,
+remainder of the method and material add in squares. The remainder falls with the largest correction
+below 10 %: a perfect instrument leaves the interval of the grid. Resolution, tip radius, noise,
+exponent, level and shortest wave are drawn once per draw, each as K quantiles.
+
+A number of the surface rather than of the map adds the scatter of the random surfaces, ``t s``.
 
 Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
 the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
@@ -21,7 +25,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from statistics import NormalDist
 from typing import Any, NamedTuple
@@ -33,12 +37,12 @@ from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import growth, unloading_stiffness
-from roughcontact.errors import ArgumentRef, InputError, Sentence, require_count
+from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choice, require_count
 from roughcontact.halfspace.fft import Workspace, at_most
-from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.studies import reconstruction
 from roughcontact.studies.reconstruction import Reconstruction
+from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.surface import filters, resolution
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.surface import Surface
@@ -88,69 +92,11 @@ NUMBERS: dict[str, _Number] = {
 """Numbers with an interval."""
 
 SOURCES = {
-    "resolution": ("resolution",), "tip radius": ("tip",), "noise": ("noise",),
-    "short waves": ("exponent", "level"), "shortest wave": ("waves",),
+    Cause.RESOLUTION: ("resolution",), Cause.TIP: ("tip",), Cause.NOISE: ("noise",),
+    Cause.SHORT_WAVES: ("exponent", "level"), Cause.SHORTEST_WAVE: ("waves",),
+    Cause.OTHER_MAPS: ("finer resolution", "finer level"),
 }  # fmt: skip
-"""Sources of the instrument and the surface, each with the deviations that it draws."""
-
-CHANCE, METHOD, GRID, YOUNG, YIELD = (
-    "waves not measured", "method", "grid", "Young's modulus", "yield strength",
-)  # fmt: skip
-"""The other sources."""
-
-
-@dataclass(frozen=True)
-class MeasuredInterval:
-    """A number of a contact with its interval."""
-
-    name: str  # One of `NUMBERS`
-    measured: float  # On the map as measured [SI]
-    value: float  # Corrected [SI]
-    low: float  # Lower end of the 95 % interval [SI]
-    high: float  # Upper end [SI]
-    budget: Mapping[str, float] = field(hash=False)  # Share of each source of the squared width
-    disagreement: float  # Difference of the two ways over the half width
-    closing: float  # Sum of the variances of the sources over that of the draws; NaN without
-
-    def summary(self) -> dict[str, Any]:
-        """Return it by name, in SI units, ready for JSON."""
-        return {**vars(self), "budget": dict(self.budget)}
-
-
-@dataclass(frozen=True, repr=False)
-class Uncertainty(Result):
-    """Intervals of the numbers of a contact, and what they come from.
-
-    Parameters
-    ----------
-    intervals : tuple of MeasuredInterval
-        One for each number.
-    instrument : Instrument or None
-        What measured the map; without it the intervals hold grid and material alone.
-    shortest_wave : float or None
-        Shortest wave of the surface that was stated [m].
-    resolved : float
-        Shortest wave that the map shows [m].
-    draws, seed : int
-        Number of draws, and their seed.
-    remarks : tuple of str
-        Limits of the intervals, one sentence each.
-    surface : Surface
-        The corrected map: one draw of the surface behind it.
-    """
-
-    intervals: tuple[MeasuredInterval, ...]
-    instrument: Instrument | None
-    shortest_wave: float | None
-    resolved: float
-    draws: int
-    seed: int
-    remarks: tuple[str, ...]
-    surface: Surface
-
-    def of(self, name: str) -> MeasuredInterval | None:
-        """Return the interval of a number; None where there is none."""
-        return next((item for item in self.intervals if item.name == name), None)
+"""Causes that draws move, each with the deviations that it draws."""
 
 
 def uncertainty(
@@ -160,24 +106,35 @@ def uncertainty(
     material: Mapping[str, float] | None = None,
     draws: int = 8,
     seed: int = 0,
+    also: Sequence[Surface | tuple[Surface, Instrument | str]] = (),
+    of: str = "map",
     progress: Tell = None,
 ) -> Uncertainty:
     """Return the intervals of a contact; see `ContactResult.uncertainty`."""
     if isinstance(instrument, str):
         instrument = Instrument.named(instrument)
+    require_choice(("map", "surface"), of=of)
+    for name, needs in (("also", bool(also)), ("of", of == "surface")):
+        if needs and instrument is None:
+            raise InputError("is needed with ", ArgumentRef(name), argument="instrument")
     wave = quantity(shortest_wave, "length", "shortest_wave")
     require_count(4, 1000, draws=draws)
     known = _material(result, material)
     _check(result)
-    measured = _reconstruction(result, instrument, wave)
-    study = _Draws(result, measured, draws if instrument else 0, seed)
+    measured = _reconstruction(result, instrument, wave, also)
+    if of == "surface" and not measured.has_rolloff:
+        raise InputError(
+            "has higher waves the longer they are, up to its side: it is no sample of the surface;"
+            " measure a larger map",
+            argument="surface",
+        )
+    study = _Draws(result, measured, draws if instrument else 0, seed, of == "surface")
     numbers = study.solved(progress)
-    intervals = tuple(_intervals(study, numbers, known))
-    base = study.base
+    intervals, closing = _intervals(study, numbers, known)
     remarks = tuple(_remarks(result, measured, instrument, wave, intervals))
     return Uncertainty(
-        intervals, instrument, wave, 1 / measured.limit, draws, seed, remarks,
-        Surface(base, measured.fine),
+        intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
+        Surface(study.base, measured.fine),
     )  # fmt: skip
 
 
@@ -223,31 +180,29 @@ def _check(result: ContactResult) -> None:
 
 
 def _reconstruction(
-    result: ContactResult, instrument: Instrument | None, wave: float | None
-) -> Reconstruction:
+    result: ContactResult, instrument: Instrument | None, wave: float | None,
+    also: Sequence[Surface | tuple[Surface, Instrument | str]],
+) -> Reconstruction:  # fmt: skip
     """Return the map with its instrument, or with a perfect one."""
     surface, tool = result.surface, instrument or Instrument(resolution=0.0, u_resolution=0.0)
-    if wave is not None and not wave >= max(surface.pixel):
-        raise InputError(
-            f"must be at least one pixel = {engineering(max(surface.pixel), 'm')}, got "
-            f"{engineering(wave, 'm')}",
-            argument="shortest_wave",
-        )
-    tool = _with_plateau(tool, surface)
-    leveled = (step.arguments["form"] for step in surface.provenance.operations
-               if step.method == "leveled")  # fmt: skip
-    forms = [form for form in leveled if form in ("plane", "quadric")]
-    periodic = len(result.boundary.periodic_axes) == 2
-    heights = surface.heights if periodic else reconstruction.periodic_part(surface.heights)
-    measured = Reconstruction(
-        heights, surface.pixel, tool, wave, surface._filled, forms[-1] if forms else None
-    )
+    measured = _measured(surface, tool, wave)
     if instrument is None:
         return measured
     reconstruction.require_octaves(measured)
-    finest = wave or 1 / measured.limit / reconstruction.UNKNOWN
-    if finest < 2 * max(surface.pixel):
-        measured = replace(measured, finer=4)
+    others = tuple(replace(_other(item, wave), ellipse=measured.tensor) for item in also)
+    measured = replace(measured, others=others)
+    if others:
+        reconstruction.require_one_surface(measured)
+    least = min(max(maps.pixel) for maps in (measured, *others))
+    if wave is not None and not wave >= least:
+        raise InputError(
+            f"must be at least one pixel = {engineering(least, 'm')}, got {engineering(wave, 'm')}",
+            argument="shortest_wave",
+        )
+    # Four points in the shortest wave, or two where it takes more than four in a pixel.
+    finest = (wave or 1 / measured.reach / reconstruction.UNKNOWN) / max(surface.pixel)
+    if finest < 2:
+        measured = replace(measured, finer=max(4, 2 ** math.ceil(math.log2(2 / finest))))
     if math.prod(measured.shape) > MOST_POINTS:
         rows, columns = measured.shape
         raise InputError(
@@ -256,7 +211,7 @@ def _reconstruction(
             "with ", ArgumentRef("pixel"), ", or give ", ArgumentRef("shortest_wave"),
             argument="surface",
         )  # fmt: skip
-    _require_unsmoothed(surface, tool, wave)
+    _require_unsmoothed(surface, measured.instrument, wave)
     if measured.is_worn:
         raise InputError(
             "has summits smoother than its valleys, as worn surfaces have: the short waves that "
@@ -264,6 +219,24 @@ def _reconstruction(
             ArgumentRef("uncertainty"), argument="surface",
         )  # fmt: skip
     return measured
+
+
+def _other(item: Surface | tuple[Surface, Instrument | str], wave: float | None) -> Reconstruction:
+    """Return another map of the surface, with what measured it."""
+    surface, tool = item if isinstance(item, tuple) else (item, Instrument.from_map(item))
+    if surface.missing:
+        raise InputError("has missing points; fill them first", argument="also")
+    return _measured(surface, Instrument.named(tool) if isinstance(tool, str) else tool, wave)
+
+
+def _measured(surface: Surface, tool: Instrument, wave: float | None) -> Reconstruction:
+    leveled = (step.arguments["form"] for step in surface.provenance.operations
+               if step.method == "leveled")  # fmt: skip
+    forms = [form for form in leveled if form in ("plane", "quadric")]
+    return Reconstruction(
+        reconstruction.periodic_part(surface.heights), surface.pixel, _with_plateau(tool, surface),
+        wave, surface._filled, forms[-1] if forms else None,
+    )  # fmt: skip
 
 
 def _with_plateau(tool: Instrument, surface: Surface) -> Instrument:
@@ -293,22 +266,25 @@ class _Draws:
     """The draws of one contact, and the numbers of the contact of each."""
 
     def __init__(
-        self, result: ContactResult, measured: Reconstruction, draws: int, seed: int
+        self, result: ContactResult, measured: Reconstruction, draws: int, seed: int, sampled: bool
     ) -> None:
+        self.sampled = sampled
         self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
         self.smooth = np.zeros(measured.shape)
+        self.map = filters.resample(measured.heights, measured.shape)
         if measured.heights is not result.surface.heights:
             rest = result.surface.heights - measured.heights
             self.smooth = filters.resample(rest, measured.shape, "spline")
         tool = measured.instrument
         active = {
-            "resolution": tool.resolution * tool.u_resolution,
-            "tip radius": tool.tip_radius * tool.u_tip_radius,
-            "noise": tool.noise * tool.u_noise,
-            "short waves": measured.limit < 1 / (measured.shortest_wave or 1e-300),
-            "shortest wave": measured.shortest_wave is None,
+            Cause.RESOLUTION: tool.resolution * tool.u_resolution,
+            Cause.TIP: tool.tip_radius * tool.u_tip_radius,
+            Cause.NOISE: tool.noise * tool.u_noise,
+            Cause.SHORT_WAVES: measured.reach < 1 / (measured.shortest_wave or 1e-300),
+            Cause.SHORTEST_WAVE: measured.shortest_wave is None,
+            Cause.OTHER_MAPS: bool(measured.others),
         }
-        self.sources = [name for name in SOURCES if active[name]] if draws else []
+        self.sources = [cause for cause in SOURCES if active[cause]] if draws else []
         names = [name for source in self.sources for name in SOURCES[source]]
         strata = _strata(len(names), draws, np.random.default_rng(seed))
         self.deviations = [dict(zip(names, row, strict=True)) for row in strata]
@@ -344,9 +320,10 @@ class _Draws:
             drawn, twin, image = self._drawn(self.deviations[k], self.seed + 1 + k)
             yield ("draw", k), self._pressed(drawn + self.smooth)
             yield ("twin", k), self._pressed(twin)
-            yield ("image", k), self._pressed(image)
+            # On the same grid, whose error is then no difference between them.
+            yield ("image", k), self._pressed(filters.resample(image, self.map.shape))
 
-        def moved(source: str) -> Any:
+        def moved(source: Cause) -> Any:
             for name, sign in itertools.product(SOURCES[source], (-1, 1)):
                 drawn = self._drawn({name: sign}, self.seed)[0]
                 yield (name, sign), self._pressed(drawn + self.smooth)
@@ -365,6 +342,7 @@ class _Draws:
             yield "ceiling", self._pressed(result.surface.heights, ceiling=_STEP)
 
         def measured() -> Any:
+            yield "map", self._pressed(self.map + self.smooth)
             yield "measured", result
 
         jobs: dict[Any, Callable[[], Any]] = {"finer": finer, "base": base}
@@ -379,8 +357,7 @@ class _Draws:
 
     def _drawn(self, deviations: Mapping[str, float], seed: int) -> tuple[Array, Array, Array]:
         if not self.draws:
-            fine = filters.resample(self.measured.heights, self.measured.shape)
-            return fine, fine, fine
+            return self.map, self.map, self.map
         return self.measured.draw(deviations, seed)
 
     def _pressed(self, heights: Array, load: float = 1.0, ceiling: float = 1.0) -> ContactResult:
@@ -414,61 +391,74 @@ def _strata(columns: int, rows: int, rng: np.random.Generator) -> Array:
 
 def _intervals(
     study: _Draws, numbers: Mapping[Any, Array], known: Mapping[str, float]
-) -> Sequence[MeasuredInterval]:
+) -> tuple[tuple[Interval, ...], dict[str, float]]:
+    """Return the intervals, and how far the variances of the sources close, by number."""
     result, measured = study.result, np.exp(numbers["measured"])
     at_edge = result.ceiling is None and result.totals.edge_load is not None
-    answer = []
-    for index, name in enumerate(NUMBERS):
-        if name == "saturated_fraction" and not result.saturated_fraction:
-            continue
-        if name == "max_pressure" and at_edge:
-            continue
-        column = {key: float(value[index]) for key, value in numbers.items()}
-        if not all(map(math.isfinite, column.values())):
-            continue
-        # The headline area counts the excess of the rim, and the corrected one does not.
-        area = name == "contact_fraction"
-        as_measured = result.contact_fraction if area else float(measured[index])
-        answer.append(_interval(study, name, column, as_measured, known))
-    return answer
+    columns = {
+        name: {key: float(value[index]) for key, value in numbers.items()}
+        for index, name in enumerate(NUMBERS)
+        if not (name == "saturated_fraction" and not result.saturated_fraction)
+        and not (name == "max_pressure" and at_edge)
+        # Extremes grow with the surface.
+        and not (study.sampled and name in ("approach", "max_pressure"))
+    }
+    columns = {name: column for name, column in columns.items()
+               if all(map(math.isfinite, column.values()))}  # fmt: skip
+    corrected = {name: _corrected(study, column) for name, column in columns.items()}
+    # What corrects nothing has no error of its own.
+    shifts = [abs(corrected[name][0] - column["map"]) for name, column in columns.items()]
+    part = min(max(shifts, default=0.0) / _LARGE, 1.0)
+    as_measured = dict(zip(NUMBERS, map(float, measured), strict=True))
+    # The headline area counts the excess of the rim, and the corrected one does not.
+    as_measured["contact_fraction"] = result.contact_fraction
+    intervals = tuple(
+        Interval(
+            name,
+            *_ends(study, name, column, corrected[name], part, known),
+            as_measured[name],
+        )
+        for name, column in columns.items()
+    )
+    return intervals, {name: closing for name, (_, _, closing) in corrected.items()}
 
 
-def _interval(
+def _ends(
     study: _Draws,
     name: str,
     values: Mapping[Any, float],
-    as_measured: float,
+    corrected: tuple[float, Mapping[Cause, float], float],
+    part: float,
     known: Mapping[str, float],
-) -> MeasuredInterval:
-    center, squares, disagreement, closing = _corrected(study, values)
+) -> tuple[float, tuple[ErrorSource, ...]]:
+    """Return a corrected number, and what moves it."""
+    center, squares = corrected[0], dict(corrected[1])
     number = NUMBERS[name]
     factor = values["finer"] - values["base"]
     center += number.grid * factor
-    squares[GRID] = (factor / 2) ** 2
+    squares[Cause.GRID] = (factor / 2) ** 2
     saturated = name == "max_pressure" and study.result.saturated_fraction > 0
     if name == "mean_gap" and study.measured.instrument.tip_radius:
         # Dilation fills valleys where the map is deep, which neither way knows.
         squares = {key: _UNDER_A_TIP**2 * square for key, square in squares.items()}
     if study.draws and not saturated:
-        squares[METHOD] = squares.get(METHOD, 0.0) + number.remainder**2
+        squares[Cause.METHOD] = (part * number.remainder) ** 2
     by_load, by_ceiling = (
         (values[key] - values["measured"]) / math.log(_STEP) if key in values else 0.0
         for key in ("load", "ceiling")
     )
-    squares[YOUNG] = (_NORMAL * known["E"] * (number.pressure - by_load - by_ceiling)) ** 2
-    squares[YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
-    total = sum(squares.values())
-    half = math.sqrt(total)
-    low, value, high = (math.exp(center + sign * half) for sign in (-1, 0, 1))
-    if name.endswith("fraction"):
-        value, high = min(value, 1.0), min(high, 1.0)
-    shares = {key: square / total for key, square in squares.items() if square > 0}
-    budget = dict(sorted(shares.items(), key=lambda item: -item[1]))
-    relative = disagreement / half if half else 0.0
-    return MeasuredInterval(name, as_measured, value, low, high, budget, relative, closing)
+    squares[Cause.YOUNG] = (_NORMAL * known["E"] * (number.pressure - by_load - by_ceiling)) ** 2
+    squares[Cause.YIELD] = (_NORMAL * known["yield"] * by_ceiling) ** 2
+    halves = {cause: math.sqrt(square) for cause, square in squares.items() if square}
+    doubts = tuple(ErrorSource(cause, math.expm1(-half), math.expm1(half))
+                   for cause, half in halves.items())  # fmt: skip
+    return min(math.exp(center), 1.0 if name.endswith("fraction") else math.inf), doubts
 
 
 _NORMAL = NormalDist().inv_cdf(0.975)
+
+# Correction, as a logarithm, from which the whole remainder of the method counts.
+_LARGE = 0.1
 
 # Half width of the mean gap under a tip, over that which the two ways give.
 _UNDER_A_TIP = 2.0
@@ -476,32 +466,37 @@ _UNDER_A_TIP = 2.0
 
 def _corrected(
     study: _Draws, values: Mapping[Any, float]
-) -> tuple[float, dict[str, float], float, float]:
-    """Return the center by both ways, squared half widths by source, and the two checks."""
+) -> tuple[float, dict[Cause, float], float]:
+    """Return the center by both ways, squared half widths by cause, and whether these close."""
     count = study.draws
     if not count:
-        return values["base"], {}, 0.0, math.nan
+        return values["base"], {}, math.nan
     drawn, twin, image = (
         np.array([values[key, k] for k in range(count)]) for key in ("draw", "twin", "image")
     )
     bracket = twin - image
-    first, second = float(drawn.mean()), values["measured"] + float(bracket.mean())
+    first, second = float(drawn.mean()), values["map"] + float(bracket.mean())
     # What the draws have in common with their deviations, one by one; the rest is chance.
     moves = {name: (values[name, 1] - values[name, -1]) / 2
              for source in study.sources for name in SOURCES[source]}  # fmt: skip
-    shared = [sum(moves[name] * row[name] for name in moves) for row in study.deviations]
+    shared = np.array([sum(moves[name] * row[name] for name in moves) for row in study.deviations])
     parts = {source: sum(moves[name] ** 2 for name in SOURCES[source]) for source in study.sources}
-    parts[CHANCE] = float(np.var(drawn - np.array(shared), ddof=1))
+    parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
     # Quantiles of what is drawn are exact; what is left to chance has few draws.
-    chance = parts[CHANCE] / total if total else 0.0
+    chance = parts[Cause.CHANCE] / total if total else 0.0
     factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
-    width = factor * (spread + float(np.var(bracket, ddof=1))) / 2
+    scatter = float(np.var(bracket, ddof=1))
+    weight = scatter / (spread + scatter) if scatter else 1.0
+    width = factor * (weight * spread + (1 - weight) * scatter)
     squares = {name: width * part / total if total else 0.0 for name, part in parts.items()}
-    squares[METHOD] = (first - second) ** 2
+    if study.sampled:
+        sample = float(np.var(twin - shared, ddof=1))
+        squares[Cause.SAMPLE] = _student(count - 1) ** 2 * sample
+    squares[Cause.CORRECTIONS] = 2 * math.sqrt(weight * (1 - weight)) * (first - second) ** 2
     closing = total / spread if spread else 1.0
-    return (first + second) / 2, squares, abs(first - second), closing
+    return weight * first + (1 - weight) * second, squares, closing
 
 
 def _student(degrees: int) -> float:
@@ -511,9 +506,13 @@ def _student(degrees: int) -> float:
     return float(stdtrit(degrees, 0.975))
 
 
+# Share of the difference of the corrections where it is two half widths of either.
+_DISAGREEING = 0.8
+
+
 def _remarks(
     result: ContactResult, measured: Reconstruction, instrument: Instrument | None,
-    wave: float | None, intervals: Sequence[MeasuredInterval],
+    wave: float | None, intervals: Sequence[Interval],
 ) -> Iterator[str]:  # fmt: skip
     """Return the limits of the intervals."""
     if instrument is None:
@@ -522,7 +521,7 @@ def _remarks(
             ArgumentRef("instrument"), " to include the measurement.",
         )  # fmt: skip
         return
-    resolved = 1 / measured.limit
+    resolved = 1 / measured.reach
     if wave is None:
         yield Sentence(
             f"The map shows waves down to {engineering(resolved, 'm', 2)}. The intervals hold if "
@@ -534,7 +533,7 @@ def _remarks(
         yield "The noise was estimated from the map. It is a lower bound."
     elif not instrument.noise:
         yield Sentence("The noise was taken as zero. Give ", ArgumentRef("noise"), ".")
-    if any(item.disagreement > 2 for item in intervals):
+    if any(item.budget.get(Cause.CORRECTIONS, 0.0) > _DISAGREEING for item in intervals):
         yield "The two ways of correcting the map disagree. Do not use the intervals."
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."

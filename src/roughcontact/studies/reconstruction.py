@@ -24,6 +24,10 @@ it is a power law with the exponent that it has between its roll-off and k_r, an
 Hurst exponent of 0.8 ± 0.4. The more a transfer makes the spectrum bend up, the less plausible it
 is.
 
+Finer maps of the surface add their spectra, each up to its own k_r. A bin is the mean of the maps,
+each weighted by one over the variance of its logarithm: one over the number of its waves, and
+``(4 ln 2 (k λ50)² u)²`` of a resolution with the relative uncertainty u.
+
 Jacobs, Junge & Pastewka 2017, doi:10.1088/2051-672X/aa51f8
 
 A map that is not periodic is split into a periodic and a smooth part.
@@ -66,7 +70,12 @@ UNKNOWN = 4.0
 _LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
 # Classes of height, by how much smoother the two highest have to be to count, and the standard
 # deviation of the median of one wave over its root-mean-square, of the mean of two classes.
-_CLASSES, _UNEVEN, _CHANCE = 16, 0.2, 0.83
+_CLASSES, _UNEVEN, _CHANCE = 16, 0.15, 0.83
+# Largest difference of the logarithms of two spectra of one surface in the octave that both show,
+# beyond chance.
+_SAME = 0.7
+# Step between opposite edges of a periodic map, over that between neighbors, at most.
+_SEAM = 2.0
 # Rounds in which the image of a surface under a tip gets the spectrum of the map.
 _ROUNDS = 3
 
@@ -105,6 +114,8 @@ class Reconstruction:
     missing: NDArray[np.bool_] | None = None  # Points that were filled
     form: str | None = None  # Form that was leveled
     finer: int = 2  # Points of the surface per point of the map along an axis
+    others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
+    ellipse: Array | None = None  # A of the wave number k; found from the map by default
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -140,9 +151,16 @@ class Reconstruction:
             limit = min([limit, *noisy])
         return limit
 
+    @property
+    def reach(self) -> float:
+        """Wave number up to which the maps show their surface [1/m]."""
+        return max([self.limit, *(other.limit for other in self.others)])
+
     @cached_property
     def tensor(self) -> Array:
         """A of the wave number k, from the gradient tensor."""
+        if self.ellipse is not None:
+            return self.ellipse
         qy, qx = _waves(self.heights.shape, self.pixel)
         clean = np.maximum(self.power - self.noise, 0.0) / self._transfer(self.instrument) ** 2
         clean[:, 1:] *= 2
@@ -157,6 +175,15 @@ class Reconstruction:
             tensor = vectors @ np.diag(values[-1] / values) @ vectors.T
         return tensor
 
+    @property
+    def has_rolloff(self) -> bool:
+        """Whether its longest waves are not much higher than those of half their length."""
+        longest = 1 / min(_sides(self))
+        place, power = _binned(self._wave_numbers(np.eye(2)), self.power, 4.4 * longest)
+        longer = place < math.log(2.2 * longest)
+        rise = np.log(power[longer]).mean() - np.log(power[~longer]).mean()
+        return bool(rise < -_EXPONENT * math.log(2) / 2)
+
     @cached_property
     def resolution(self) -> tuple[float, float]:
         """Mean and spread of the logarithm of the resolution over that stated, by the spectrum."""
@@ -164,9 +191,8 @@ class Reconstruction:
         if not tool.resolution * tool.u_resolution:
             return 0.0, 0.0
         place, power = self._bins(tool)
-        # A resolution that is larger by t standard deviations raises the spectrum by this times t.
-        rise = 4 * math.log(2) * (np.exp(place) * tool.resolution) ** 2 * tool.u_resolution
-        known, covariance = self._power_law(place, power, rise)
+        rise = _rise(place, tool)
+        known, covariance = self._power_law(place, power, self._count(place), rise)
         # One that bends down may be that of the surface; one that bends up was sharpened too much.
         mean = min(float(known[2]), 0.0)
         return tool.u_resolution * mean, tool.u_resolution * math.sqrt(covariance[2, 2])
@@ -184,8 +210,8 @@ class Reconstruction:
     def spectrum(self, instrument: Instrument, deviations: Deviations, seed: int) -> RoughSpectrum:
         """Return the spectrum of the surface for one instrument."""
         place, power = self._bins(instrument)
-        cutoff = 1 / self._shortest(deviations)
-        result = self._continued(place, power, cutoff, deviations)
+        cutoff, finer = 1 / self._shortest(deviations), self._finer(deviations, seed)
+        result = self._continued(place, power, finer, cutoff, deviations)
         # A measured synthetic map has the power of the map.
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
@@ -195,7 +221,7 @@ class Reconstruction:
             noise = instrument.noise**2 / self.heights.size
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
             power = power + np.log(np.clip(ratio, 0.3, 3))
-            result = self._continued(place, power, cutoff, deviations)
+            result = self._continued(place, power, finer, cutoff, deviations)
         return result
 
     def surface(self, spectrum: RoughSpectrum, seed: int, even: bool = False) -> Array:
@@ -240,7 +266,15 @@ class Reconstruction:
 
     @property
     def is_worn(self) -> bool:
-        """Whether the shortest octave that the map shows is weaker on summits, beyond chance."""
+        """Whether the shortest octave that each map shows is weaker on summits, beyond chance."""
+        rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
+        weight = chance**-2
+        least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
+        return bool(np.average(rough, weights=weight) <= least)
+
+    @property
+    def _summits(self) -> tuple[float, float]:
+        """Roughness of the summits over that of the map, and its standard deviation by chance."""
         instrument = self.drawn_instrument({})
         spectrum = self.spectrum(instrument, {}, 0)
         heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
@@ -254,9 +288,8 @@ class Reconstruction:
         local = np.array([np.median(part) for part in parts])
         local /= math.sqrt(np.mean(local**2))
         # One over the root of the number of waves in a class.
-        area = self.heights.size * math.prod(self.pixel)
-        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * area / _CLASSES)
-        return bool(local[-2:].mean() <= 1 - max(_UNEVEN, 3 * chance))
+        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * self._area / _CLASSES)
+        return float(local[-2:].mean()), chance
 
     def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return the map, with the power that a twin's map has in the waves beyond the limit."""
@@ -281,7 +314,7 @@ class Reconstruction:
         if self.shortest_wave is not None:
             return self.shortest_wave
         part = NormalDist().cdf(deviations.get("waves", 0.0))
-        return float(UNKNOWN**-part / self.limit)
+        return float(UNKNOWN**-part / self.reach)
 
     def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
         """Return the logarithms of wave number and power of each bin, without the instrument."""
@@ -291,25 +324,63 @@ class Reconstruction:
         _, raw = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
         return place, np.log(np.maximum(power, 0.1 * raw))
 
+    @property
+    def _area(self) -> float:
+        """Number of its waves in a unit of the plane of k [m²]."""
+        (a, b), (_, d) = self.tensor
+        return float(math.prod(_sides(self)) / math.sqrt(a * d - b * b))
+
+    def _count(self, place: Array) -> Array:
+        """Return the number of waves of the map in bins."""
+        return np.asarray(math.pi * math.log(2) / _BINS * self._area * np.exp(2 * place))
+
+    def _finer(self, deviations: Deviations, seed: int) -> list[tuple[Array, Array, Array]]:
+        """Return the bins of the finer maps, in the power of this one, with their variances."""
+        found = []
+        for other in self.others:
+            part = {"resolution": deviations.get("finer resolution", 0.0)}
+            drawn = other.spectrum(other.drawn_instrument(part), {}, seed)
+            # Longer waves are those of the place rather than those of the surface.
+            inside = drawn.place > math.log(2 / min(_sides(other)))
+            size = math.prod(_sides(other)) / math.prod(_sides(self))
+            level = math.log1p(_LEVEL) / math.sqrt(len(self.others))
+            power = drawn.power + math.log(size) + level * deviations.get("finer level", 0.0)
+            variance = 1 / other._count(drawn.place) + _rise(drawn.place, other.instrument) ** 2
+            found.append((drawn.place[inside], power[inside], variance[inside]))
+        return found
+
     def _continued(
-        self, place: Array, power: Array, cutoff: float, deviations: Deviations
-    ) -> RoughSpectrum:
-        (level, exponent), covariance = self._power_law(place, power)
+        self, place: Array, power: Array, finer: list[tuple[Array, Array, Array]], cutoff: float,
+        deviations: Deviations,
+    ) -> RoughSpectrum:  # fmt: skip
+        count = self._count(place)
+        if finer:
+            own = place, power, 1 / count + _rise(place, self.instrument) ** 2
+            places, powers, variances = (
+                np.concatenate(part) for part in zip(own, *finer, strict=True)
+            )
+            index = np.floor(_BINS * (math.log(self.reach) - places + 1e-9) / math.log(2))
+            sums = [np.bincount(index.astype(int), values / variances)[::-1].astype(float)
+                    for values in (np.ones_like(places), places, powers)]  # fmt: skip
+            count, place, power = (part[sums[0] > 0] for part in sums)
+            place, power = place / count, power / count
+        (level, exponent), covariance = self._power_law(place, power, count)
         exponent += deviations.get("exponent", 0.0) * math.sqrt(covariance[1, 1])
         exponent = min(max(exponent, _STEEPEST), _FLATTEST)
         level += math.log1p(_LEVEL) * deviations.get("level", 0.0)
-        return RoughSpectrum(self.tensor, place, power, self.limit, exponent, level, cutoff)
+        return RoughSpectrum(self.tensor, place, power, self.reach, exponent, level, cutoff)
 
-    def _power_law(self, place: Array, power: Array, *rise: Array) -> tuple[Array, Array]:
-        """Return level at the limit, exponent and factors of `rise`, with their covariance.
+    def _power_law(
+        self, place: Array, power: Array, count: Array, *rise: Array
+    ) -> tuple[Array, Array]:
+        """Return level at the last bin, exponent and factors of `rise`, with their covariance.
 
         Below the wave number of a roll-off, the one that fits best, the spectrum is flat.
         """
-        inside = place <= math.log(min(self.limit, 1 / (self.shortest_wave or 1e-300))) + 1e-9
-        x, y = place[inside] - math.log(self.limit), power[inside]
-        area = self.heights.size * math.prod(self.pixel)
-        waves = math.pi * math.log(2) / _BINS * area * np.exp(2 * place[inside])
-        scatter = np.sqrt(_SCATTER**2 + 1 / waves)
+        limit = self.limit if rise else self.reach
+        inside = place <= math.log(min(limit, 1 / (self.shortest_wave or 1e-300))) + 1e-9
+        x, y = place[inside] - math.log(limit), power[inside]
+        scatter = np.sqrt(_SCATTER**2 + 1 / count[inside])
         prior = np.diag([0.0, _SPREAD**-2, *(1.0 for _ in rise)])
         center = np.array([0.0, _EXPONENT, *(0.0 for _ in rise)])
         best, result = math.inf, (center, prior)
@@ -326,9 +397,16 @@ class Reconstruction:
 
 
 def periodic_part(heights: Array) -> Array:
-    """Return a map without the smooth part that makes it differ at opposite edges."""
+    """Return a map without the smooth part that makes it differ at opposite edges, if it does."""
     ny, nx = heights.shape
     jump = np.zeros_like(heights)
+    steps = [
+        np.square(np.diff(heights, axis=axis, append=np.take(heights, [0], axis)))
+        for axis in (0, 1)
+    ]
+    seams = (np.take(step, -1, axis).mean() for axis, step in enumerate(steps))
+    if all(seam < _SEAM**2 * step.mean() for seam, step in zip(seams, steps, strict=True)):
+        return heights
     for axis in (0, 1):
         first, last = (np.take(heights, index, axis) for index in (0, -1))
         rows = (0, -1) if axis == 0 else ((slice(None), 0), (slice(None), -1))
@@ -342,17 +420,49 @@ def periodic_part(heights: Array) -> Array:
     return heights - fft.irfft2(smooth, heights.shape)
 
 
+def require_one_surface(maps: Reconstruction) -> None:
+    """Raise `InputError` for finer maps with another spectrum than the map where both show it."""
+    place, power = maps._bins(maps.instrument)
+    found: list[Array] = []
+    for other, (places, powers, variance) in zip(maps.others, maps._finer({}, 0), strict=True):
+        if other.limit <= maps.limit:
+            raise InputError("must show shorter waves than the map", argument="also")
+        both = place >= max(math.log(maps.limit / 2), places[0])
+        apart = np.interp(place[both], places, powers) - power[both]
+        found.append(np.array([apart, 1 / np.interp(place[both], places, variance)]))
+    apart, weight = np.concatenate(found, axis=1)
+    if not apart.size:
+        raise InputError(
+            "shows no waves of the shortest octave that the map shows; measure a larger part",
+            argument="also",
+        )
+    mean = float(np.average(apart, weights=weight))
+    if abs(mean) > _SAME + 2 / math.sqrt(weight.sum()):
+        raise InputError(
+            f"has {math.exp(mean):.2g} times the power of the map in the waves that both show: "
+            "they are not of one surface, or an instrument does not resolve what it states",
+            argument="also",
+        )
+
+
 def require_octaves(reconstruction: Reconstruction) -> None:
     """Raise `InputError` if the map shows too few waves of its surface."""
-    longest = max(
-        1 / (n * edge)
-        for n, edge in zip(reconstruction.heights.shape, reconstruction.pixel, strict=True)
-    )
-    if reconstruction.limit < 10 * longest:
+    if reconstruction.limit < 10 / min(_sides(reconstruction)):
         raise InputError(
             f"the map shows its surface down to waves of {1 / reconstruction.limit:.3g} m, more "
             "than a tenth of a side: measure a larger map or with a finer instrument",
         )
+
+
+def _sides(maps: Reconstruction) -> tuple[float, float]:
+    ny, nx = maps.heights.shape
+    return ny * maps.pixel[0], nx * maps.pixel[1]
+
+
+def _rise(place: Array, instrument: Instrument) -> Array:
+    """Return how a resolution that is larger by its standard uncertainty raises a spectrum."""
+    scaled = np.exp(place) * instrument.resolution
+    return np.asarray(4 * math.log(2) * scaled**2 * instrument.u_resolution)
 
 
 def _power(heights: Array) -> Array:

@@ -2,7 +2,8 @@
 
 The certificate says how exactly the problem as stated is solved. It knows nothing of the grid,
 of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
-known of these is gathered here. What the measurement left out of the map is not in it.
+known of these is gathered here. What the measurement left out of the map is not in it: this
+`measurement.uncertainty` adds, in intervals of the same form.
 
 `uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
 `resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a spot
@@ -18,16 +19,22 @@ cause below first yield or where no strength is known. Tolerance: the certificat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.result import Result
 from roughcontact.studies.resolution_study import STEADY, ResolutionStudy
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.surface.instrument import Instrument
 
 # What the change of one sphere is wrong by itself, beside what the rule is.
 _ONE_SPHERE = 0.02
@@ -38,8 +45,7 @@ _TWO_GRIDS = 3.0
 # Numbers of an elastic contact that each shorter wave moves on, and what tells so.
 _WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
 
-# Parts of the map, at most all of it; and lengths below which a gap is closed [m].
-_SHARES = ("contact_fraction", "saturated_fraction")
+# Length below which a gap is closed [m].
 _CLOSED = 1e-12
 
 QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
@@ -47,7 +53,7 @@ QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_ga
 
 
 class Cause(StrEnum):
-    """What moves a number away from that of the real contact of the map as measured."""
+    """What moves a number away from that of the real contact."""
 
     RIM = "rim of the spots"
     GRID = "grid"
@@ -56,6 +62,18 @@ class Cause(StrEnum):
     YIELDING = "ceiling against plasticity of the volume"
     MAPS = "scatter of the maps"
     TOLERANCE = "tolerance"
+    RESOLUTION = "resolution"
+    TIP = "tip radius"
+    NOISE = "noise"
+    SHORT_WAVES = "short waves"
+    SHORTEST_WAVE = "shortest wave"
+    OTHER_MAPS = "finer maps"
+    CHANCE = "waves not measured"
+    SAMPLE = "finite sample"
+    CORRECTIONS = "difference of the two corrections"
+    METHOD = "method"
+    YOUNG = "Young's modulus"
+    YIELD = "yield strength"
 
 
 @dataclass(frozen=True)
@@ -74,41 +92,132 @@ class ErrorSource:
 
 @dataclass(frozen=True)
 class Interval:
-    """A number and where it lies as far as is known."""
+    """A number and where it lies as far as is known.
 
-    name: str  # One of `QUANTITIES`
-    value: float  # The number of the result [SI]
+    As measured, each cause moves it as far as it may. Corrected, independent causes add in squares,
+    in logarithms: the interval holds it in 95 of 100 cases.
+    """
+
+    name: str  # One of `QUANTITIES`, or of `measurement.NUMBERS`
+    value: float  # The number, corrected where that as measured is given [SI]
     doubts: tuple[ErrorSource, ...]  # What moves it
+    measured: float | None = None  # On the map as measured, of a number that is corrected [SI]
 
     @property
     def low(self) -> float:
         """Lower end [SI]."""
-        return self.value * math.prod(max(1 + d.low, 0.0) for d in self.doubts if d.known)
+        return self.value * self._moved(d.low for d in self.doubts if d.known)
 
     @property
     def high(self) -> float:
         """Upper end [SI], of a share at most 1; infinite where there is none."""
-        high = self.value * math.prod(1 + d.high for d in self.doubts if d.known)
-        return min(high, 1.0) if self.name in _SHARES and math.isfinite(high) else high
+        high = self.value * self._moved(d.high for d in self.doubts if d.known)
+        return min(high, 1.0) if self.name.endswith("fraction") and math.isfinite(high) else high
+
+    def _moved(self, changes: Iterable[float]) -> float:
+        factors = [max(1 + change, 0.0) for change in changes]
+        if self.measured is None:
+            return math.prod(factors)
+        logarithms = [math.log(factor) for factor in factors]
+        return math.exp(math.copysign(math.hypot(*logarithms), sum(logarithms)))
 
     @property
     def unknown(self) -> tuple[Cause, ...]:
         """Causes that are not in the interval, since nothing is known of their size."""
         return tuple(doubt.cause for doubt in self.doubts if not doubt.known)
 
+    @property
+    def budget(self) -> dict[str, float]:
+        """Share of each known cause of the sum of their squares, the largest first."""
+        squares = {
+            str(d.cause): math.log((1 + d.high) / (1 + d.low)) ** 2
+            for d in self.doubts
+            if d.known and d.low > -1 and d.low < d.high < math.inf
+        }
+        ordered = sorted(squares.items(), key=lambda item: -item[1])
+        return {cause: square / sum(squares.values()) for cause, square in ordered}
+
     def summary(self) -> dict[str, Any]:
-        """Return it ready for JSON: ends, and what each cause is known to do."""
+        """Return it ready for JSON: ends, what each cause is known to do, and its share."""
         return {
+            "value": self.value,
+            "measured": self.value if self.measured is None else self.measured,
             "low": self.low,
             "high": self.high,
             "causes": {str(d.cause): [d.low, d.high] if d.known else None for d in self.doubts},
+            "budget": self.budget,
         }
+
+
+@dataclass(frozen=True, repr=False)
+class Uncertainty(Result):
+    """Intervals of the numbers of a contact, and what they come from.
+
+    Parameters
+    ----------
+    intervals : tuple of Interval
+        One for each number.
+    closing : dict
+        Sum of the variances of the sources over that of the draws, by number.
+    instrument : Instrument or None
+        What measured the map; without it the intervals hold grid and material alone.
+    shortest_wave : float or None
+        Shortest wave of the surface that was stated [m].
+    resolved : float
+        Shortest wave that the maps show [m].
+    draws, seed : int
+        Number of draws, and their seed.
+    remarks : tuple of str
+        Limits of the intervals, one sentence each.
+    surface : Surface or None
+        The corrected map: one draw of the surface behind it. None when read from a file.
+    """
+
+    intervals: tuple[Interval, ...]
+    closing: Mapping[str, float] = field(hash=False)
+    instrument: Instrument | None
+    shortest_wave: float | None
+    resolved: float
+    draws: int
+    seed: int
+    remarks: tuple[str, ...]
+    surface: Surface | None = field(default=None, compare=False)
+
+    def of(self, name: str) -> Interval | None:
+        """Return the interval of a number; None where there is none."""
+        return next((item for item in self.intervals if item.name == name), None)
+
+
+def from_summary(record: Mapping[str, Any]) -> Uncertainty:
+    """Return the `Uncertainty` of a summary."""
+    from roughcontact.surface.instrument import Instrument
+
+    intervals = tuple(
+        Interval(
+            name,
+            told["value"],
+            tuple(ErrorSource(Cause(cause), *ends) for cause, ends in told["causes"].items()),
+            told["measured"],
+        )
+        for name, told in record["intervals"].items()
+    )
+    tool = record["instrument"]
+    closing = {
+        name: math.nan if ratio is None else ratio for name, ratio in record["closing"].items()
+    }
+    return Uncertainty(
+        intervals, closing, tool and Instrument(**tool), record["shortest_wave"],
+        record["resolved"], record["draws"], record["seed"], tuple(record["remarks"]),
+    )  # fmt: skip
 
 
 def uncertainty_intervals(
     result: ContactResult, study: ResolutionStudy | None = None
 ) -> tuple[Interval, ...]:
-    """Return how sure the headline numbers of a result are."""
+    """Return how sure the headline numbers of a result are, corrected where that is known."""
+    if result.measurement is not None:
+        intervals: tuple[Interval, ...] = result.measurement.intervals
+        return intervals
     yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
     answer = []
     for name in QUANTITIES:
@@ -130,7 +239,7 @@ def uncertainty_intervals(
 def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
     """Return an error within what a number can be: none is negative, no share above 1."""
     high = doubt.high
-    if name in _SHARES and math.isfinite(high):
+    if name.endswith("fraction") and math.isfinite(high):
         high = min(high, max(1 / value - 1, 0.0))
     # NaN stays, since it comes first.
     return replace(doubt, low=max(doubt.low, -1.0), high=high)

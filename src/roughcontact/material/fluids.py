@@ -1,0 +1,84 @@
+"""Gases and liquids in a gap, each value with its source, from ``fluids.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from roughcontact.errors import InputError
+from roughcontact.material.catalog import Value
+
+STORED = Path(__file__).with_name("fluids.toml")
+
+GAS_CONSTANT = 8.314462618
+"""R [J/(mol K)]."""
+
+_TABLE_TEMPERATURE = 300.0
+
+
+@dataclass(frozen=True)
+class Gas:
+    """An ideal gas."""
+
+    name: str
+    molar_mass: Value  # M [kg/mol]
+    viscosity: Value  # η at 300 K [Pa s]
+    conductivity: Value  # k at 300 K [W/(m K)]
+    exponent: Value  # Of the temperature, in viscosity and conductivity
+    heat_capacity_ratio: Value  # γ
+    accommodation: Value  # Share a of its molecules that take on the temperature of a metal
+
+    def viscosity_at(self, temperature: float) -> float:
+        """Return η at a temperature [Pa s]."""
+        return self.viscosity.value * self._growth(temperature)
+
+    def conductivity_at(self, temperature: float) -> float:
+        """Return k at a temperature [W/(m K)]."""
+        return self.conductivity.value * self._growth(temperature)
+
+    def _growth(self, temperature: float) -> float:
+        return float((temperature / _TABLE_TEMPERATURE) ** self.exponent.value)
+
+    @property
+    def prandtl(self) -> float:
+        """Prandtl number η c_p/k, with the c_p of an ideal gas."""
+        ratio = self.heat_capacity_ratio.value
+        heat = ratio / (ratio - 1) * GAS_CONSTANT / self.molar_mass.value
+        return heat * self.viscosity.value / self.conductivity.value
+
+
+@dataclass(frozen=True)
+class Liquid:
+    """A liquid or a paste."""
+
+    name: str
+    conductivity: Value  # k at room temperature [W/(m K)]
+
+
+@cache
+def entries() -> dict[str, Gas | Liquid]:
+    """Return all fluids by name."""
+    stored = tomllib.loads(STORED.read_text(encoding="utf-8"))
+
+    def values(row: dict[str, Any]) -> dict[str, Any]:
+        texts = stored["texts"]
+        return {
+            key: item if key == "name" else Value(item[0], item[1].format_map(texts))
+            for key, item in row.items()
+        }
+
+    fluids: list[Gas | Liquid] = [Gas(**values(row)) for row in stored["gas"]]
+    fluids += [Liquid(**values(row)) for row in stored["liquid"]]
+    return {fluid.name: fluid for fluid in fluids}
+
+
+def gas(name: str, argument: str = "gas") -> Gas:
+    """Return a gas by its name."""
+    result = entries().get(name)
+    if not isinstance(result, Gas):
+        known = ", ".join(item.name for item in entries().values() if isinstance(item, Gas))
+        raise InputError(f"must be one of {known}, got {name!r}", argument=argument, value=name)
+    return result
