@@ -295,9 +295,7 @@ def _material_attributes(body: str, material: Material) -> dict[str, Any]:
     if material.caveat:
         attributes[f"{body}_caveat"] = material.caveat
     if material.coating:
-        attributes[f"{body}_coating"] = json.dumps(
-            [asdict(layer) for layer in material.coating]
-        )
+        attributes[f"{body}_coating"] = json.dumps([asdict(layer) for layer in material.coating])
         attributes[f"{body}_base"] = material.base
     return attributes
 

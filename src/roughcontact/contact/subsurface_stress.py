@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,18 +31,32 @@ from roughcontact.errors import (
     input_error,
     require_positive,
 )
-from roughcontact.halfspace import stress_summary
+from roughcontact.halfspace import coating_stress, stress_summary
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.halfspace.fft import default_workers
-from roughcontact.halfspace.stress import checked_traction
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.stress import checked_traction, graded_depths
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
-from roughcontact.material.material import RIGID, Material
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, engineering, quantity
 
 if TYPE_CHECKING:
     import xarray
+
+
+class Part(NamedTuple):
+    """A layer of a coated body, or its base."""
+
+    name: str
+    max_von_mises: float  # [Pa]
+    depth: float  # Of it [m]
+    strength: float | None  # Yield strength, or a third of the hardness [Pa]
+
+    @property
+    def use(self) -> float:
+        """Largest von Mises stress over the strength; NaN where that is unknown."""
+        return math.nan if self.strength is None else self.max_von_mises / self.strength
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,6 +101,7 @@ class StressResult(Result):
     section_y: NDArray[Any]
     version: str = field(default="")
     traction: NDArray[Any] | None = None
+    faces: tuple[coating_stress.Face, ...] = ()  # Of the layers of a coated body
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -128,6 +145,28 @@ class StressResult(Result):
         """Where it is: y and x of its pixel [m], counted from the corner of the map."""
         return self.center(self.profile.tension_pixel)
 
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """The layers of a coated body, the outermost first, and its base; else none."""
+        body, depths = self.material, self.profile.depths
+        if not body.coating:
+            return ()
+        of = np.array([coating_stress.part_of(body, depth) for depth in depths.tolist()])
+        result = []
+        items = [layer.bulk for layer in body.coating]
+        for number, item in enumerate([*items, body.uncoated]):
+            within = np.flatnonzero(of == number)
+            if within.size:
+                place = within[self.profile.von_mises[within].argmax()]
+                strength, hard = item.yield_strength, item.hardness
+                if strength is None and hard is not None:
+                    strength = hard / CEILING_FACTOR
+                usual = "base" if number == len(body.coating) else f"layer {number + 1}"
+                name = item.name or usual
+                largest = float(self.profile.von_mises[place])
+                result.append(Part(name, largest, float(depths[place]), strength))
+        return tuple(result)
+
     @property
     def yield_factor(self) -> float | None:
         """Yield strength over the largest von Mises stress; ``None`` if it is unknown.
@@ -162,6 +201,17 @@ class StressResult(Result):
             )
         if self.max_von_mises > 0:
             result += self._placed()
+        edge = max(self.solution.pair.pixel)
+        thinnest = min((layer.thickness for layer in self.material.coating), default=math.inf)
+        if edge > thinnest / 4:
+            result.append(
+                as_caution(
+                    Kind.STRESS_PIXEL,
+                    f"Pixel {engineering(edge, 'm', 3)} exceeds a quarter of a layer "
+                    f"({engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
+                    depth=thinnest,
+                )
+            )
         return tuple(result)
 
     def _placed(self) -> Iterator[Caution]:
@@ -247,6 +297,8 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
             f"stress on the plane along {axis} through the largest von Mises stress",
         )  # fmt: skip
     depth, y, x = result.max_von_mises_at
+    if result.faces:
+        dataset.attrs["faces"] = json.dumps([asdict(face) for face in result.faces])
     dataset.attrs |= {
         "title": "Stress below a contact of rough surfaces",
         "body": result.body,
@@ -377,10 +429,15 @@ def subsurface_stress(
     if traction is not None:
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
         options["traction"] = traction if in_body == "body" else -traction
-    profile, section_x, section_y = stress_summary.summarize_with_sections(
-        result.pressure, result.pair.pixel, material.poisson,
-        depths=wanted, yield_strength=material.yield_strength, **options,
-    )  # fmt: skip
+    faces: tuple[coating_stress.Face, ...] = ()
+    if material.coating:
+        summary, faces = _in_layers(result, material, wanted, options)
+    else:
+        summary = stress_summary.summarize_with_sections(
+            result.pressure, result.pair.pixel, material.poisson,
+            depths=wanted, yield_strength=material.yield_strength, **options,
+        )  # fmt: skip
+    profile, section_x, section_y = summary
     return StressResult(
         solution=result,
         body=in_body,
@@ -392,7 +449,28 @@ def subsurface_stress(
         section_y=section_y,
         version=__version__,
         traction=traction,
+        faces=faces,
     )
+
+
+def _in_layers(
+    result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
+) -> tuple[Any, tuple[coating_stress.Face, ...]]:
+    """Return the summary of a coated body with its sections, and what its faces bear."""
+    if options["friction"] or "traction" in options:
+        raise InputError("is not available for a coated body; leave it out", argument="friction")
+    pressure, pixel, boundary = result.pressure, result.pair.pixel, result.boundary
+    # What layers change is computed on a larger map.
+    larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
+    require_memory(larger, boundary=boundary, precision=options["precision"])
+    stress = coating_stress.field_of(
+        pressure, pixel, material, boundary, options["precision"], Workspace()
+    )
+    if depths is None:
+        depths = graded_depths(pressure, pixel, boundary=boundary)
+    listed = coating_stress.depths_with_faces(material, np.asarray(depths, dtype=np.float64))
+    summary = stress_summary.summarize_field(stress, pressure, listed, pixel[0] * pixel[1])
+    return summary, coating_stress.faces(stress, material)
 
 
 def _check_depths(depths: ArrayLike | None) -> None:

@@ -570,6 +570,16 @@ def summarize_with_sections(
     return summary, *passage.sections(summary.pixel_of_max)
 
 
+def summarize_field(
+    field: Field, pressure: Array, depths: Array, cell: float
+) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
+    """Return what `summarize_with_sections` does of any field, with pixels of this area [m²]."""
+    passage = _Passage(field, None, pressure, None)
+    passage.look(depths)
+    summary = passage.summary(cell)
+    return summary, *passage.sections(summary.pixel_of_max)
+
+
 def _passage(
     pressure: ArrayLike,
     pixel: tuple[float, float],

@@ -68,6 +68,14 @@ class Entry:
             caveat=self.caveat,
         )
 
+    def layer(self, thickness: float) -> Layer:
+        """Return a layer of it."""
+        bulk = self.material
+        return Layer(
+            bulk.young, bulk.poisson, thickness, yield_strength=bulk.yield_strength,
+            hardness=bulk.hardness, name=bulk.name,
+        )  # fmt: skip
+
     @property
     def hardening(self) -> Swift | None:
         """The law of hardening, if its exponent is known."""
@@ -111,22 +119,20 @@ def films() -> tuple[Film, ...]:
 
 def layer(name: str, thickness: float) -> Layer:
     """Return a layer of a film of the catalogue, or of a material of it."""
-    known = {_plain(word): film for film in films() for word in (film.key, *film.names)}
-    if _plain(name) in known:
-        return known[_plain(name)].layer(thickness)
-    try:
-        bulk = material(name)
-    except InputError:
+    rows: tuple[Film | Entry, ...] = (*films(), *entries())
+    # TiN is no tin.
+    same = [row for row in rows if name in (row.key, *row.names)] or [
+        row for row in rows if _plain(name) in map(_plain, (row.key, *row.names))
+    ]
+    if len(same) != 1:
+        known = ", ".join(row.key for row in same or films())
         raise InputError(
-            f"{name!r} is not in the catalog of coatings: {', '.join(film.key for film in films())}"
-            "; give its values, as 'E=350 GPa, nu=0.22, 2 um'",
-            argument="coating",
-            value=name,
-        ) from None
-    return Layer(
-        bulk.young, bulk.poisson, thickness, yield_strength=bulk.yield_strength,
-        hardness=bulk.hardness, name=bulk.name,
-    )  # fmt: skip
+            f"{name!r} may be {known}; write it so"
+            if same
+            else f"{name!r} is not in the catalog of coatings: {known}; give its values, as "
+            "'E=350 GPa, nu=0.22, 2 um'"
+        )
+    return same[0].layer(thickness)
 
 
 @cache

@@ -9,6 +9,7 @@ import numpy as np
 
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.errors import InputError
+from roughcontact.halfspace.coating_stress import interfaces
 from roughcontact.plots import style
 from roughcontact.plots.sections import window
 from roughcontact.units import percent
@@ -70,6 +71,13 @@ def stress_depth(result: StressResult) -> Figure:
         axes.plot(
             depths, values * factor, line, color=colour, linewidth=1.8, marker=".", label=name
         )
+    for number, edge in enumerate(interfaces(result.material) if result.parts else ()):
+        axes.axvline(float(edge) * length[0], color=style.NEUTRAL, linewidth=1)
+        axes.annotate(
+            result.parts[number].name, (float(edge) * length[0], 1), xytext=(-3, -3),
+            xycoords=axes.get_xaxis_transform(), textcoords="offset points", ha="right", va="top",
+            rotation=90, fontsize=style.TICK, color=style.NEUTRAL,
+        )  # fmt: skip
     if strength:
         axes.axhline(strength * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
         axes.annotate(

@@ -317,6 +317,8 @@ def _yields(result: ContactResult) -> str:
         saturated, area = (_known(result, f"{what}_fraction") for what in ("saturated", "contact"))
         share = phrases.share(min(saturated / area, 1.0))
         return f"; {share} of that is at the pressure ceiling."
+    if result.pair.is_coated:
+        return "."
     return f"; {_YIELDING[result.regime]}."
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from operator import attrgetter
 from typing import Any
 
@@ -402,6 +402,26 @@ def _shear(axis: int) -> Callable[[StressResult], float]:
     return lambda stress: stress.profile.max_orthogonal_shear[axis]
 
 
+def _by_part(stress: StressResult) -> str:
+    return "; ".join(
+        f"{part.name} {engineering(part.max_von_mises, 'Pa', 3)}, "
+        f"{engineering(part.depth, 'm', 3)} deep"
+        + ("" if part.strength is None else f" ({percent(part.use)} of its strength)")
+        for part in stress.parts
+    )
+
+
+def _at_faces(stress: StressResult) -> str:
+    names = [part.name for part in stress.parts]
+    return "; ".join(
+        f"{names[face.part]} at {engineering(face.depth, 'm', 3)}: tension "
+        f"{engineering(face.tension.value, 'Pa', 3)}, shear "
+        f"{engineering(face.shear.value, 'Pa', 3)}, pull "
+        f"{engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
+        for face in stress.faces
+    )
+
+
 STRESS: Table = (
     Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
     Quantity(
@@ -419,6 +439,14 @@ STRESS: Table = (
         "max_von_mises_place", "its place", unit="m",
         of=lambda stress: list(stress.max_von_mises_at),
         text=_place,
+    ),
+    Quantity(
+        "parts", "by layer", of=lambda s: [part._asdict() for part in s.parts],
+        when=lambda s: bool(s.parts), text=_by_part,
+    ),
+    Quantity(
+        "faces", "at faces", of=lambda s: [asdict(face) for face in s.faces],
+        when=lambda s: bool(s.faces), text=_at_faces,
     ),
     Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
     Quantity(

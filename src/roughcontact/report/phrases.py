@@ -72,6 +72,7 @@ def limit(
         return "calibrated, by map and load"
     if ceiling is None:
         known = softer(material, counter_material) is not None
+        known = known or bool(material.coating or counter_material.coating)
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
@@ -295,6 +296,8 @@ def regime(result: ContactResult) -> str:
             f"The material yields at the surface: on {share} of the contact {_extent(result)} the "
             "pressure is at its ceiling, and the surface there keeps an indentation."
         )
+    if result.pair.is_coated:
+        return "Yielding of a coated body is told by the stress below its surface."
     body = result.pair.softer
     if name is Regime.UNKNOWN and (body is None or body.hardness is None):
         return f"Yielding is unknown without a yield strength (maximum pressure {largest})."
@@ -427,6 +430,11 @@ def map_name(surface: Any) -> str:
 
 
 def _name(body: Material) -> str:
+    if body.coating:
+        layers = (f"{layer.name or 'layer'} {size(layer.thickness, 'm')}" for layer in body.coating)
+        return f"{' on '.join(layers)} on {_name(body.uncoated)}"
+    if is_rigid(body):
+        return body.name
     return body.name or f"E {engineering(body.young, 'Pa', DIGITS)}"
 
 

@@ -60,6 +60,8 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     depth = stress.max_von_mises_at[0]
     reached = phrases.size(stress.max_von_mises, "Pa")
     where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
+    if stress.parts:
+        return _layered(stress)
     strength = stress.material.yield_strength
     if strength is None:
         return f"The von Mises stress reaches {reached}, {where}."
@@ -71,9 +73,47 @@ def _answer(stress: StressResult, onset: StressResult | None = None) -> str:
     return f"Nothing yields: the von Mises stress reaches {reached} {known}, {where}."
 
 
+def _layered(stress: StressResult) -> str:
+    """Return which layer, or the base, is nearest to its strength."""
+    known = [part for part in stress.parts if part.strength]
+    if not known:
+        largest = max(stress.parts, key=lambda part: part.max_von_mises)
+        reached = phrases.size(largest.max_von_mises, "Pa")
+        return f"The von Mises stress reaches {reached}, in {largest.name}."
+    first = max(known, key=lambda part: part.use)
+    reached, strength = (
+        phrases.size(value or 0.0, "Pa") for value in (first.max_von_mises, first.strength)
+    )
+    where = f"{phrases.size(first.depth, 'm')} deep" if first.depth else "at the surface"
+    if first.use > 1:
+        return f"{first.name} yields first: {reached} of {strength}, {where}."
+    return f"Nothing yields; nearest is {first.name}: {reached} of {strength}, {where}."
+
+
+def _layer_rows(stress: StressResult) -> list[tuple[str, str]]:
+    """Return the largest stress of each layer, and what its faces bear."""
+    rows = []
+    for part in stress.parts:
+        reached, depth = phrases.size(part.max_von_mises, "Pa"), phrases.size(part.depth, "m")
+        rows.append((part.name, f"von Mises {reached}, {depth} deep"))
+    surface, *others = stress.faces
+    rows.append(("Tension at surface", phrases.size(surface.tension.value, "Pa")))
+    for face in others[::2]:
+        name = stress.parts[face.part].name
+        rows.append((
+            f"Bottom of {name}",
+            f"tension {phrases.size(face.tension.value, 'Pa')}, shear "
+            f"{phrases.size(face.shear.value, 'Pa')}, pull "
+            f"{phrases.size(max(face.pull.value, 0.0), 'Pa')}",
+        ))  # fmt: skip
+    return rows
+
+
 def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTable:
     """Return where the stress is largest, the shear of a pass, and the load of first yield."""
     kind = _kind(stress)
+    if stress.parts:
+        return (), _layer_rows(stress)
     rows = [
         ("Maximum von Mises", kind.row(stress, "max_von_mises").text),
         ("At", kind.row(stress, "max_von_mises_place").text),
@@ -91,7 +131,7 @@ def _numbers(stress: StressResult, onset: StressResult | None = None) -> CellTab
 
 def _remarks(stress: StressResult, onset: StressResult | None = None) -> tuple[str, ...]:
     """Return how exactly the contact is solved, and the command for what yields."""
-    strength = stress.material.yield_strength
+    strength = None if stress.parts else stress.material.yield_strength
     lines = [phrases.status(stress.solution)]
     if strength is not None and stress.max_von_mises > strength * (1 + _AT_YIELD):
         lines.append(Sentence(f"Plastic depth: {ArgumentRef('rc.solve_elastoplastic')}"))

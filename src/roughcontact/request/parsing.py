@@ -176,7 +176,10 @@ def coating(text: str, argument: str) -> Layer:
         known = {_CONSTANTS[key.lower()]: value for key, value in values.items()}
         return Layer(thickness=thickness, poisson=float(known.pop("poisson")), **known)
     except InputError as error:
-        raise about(argument, error) from None
+        if error.argument not in (None, argument):
+            raise about(argument, error) from None
+        error.argument = argument
+        raise
     except (KeyError, ValueError, TypeError):
         raise InputError(
             f"= {text!r}: give a name and a thickness, as 'DLC 2 um', or values, as "

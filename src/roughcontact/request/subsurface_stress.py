@@ -106,7 +106,8 @@ roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
     --material 42CrMo4 --output stress.nc --figures out
 """,
     (
-        *options.MAP, *options.LOADS, *options.BODIES, IN_BODY, FRICTION, DIRECTION, DEPTHS,
+        *options.MAP, *options.LOADS, *options.BODIES, *options.COATINGS, IN_BODY, FRICTION,
+        DIRECTION, DEPTHS,
         FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, options.FIGURES, *options.SHOWN,
     ),
     (

@@ -1,0 +1,174 @@
+"""Coated bodies as users meet them: materials, ceilings, options, files, refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+from roughcontact.cautions import Kind
+from roughcontact.cli import app
+from roughcontact.material import catalog
+from roughcontact.request import parsing
+
+ROUGH = rc.Surface(*rc.reference_map(64))
+FILM = rc.Layer("166 GPa", 0.2, "2 um", hardness="16.7 GPa", name="DLC")
+TOOL = rc.Material("210 GPa", 0.3, "1 GPa", name="steel", coating=[FILM])
+
+
+def solved(**more: object) -> rc.ContactResult:
+    return rc.solve(ROUGH, **{"material": TOOL, "load": 1.0, "ceiling": None, **more})
+
+
+def test_a_layer_is_a_material_of_some_thickness() -> None:
+    assert FILM.thickness == 2e-6
+    assert TOOL.outermost == FILM.bulk
+    assert TOOL.compliance == pytest.approx(0.96 / 166e9)
+    assert TOOL.uncoated == rc.Material(210e9, 0.3, 1e9, name="steel")
+    assert TOOL.ceiling is None
+    assert TOOL.first_yield_pressure is None
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"young": math.inf},
+        {"poisson": 0.6},
+        {"thickness": 0.0},
+        {"thickness": "2 GPa"},
+    ],
+)
+def test_a_layer_that_is_none_is_refused(values: dict[str, object]) -> None:
+    with pytest.raises(rc.InputError):
+        rc.Layer(**{"young": 1e9, "poisson": 0.3, "thickness": 1e-6, **values})
+
+
+def test_a_base_that_is_no_layers_is_refused() -> None:
+    for more in ({"coating": [1.0]}, {"base": "glued"}, {"base": "frictionless"}):
+        with pytest.raises(rc.InputError):
+            rc.Material(210e9, 0.3, **more)
+
+
+def test_the_ceiling_has_to_be_chosen() -> None:
+    for ceiling in ("auto", "calibrated"):
+        with pytest.raises(rc.InputError) as error:
+            solved(ceiling=ceiling)
+        for offered in ("'coating' (16.7 GPa)", "'base' (3 GPa)", "'bracket'"):
+            assert offered in str(error.value)
+    assert solved(ceiling="coating").ceiling == 16.7e9
+    assert solved(ceiling="base").ceiling == 3e9
+    with pytest.raises(rc.InputError, match="a pressure"):
+        solved(ceiling="base", material=rc.Material(210e9, 0.3, coating=[FILM]))
+
+
+def test_a_bracket_is_both() -> None:
+    both, base = solved(ceiling="bracket"), solved(ceiling="base")
+    assert both.ceiling == 16.7e9
+    assert both.calibrated is not None
+    assert both.calibrated.is_of_base
+    assert both.calibrated.ceiling == 3e9
+    assert both.calibrated.contact_area == pytest.approx(base.contact_area, rel=1e-3)
+
+
+def test_a_file_brings_it_back(tmp_path: Path) -> None:
+    result = solved(ceiling="bracket")
+    result.save(tmp_path / "tool.nc")
+    again = rc.read_result(tmp_path / "tool.nc")
+    assert again.material == TOOL
+    np.testing.assert_array_equal(again.pressure, result.pressure)
+    assert again.calibrated.is_of_base
+
+
+def test_a_script_repeats_it(tmp_path: Path) -> None:
+    from roughcontact.report import python_script
+
+    text = python_script._material(TOOL)
+    assert eval(text, {"rc": rc}) == TOOL
+
+
+REFUSED = {
+    "a strip": lambda: solved(boundary="periodic-x"),
+    "an estimate": lambda: rc.estimate(ROUGH, pressure="10 MPa", material=TOOL),
+    "a law": lambda: rc.interface_law([solved(boundary="periodic")]),
+    "tangential": lambda: rc.tangential(solved(), friction=0.1, force=0.01),
+    "conductance": lambda: rc.conductance(solved(), "42CrMo4", "42CrMo4"),
+    "the volume model": lambda: rc.solve_elastoplastic(ROUGH, material=TOOL, load=1.0),
+    "a history": lambda: rc.history(ROUGH, [1.0, 0.0], material=TOOL, ceiling=None),
+    "first yield": lambda: rc.first_yield_load(ROUGH, material=TOOL),
+    "a Hertz pressure": lambda: solved(load="hertz 1 GPa", counter_surface=rc.sphere("10 mm")),
+    "friction": lambda: rc.subsurface_stress(solved(), friction=0.1),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_not_known_is_refused(what: str) -> None:
+    with pytest.raises(rc.InputError):
+        REFUSED[what]()
+
+
+def test_formulas_for_bare_bodies_are_absent() -> None:
+    ball = solved(counter_surface=rc.sphere("10 mm"))
+    assert ball.hertz is None
+    curve = rc.sweep(ROUGH, material=TOOL, loads=[0.5, 1.0], ceiling=None)
+    assert np.isnan(curve.persson[0]).all()
+    assert not {Kind.ADHESION, Kind.CEILING} & {caution.kind for caution in solved().cautions}
+
+
+def test_stress_is_told_by_layer() -> None:
+    stress = rc.subsurface_stress(solved())
+    film, steel = stress.parts
+    assert (film.name, steel.name) == ("DLC", "steel")
+    assert film.strength == pytest.approx(16.7e9 / 3)
+    assert steel.depth >= 2e-6 > film.depth
+    assert [face.part for face in stress.faces] == [0, 0, 1]
+    assert stress.faces[1].shear.value == pytest.approx(stress.faces[2].shear.value, rel=1e-3)
+    coarse = rc.Material(210e9, 0.3, coating=[rc.Layer(1e11, 0.3, "1 um")])
+    cautions = rc.subsurface_stress(solved(material=coarse)).own_cautions
+    assert any("quarter of a layer" in str(caution) for caution in cautions)
+
+
+@pytest.mark.parametrize("film", catalog.films(), ids=lambda film: film.key)
+def test_every_value_of_a_film_has_its_source(film: catalog.Film) -> None:
+    for value in (film.young, film.poisson, film.hardness):
+        assert value is None or len(value.source) > 5
+    assert film.layer(1e-6).name == film.key
+
+
+def test_words_of_a_layer() -> None:
+    assert parsing.coating("DLC 2 um", "coating") == catalog.layer("DLC", 2e-6)
+    own = parsing.coating("E=350 GPa, nu=0.22, H=25 GPa, name=AlTiN, 3 um", "coating")
+    assert own == rc.Layer(350e9, 0.22, 3e-6, hardness=25e9, name="AlTiN")
+    assert parsing.coating("tin 1 um", "coating").young == 50e9
+    assert parsing.coating("TiN 1 um", "coating").young == 397e9
+    for text in ("DLC", "TIN 1 um", "TiAlN 2 um", "E=1 GPa, 2 um", "E=1 GPa, nu=0.3, X=1, 2 um"):
+        with pytest.raises(rc.InputError) as error:
+            parsing.coating(text, "coating")
+        assert error.value.argument == "coating"
+
+
+@pytest.mark.long
+def test_the_command_asks_solves_and_tells(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "map.npy", ROUGH.heights)
+    words = [
+        str(tmp_path / "map.npy"), "--size", "100 um x 100 um", "--unit", "m", "--load", "1 N",
+        "--material", "100Cr6", "--coating", "CrN 2 um", "--coating", "Cr 500 nm",
+    ]  # fmt: skip
+    assert app.main(["solve", *words]) == app.BAD_INPUT
+    assert "bracket" in capsys.readouterr().err
+    assert app.main(["solve", *words, "--ceiling", "bracket"]) == app.SOLVED
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "CrN 2 µm on Cr 500 nm on 100Cr6" in shown
+    assert "ceiling of the base (6.1 GPa)" in shown
+    report = tmp_path / "stress.html"
+    words += ["--ceiling", "none", "--report", str(report), "--json"]
+    assert app.main(["stress", *words]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)["stress"]
+    assert [part["name"] for part in told["parts"]] == ["CrN", "Cr", "100Cr6"]
+    assert len(told["faces"]) == 5
+    assert "Bottom of Cr" in report.read_text("utf-8")
