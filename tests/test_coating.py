@@ -14,6 +14,7 @@ from roughcontact.cautions import Kind
 from roughcontact.cli import app
 from roughcontact.material import catalog
 from roughcontact.request import parsing
+from roughcontact.studies import uncertainty
 
 ROUGH = rc.Surface(*rc.reference_map(64))
 FILM = rc.Layer("166 GPa", 0.2, "2 um", hardness="16.7 GPa", name="DLC")
@@ -72,6 +73,8 @@ def test_a_bracket_is_both() -> None:
     assert both.calibrated.is_of_base
     assert both.calibrated.ceiling == 3e9
     assert both.calibrated.contact_area == pytest.approx(base.contact_area, rel=1e-3)
+    share, *_ = uncertainty.uncertainty_intervals(both)
+    assert share.high == pytest.approx(base.contact_fraction, rel=1e-2)
 
 
 def test_a_file_brings_it_back(tmp_path: Path) -> None:

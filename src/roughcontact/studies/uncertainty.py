@@ -219,6 +219,7 @@ def uncertainty_intervals(
         intervals: tuple[Interval, ...] = result.measurement.intervals
         return intervals
     yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
+    yields = yields or (result.pair.is_coated and result.ceiling is not None)
     answer = []
     for name in QUANTITIES:
         value = float(getattr(result, name))
@@ -273,6 +274,11 @@ def _rim(result: ContactResult) -> ErrorSource:
 
 
 def _yielding(name: str, result: ContactResult) -> ErrorSource:
+    other = result.calibrated
+    if other is not None and other.is_of_base and hasattr(other, name):
+        # What a coated body bears lies between coating and base.
+        change = getattr(other, name) / getattr(result, name) - 1
+        return ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
     advice = plausibility.advice(result) if name == "contact_fraction" else None
     if advice is None or isinstance(result.ceiling, np.ndarray):
         return ErrorSource(Cause.YIELDING, math.nan, math.nan)
