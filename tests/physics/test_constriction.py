@@ -265,14 +265,20 @@ def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
         found = rc.conductance(result, steel, aluminium)
         alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
         assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
-        for name, low, high in (("air", 0.75, 1.05), ("oil", 1.0, 1.35)):
+        for name, low, high, near in (
+            ("air", 0.75, 1.05, 0.01), ("helium", 0.75, 1.05, 0.015), ("oil", 1.0, 1.35, 0.08),
+            ("grease", 1.0, 1.35, 0.08),
+        ):  # fmt: skip
             fluid = filling_of(name)
             with np.errstate(divide="ignore"):
                 gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)
             both = filled(result, np.where(result.contact, np.inf, gap), resistivity)
-            added = found.column(f"{name}_gap")[0]
+            together = rc.conductance(result, steel, aluminium, gap=name)
+            added = together.column("filled_gap")[0]
             assert low * (both - alone) < added < high * (both - alone)
-            assert found.filled_conductance(name)[0] == pytest.approx(both, rel=0.15)
+            assert together.joint_conductance[0] == pytest.approx(both, rel=near)
+            if name in ("air", "oil"):
+                assert found.filled_conductance(name) == together.joint_conductance
 
 
 @pytest.mark.parametrize("voltage", [0.02, 0.1, 0.4])
