@@ -37,7 +37,7 @@ def test_every_entry_is_a_material(entry: catalog.Entry) -> None:
 def test_every_value_has_its_source(entry: catalog.Entry) -> None:
     quoted_values = (
         entry.young, entry.poisson, entry.yield_strength, entry.hardness, entry.resistivity,
-        entry.conductivity, entry.exponent,
+        entry.conductivity, entry.exponent, entry.softening_voltage, entry.melting_voltage,
     )  # fmt: skip
     for quoted in quoted_values:
         if quoted is not None:

@@ -182,6 +182,21 @@ def test_radiation_is_told_where_little_else_conducts() -> None:
     assert hot.radiation == pytest.approx(8 * found.radiation, rel=1e-3)
 
 
+def test_a_current_heats_the_spots() -> None:
+    silver = rc.catalog.entry("silver").conductor
+    resistance = rc.conductance(RESULT, silver, silver).electrical_resistance[0]
+    # Silver softens at 0.09 V and melts at 0.37 V.
+    for voltage, severities in ((1e-3, []), (0.15, ["caution"]), (1.0, ["warning"])):
+        found = rc.conductance(RESULT, silver, silver, current=voltage / resistance)
+        assert found.voltage[0] == pytest.approx(voltage)
+        assert found.hottest[0] == pytest.approx(math.hypot(298.15, voltage / 2 / 2.44e-8**0.5))
+        told = [caution for caution in found.cautions if caution.kind == Kind.HOT_SPOTS]
+        assert [str(caution.severity) for caution in told] == severities
+    assert np.isnan(rc.conductance(RESULT, silver, silver).voltage).all()
+    with pytest.raises(rc.InputError, match="current needs the resistivity of both bodies"):
+        rc.conductance(RESULT, rc.Conductor(conductivity=1.0), silver, current=1.0)
+
+
 def test_a_gap_needs_what_it_is_computed_from() -> None:
     free = rc.solve(ROUGH, material=STEEL, load=1.0)
     for result, bodies, fluid, said in (

@@ -13,7 +13,9 @@ from roughcontact.cli import app
 from roughcontact.joint.conductance import slip_factor
 from roughcontact.joint.flow import flow
 from roughcontact.joint.leakage import flow_gap
+from roughcontact.material import fluids
 from roughcontact.report import kinds
+from roughcontact.request.leakage import GAS
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))
@@ -151,6 +153,11 @@ def test_a_named_gas_leaks_in_units_of_leak_detection() -> None:
     viscosity = 20e-6 * (298.15 / 300) ** 0.69
     liquid = rc.leakage(RESULT, viscosity=viscosity, pressure_difference=1e5)
     assert rc.leakage(RESULT, **dense).rate(0) == near(liquid.rate(0), rel=5e-3)
+
+
+def test_the_option_offers_the_gases_that_are_known() -> None:
+    gases = [row.name for row in fluids.entries().values() if isinstance(row, fluids.Gas)]
+    assert list(GAS.parse.known) == gases  # type: ignore[attr-defined]
 
 
 def test_a_seal_of_known_size_has_the_class_of_its_larger_leak() -> None:

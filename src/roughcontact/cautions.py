@@ -39,6 +39,7 @@ class Kind(StrEnum):
     LAW_RANGE = "law-range"
     NEAR_THRESHOLD = "near-threshold"
     FLUID_PRESSURE = "fluid-pressure"
+    HOT_SPOTS = "hot-spots"
     RAREFIED = "rarefied"
     LEAK_PIXEL = "leak-pixel"
     SHEAR_YIELD = "shear-yield"

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 _SI_UNITS = {
     "length": "m", "force": "N", "pressure": "Pa", "moment": "N m", "line load": "N/m",
     "resistivity": "ohm m", "conductivity": "W/m/K", "film": "ohm m^2", "thermal film": "m^2 K/W",
-    "viscosity": "Pa s", "temperature": "K",
+    "viscosity": "Pa s", "temperature": "K", "current": "A", "voltage": "V",
 }  # fmt: skip
 _EXAMPLES = {
     "length": "'0.1 mm'", "force": "'1 N'", "pressure": "'210 GPa'", "moment": "'1 N mm'",
     "line load": "'600 N/mm'", "resistivity": "'17 nohm m'", "conductivity": "'46 W/m/K'",
     "film": "'1e-12 ohm m^2'", "thermal film": "'1e-5 m^2 K/W'",
-    "viscosity": "'1 mPa s'", "temperature": "'20 °C'",
+    "viscosity": "'1 mPa s'", "temperature": "'20 °C'", "current": "'10 A'", "voltage": "'0.1 V'",
 }  # fmt: skip
 _NAMED_DIMENSIONS = {
     "": "a pure number",

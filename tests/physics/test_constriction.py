@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import LinearOperator, cg
 
 import roughcontact as rc
@@ -264,11 +265,36 @@ def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
         found = rc.conductance(result, steel, aluminium)
         alone = filled(result, np.where(result.contact, np.inf, 0), resistivity)
         assert found.thermal_conductance[0] == pytest.approx(alone, rel=1e-3)
-        for name, low, high in (("air", 0.75, 1.05), ("oil", 1.0, 1.35)):
+        for name, low, high, near in (
+            ("air", 0.75, 1.05, 0.01), ("helium", 0.75, 1.05, 0.015), ("oil", 1.0, 1.35, 0.08),
+            ("grease", 1.0, 1.35, 0.08),
+        ):  # fmt: skip
             fluid = filling_of(name)
             with np.errstate(divide="ignore"):
                 gap = fluid.conductivity / (np.fmax(result.gap, 0) + fluid.jump)
             both = filled(result, np.where(result.contact, np.inf, gap), resistivity)
-            added = found.column(f"{name}_gap")[0]
+            together = rc.conductance(result, steel, aluminium, gap=name)
+            added = together.column("filled_gap")[0]
             assert low * (both - alone) < added < high * (both - alone)
-            assert found.filled_conductance(name)[0] == pytest.approx(both, rel=0.15)
+            assert together.joint_conductance[0] == pytest.approx(both, rel=near)
+            if name in ("air", "oil"):
+                assert found.filled_conductance(name) == together.joint_conductance
+
+
+@pytest.mark.parametrize("voltage", [0.02, 0.1, 0.4])
+def test_the_hottest_spot_is_that_of_a_bar_heated_by_its_current(voltage: float) -> None:
+    # A bar with k = L T/ρ whose ends are at T₀: (k T′)′ + j² ρ = 0 by shooting from its middle.
+    cold, lorenz, resistivity, half = 300.0, 2.44e-8, 2e-8, 1e-3
+    density = voltage / (2 * half * resistivity)
+
+    def heat(_: float, state: np.ndarray) -> list[float]:
+        temperature, flux = state
+        return [-flux * resistivity / (lorenz * temperature), density**2 * resistivity]
+
+    def end(middle: float) -> float:
+        path = solve_ivp(heat, (0, half), [middle, 0.0], rtol=1e-9, atol=1e-9)
+        return float(path.y[0, -1]) - cold
+
+    found = constriction.hottest_spot(voltage, cold)
+    assert end(found) == pytest.approx(0, abs=1e-3)
+    assert abs(end(1.001 * found)) > 0.1

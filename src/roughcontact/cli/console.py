@@ -216,6 +216,8 @@ def show_entry(entry: Entry) -> None:
         ("hardening exponent", entry.exponent, "{:g}".format),
         ("resistivity", entry.resistivity, _in("Ω m")),
         ("conductivity", entry.conductivity, "{:g} W/(m K)".format),
+        ("softening voltage", entry.softening_voltage, "{:g} V".format),
+        ("melting voltage", entry.melting_voltage, "{:g} V".format),
     )
     values = [(name, form(item[0]), item.source) for name, item, form in listed if item is not None]
     _print_table(rows)

@@ -39,7 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.arguments import checked
-from roughcontact.cautions import Caution, Kind, as_note, ordered
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.plausibility import over_loads
 from roughcontact.contact.result import ContactResult
@@ -60,8 +60,9 @@ from roughcontact.result import Result
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
+from roughcontact.theory.constriction import hottest_spot
 from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path
-from roughcontact.units import Quantity, percent, quantity
+from roughcontact.units import Quantity, engineering, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -337,6 +338,8 @@ class Conductance(Result):
         What was given to fill the gap.
     temperature : float
         Mean temperature of the joint [K].
+    current : float or None
+        Current through the contact [A].
     calibrated : CalibratedChange or None
         How the constriction length under the largest load changes under the calibrated ceiling,
         where that is known; see `with_calibrated_ceiling`.
@@ -353,6 +356,7 @@ class Conductance(Result):
     calibrated: CalibratedChange | None = None
     filling: Filling | None = None
     temperature: float = ROOM_TEMPERATURE
+    current: float | None = None
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
         """Return the same with what changes under the calibrated ceiling.
@@ -442,6 +446,16 @@ class Conductance(Result):
         return self.thermal_conductance + self.column("filled_gap")
 
     @property
+    def voltage(self) -> Array:
+        """Contact voltage at the given current [V], shape (n,); NaN without one."""
+        return self.electrical_resistance * (math.nan if self.current is None else self.current)
+
+    @property
+    def hottest(self) -> Array:
+        """Temperature of the hottest spot at the given current [K], shape (n,)."""
+        return np.array([hottest_spot(voltage, self.temperature) for voltage in self.voltage])
+
+    @property
     def radiation(self) -> float:
         """Conductance of black faces by radiation, 4 σ T³, an upper bound [W/(m² K)]."""
         return 4 * STEFAN_BOLTZMANN * self.temperature**3
@@ -492,6 +506,7 @@ def conductance(
     gap: Quantity | None = None,
     gap_pressure: Quantity | None = None,
     temperature: Quantity | None = None,
+    current: Quantity | None = None,
 ) -> Conductance:
     """Return electrical resistance and thermal conductance of a contact.
 
@@ -512,6 +527,8 @@ def conductance(
     gap_pressure, temperature : float, str or quantity of pint, optional
         Pressure of a gas in the gap [Pa], by default 1 bar; mean temperature of the joint [K], by
         default 25 °C.
+    current : float, str or quantity of pint, optional
+        Current through the contact [A], for its voltage and its hottest spot.
 
     Returns
     -------
@@ -565,11 +582,40 @@ def conductance(
     filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
     if filling is not None and math.isnan(_thermal_resistivity(bodies)):
         raise InputError("needs the conductivity of both bodies", argument="gap")
+    amperes = None if current is None else positive(current, "current", "current")
+    if amperes and None in (body.resistivity for body in bodies):
+        raise InputError("needs the resistivity of both bodies", argument="current")
     steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies), filling)
     result = Conductance(
-        steps, bodies, *films, largest, over_loads(judged, "N"), filling=filling, temperature=warmth
+        steps,
+        bodies,
+        *films,
+        largest,
+        over_loads(judged, "N"),
+        filling=filling,
+        temperature=warmth,
+        current=amperes,
     )
-    return replace(result, messages=(*result.messages, *_radiation(result)))
+    return replace(result, messages=(*result.messages, *_radiation(result), *_heat(result)))
+
+
+def _heat(result: Conductance) -> Iterator[Caution]:
+    """Yield the message on spots that soften or melt under the smallest load."""
+    voltage = float(np.nanmax(result.voltage, initial=0.0))
+    for limit, effect, severity in (
+        ("melting_voltage", "melt and weld", as_warning),
+        ("softening_voltage", "soften and grow", as_caution),
+    ):
+        known = [(value, body.name) for body in result.bodies if (value := getattr(body, limit))]
+        lowest, name = min(known, default=(math.inf, ""))
+        if voltage > lowest:
+            yield severity(
+                Kind.HOT_SPOTS,
+                f"Contact voltage {engineering(voltage, 'V', 3)} exceeds the "
+                f"{limit.replace('_', ' ')} of {name or 'a body'} ({lowest:g} V): spots {effect}.",
+                voltage=voltage,
+            )
+            return
 
 
 def _radiation(result: Conductance) -> Iterator[Caution]:

@@ -51,6 +51,8 @@ class Entry:
     note: str = ""  # What a user should know
     resistivity: Value | None = None  # Electrical resistivity at room temperature [Ω m]
     conductivity: Value | None = None  # Thermal conductivity at room temperature [W/(m K)]
+    softening_voltage: Value | None = None  # Contact voltage at which spots soften [V]
+    melting_voltage: Value | None = None  # Contact voltage at which spots melt [V]
     exponent: Value | None = None
     caveat: str = ""  # What the material is that no contact here includes, for `Material`
 
@@ -87,11 +89,9 @@ class Entry:
     @property
     def conductor(self) -> Conductor:
         """What it conducts, as far as it is known."""
-        return Conductor(
-            resistivity=None if self.resistivity is None else self.resistivity.value,
-            conductivity=None if self.conductivity is None else self.conductivity.value,
-            name=self.key,
-        )
+        names = ("resistivity", "conductivity", "softening_voltage", "melting_voltage")
+        known = {name: value for name in names if (value := getattr(self, name)) is not None}
+        return Conductor(name=self.key, **{name: value.value for name, value in known.items()})
 
 
 @dataclass(frozen=True)

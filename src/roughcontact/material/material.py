@@ -377,6 +377,8 @@ class Conductor:
         Thermal conductivity k: a number in W/(m K), or with its unit, as ``"46 W/m/K"``.
     name : str
         A name for reports.
+    softening_voltage, melting_voltage : float, str or quantity of pint, optional
+        Contact voltages at which spots soften and melt [V].
 
     Raises
     ------
@@ -392,6 +394,8 @@ class Conductor:
     resistivity: float | None = None
     conductivity: float | None = None
     name: str = ""
+    softening_voltage: float | None = None
+    melting_voltage: float | None = None
 
     @checked
     def __init__(
@@ -399,20 +403,27 @@ class Conductor:
         resistivity: Quantity | None = None,
         conductivity: Quantity | None = None,
         name: str = "",
+        softening_voltage: Quantity | None = None,
+        melting_voltage: Quantity | None = None,
     ) -> None:
-        object.__setattr__(self, "resistivity", _positive(resistivity, "resistivity"))
-        object.__setattr__(self, "conductivity", _positive(conductivity, "conductivity"))
+        for argument, value, dimension in (
+            ("resistivity", resistivity, "resistivity"),
+            ("conductivity", conductivity, "conductivity"),
+            ("softening_voltage", softening_voltage, "voltage"),
+            ("melting_voltage", melting_voltage, "voltage"),
+        ):
+            object.__setattr__(self, argument, _positive(value, dimension, argument))
         object.__setattr__(self, "name", name)
 
 
-def _positive(value: Quantity | None, dimension: str) -> float | None:
-    result = quantity(value, dimension, dimension)
+def _positive(value: Quantity | None, dimension: str, argument: str) -> float | None:
+    result = quantity(value, dimension, argument)
     if result is None:
         return None
     if not (isinstance(result, Real) and 0 < float(result) < math.inf):
         raise InputError(
             f"must be positive and finite, got {value!r}; leave it out where it is unknown",
-            argument=dimension,
+            argument=argument,
             value=value,
         )
     return float(result)

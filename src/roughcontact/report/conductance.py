@@ -88,6 +88,10 @@ def _has_filling(result: joint.Conductance) -> bool:
     return result.filling is not None
 
 
+def _has_current(result: joint.Conductance) -> bool:
+    return result.current is not None
+
+
 def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
     return lambda result: result.filled_conductance(name).tolist()
 
@@ -143,6 +147,7 @@ CONDUCTANCE: Table = (
         text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
     ),
     Quantity("temperature", unit="K"),
+    Quantity("current", unit="A", of=lambda r: r.current),
     *_fillings(),
     Quantity(
         "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
@@ -192,6 +197,8 @@ CONDUCTANCE_COLUMNS: Columns = (
         "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
         of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
     ),
+    Column("voltage", unit="V", of=lambda r: r.voltage.tolist(), when=_has_current),
+    Column("hottest", unit="K", of=lambda r: r.hottest.tolist(), when=_has_current),
     Column("gap_conductance", "gap", unit="W/(m² K)", when=_has_filling,
            of=lambda r: r.column("filled_gap").tolist()),
     Column("joint_conductance", "joint", unit="W/(m² K)", when=_has_filling,
@@ -269,6 +276,8 @@ _ASSUMPTIONS = (
 
 # --- What is said first ---
 
+_ZERO_CELSIUS = 273.15
+
 
 def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
     """Return conductance and resistance under one of the loads."""
@@ -344,6 +353,12 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
         lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
     elif _filled(result):
         lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
+    if result.current is not None:
+        amperes = phrases.size(result.current, "A")
+        voltage = phrases.size(float(result.voltage[0]), "V")
+        hot = plain(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
+        smallest = " under the smallest load" * (len(result.steps) > 1)
+        lines.append(f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}")
     lines += [uncertainty.sources(_interval(result), hint=False)]
     others = []
     if result.coarser is not None:
@@ -361,7 +376,8 @@ KIND = Kind(
     problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
     assumptions=_ASSUMPTIONS, sentences=sentences, figures=figures.CONDUCTANCE,
     contact=attrgetter("largest"),
-    works=lambda _: (
+    works=lambda result: (
+        *((cited("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
         cited("conductance from the stiffness", "Barber2003"),
         cited("resistance of the spots", "Holm1967", "Greenwood1966"),
         cited("correlations of flat joints", "Cooper1969", "Mikic1974"),

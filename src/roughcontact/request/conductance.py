@@ -24,11 +24,15 @@ GAP_PRESSURE = Option(
     "gap-pressure", Panel.BODIES, "PRESSURE",
     'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, None,
 )  # fmt: skip
+CURRENT = Option(
+    "current", Panel.BODIES, "CURRENT", 'Current through the contact: "10 A"; default: none.',
+    parsing.quantity("current"), None,
+)  # fmt: skip
 FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
 _CONDUCTORS = (
     joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
     joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM, GAP, GAP_PRESSURE,
-    joints.TEMPERATURE,
+    joints.TEMPERATURE, CURRENT,
 )  # fmt: skip
 
 
@@ -45,6 +49,7 @@ def _run(request: Request, work: Work) -> Outcome:
         gap=request[GAP],
         gap_pressure=request[GAP_PRESSURE],
         temperature=request[joints.TEMPERATURE],
+        current=request[CURRENT],
     )
     return joints.outcome(request, work, contacts.with_variants(result))
 
@@ -82,9 +87,9 @@ def _check(request: Request) -> None:
             argument=lacking.argument,
         )
     for film, kind, there in zip(
-        (ELECTRICAL_FILM, joints.THERMAL_FILM, GAP),
-        (*kinds, kinds[1]),
-        (*known, known[1]),
+        (ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP),
+        (*kinds, *kinds),
+        (*known, *known),
         strict=True,
     ):
         if request[film] and not there:

@@ -129,3 +129,34 @@ def elastic_joint(pressure: float, contact_modulus: float, slope: float, roughne
     )
     strain = math.sqrt(2) * pressure / (contact_modulus * slope)
     return 3.1 * slope / roughness * math.pow(strain, 0.94)
+
+
+LORENZ = 2.44e-8
+"""Conductivity times resistivity of a metal over its temperature, L [V²/K²]."""
+
+
+def hottest_spot(voltage: float, temperature: float) -> float:
+    """Return the highest temperature in a contact that carries a current, √(T² + V²/(4 L)) [K].
+
+    Parameters
+    ----------
+    voltage : float
+        Contact voltage V [V].
+    temperature : float
+        Temperature T of the bodies far from the contact [K].
+
+    Notes
+    -----
+    Potential and temperature belong together, whatever the shape of the spots, where current and
+    heat flow through the same surfaces and k ρ = L T in both bodies.
+
+    References
+    ----------
+    Kohlrausch 1900, Ann. Phys. 306, 132; Holm, Electric Contacts (4th ed. 1967), §13
+
+    Examples
+    --------
+    >>> round(hottest_spot(0.43, 293.15))
+    1407
+    """
+    return math.hypot(temperature, voltage / (2 * math.sqrt(LORENZ)))
