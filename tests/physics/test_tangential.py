@@ -183,7 +183,7 @@ def test_superposition_gives_curve_and_stick_of_rough_steel(boundary: str) -> No
 def test_the_backbone_of_a_rough_joint_is_that_of_superposition() -> None:
     contact = rough(0.3, "periodic")
     most = 0.9 * FRICTION * contact.load
-    forces = [most * part / 5 for part in range(1, 6)]
+    forces = [most * part / 3 for part in range(1, 4)]
     result = pushed(contact, 0.9, force=forces)
     np.testing.assert_allclose(result.column("shift"), result.superposition.shift[1:], rtol=0.02)
     once = pushed(contact, 0.9)
@@ -260,7 +260,8 @@ def test_a_profile_is_as_stiff_along_as_across() -> None:
     curve = result.superposition
     assert curve.traction_difference < 1e-7
     assert curve.shift[-1] == pytest.approx(result.last.shift, rel=1e-8)
-    assert result.initial_stiffness == pytest.approx(contact.stiffness(), rel=1e-6)
+    # Its linear problem is solved to 1e-2; the error of the energy is a square.
+    assert result.initial_stiffness == pytest.approx(contact.stiffness(), rel=1e-5)
     assert not result.traction[0].any()
 
 

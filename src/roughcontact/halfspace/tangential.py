@@ -101,6 +101,13 @@ class TangentialConvolution(Convolution):
             for rows in runs:
                 spectrum[rows] = displaced[rows]
 
+    def rounded(self) -> TangentialConvolution:
+        """Return the same operator in single precision."""
+        return TangentialConvolution(
+            self.spectra, self.shape, self.padded, workspace=self.workspace,
+            softness=self.softness, precision="single",
+        )  # fmt: skip
+
     def approximate_inverse(self) -> TangentialConvolution:
         """Return ``displacement / K₀₀ → traction`` with next to no padding.
 

@@ -38,8 +38,8 @@ Array = NDArray[np.float64]
 UNLIKE = 0.05
 """Dundurs' β above which the coupling of pressure and traction has a caution."""
 
-# Forces of the superposition's curve.
-_POINTS = 5
+# Forces of the superposition's curve, and the certificate of all but the last.
+_POINTS, _DRAWN = 3, 1e-4
 
 
 @dataclass(frozen=True)
@@ -608,10 +608,14 @@ def _case(result: ContactResult, load: float) -> LoadCase:
     )
 
 
-def _unloaded(heaviest: ContactResult, load: float, start: Any = None) -> ContactResult:
+def _unloaded(
+    heaviest: ContactResult, load: float, start: Any = None, tolerance: float = 0.0
+) -> ContactResult:
     """Return the contact under a smaller load, elastic on the surface that the larger one left."""
     pair = replace(heaviest.pair, share=indented_surface(heaviest))
-    case = replace(_case(heaviest, load), ceiling=None)
+    case = replace(
+        _case(heaviest, load), ceiling=None, tolerance=max(heaviest.tolerance, tolerance)
+    )
     return press(pair, case, start=start)
 
 
@@ -626,7 +630,8 @@ def _superposed(path: _Path, contact: ContactResult, force: float) -> Superposit
     smaller = full
     for part in range(1, _POINTS + 1):
         forces.append(force * part / _POINTS)
-        smaller = _unloaded(contact, contact.load - forces[-1] / friction, smaller.pressure)
+        rough = _DRAWN if part < _POINTS else 0.0
+        smaller = _unloaded(contact, contact.load - forces[-1] / friction, smaller.pressure, rough)
         traction = friction * (full.pressure - smaller.pressure)
         shifts.append(friction * compliance * (full.approach - smaller.approach))
         sticks.append(

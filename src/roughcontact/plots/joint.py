@@ -446,7 +446,11 @@ def _draw_curve(axes: Axes, result: Tangential) -> None:
     factor, unit = style.prefixed(float(abs(force).max()), result.solution.pair.load_unit)
     curve = result.superposition
     if curve is not None:
-        along, up = np.array(curve.shift) * length, np.array(curve.force) * factor
+        points = np.array(curve.shift) * length, np.array(curve.force) * factor
+        # As smooth as it is, through all points.
+        through = np.polynomial.Polynomial.fit(*points, points[0].size - 1)
+        along = np.linspace(0, points[0][-1], 50)
+        up = through(along)
         sign = np.sign(result.last.force)
         axes.plot(sign * along, sign * up, color=style.SERIES[0], label="superposition")
         # Masing: the loop is the curve at twice its size, from either end.

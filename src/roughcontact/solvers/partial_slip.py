@@ -7,6 +7,7 @@ multiplier of a given sum of q. The slip is s = t + f - K q: zero where ``|q|`` 
 A few projected-gradient steps find stick and slip roughly. Semi-smooth Newton steps finish: pixels
 that slip go to the rim of their disc and move along it, all others move freely. The linear problem
 of each step is solved by preconditioned conjugate gradients, with the sum of q as a constraint.
+Inside both, K q is computed in single precision; each step ends with K q in double precision.
 
 References
 ----------
@@ -41,6 +42,8 @@ _DESCENT = 10
 _ROUNDS, _NEWTON, _INNER = 4, 30, 200
 # Residual of the linear problem of a step, over its first.
 _FORCING = 0.05
+# That of a stiffness, whose error is its square: it follows from the energy.
+_RESPONSE = 1e-2
 
 
 class TangentialOperator(Protocol):
@@ -59,6 +62,9 @@ class TangentialOperator(Protocol):
 
     def gather(self, support: Any, traction: Array) -> Array:
         """Return the displacement of the loaded pixels themselves."""
+
+    def rounded(self) -> TangentialOperator:
+        """Return the operator in single precision."""
 
     def approximate_inverse(self) -> TangentialOperator:
         """Return ``displacement / K₀₀ → traction``, about."""
@@ -210,6 +216,8 @@ class _Solver:
         self.offset = problem.offset / self.length
         self.total = None if problem.total is None else problem.total / self.pressure
         self.support = operator.support(problem.index)
+        self.rough = operator.rounded()
+        self.rough_support = self.rough.support(problem.index)
         self.inverse = operator.approximate_inverse()
         self.inverse_support = self.inverse.support(problem.index)
         self.applications = self.inversions = 0
@@ -219,6 +227,12 @@ class _Solver:
         """Return K q."""
         self.applications += 1
         return self.operator.gather(self.support, traction) / self.operator.self_displacement
+
+    def nearly(self, traction: Array) -> Array:
+        """Return K q in single precision, where `displaced` follows."""
+        self.applications += 1
+        displacement = self.rough.gather(self.rough_support, traction)
+        return displacement / self.operator.self_displacement
 
     def dot(self, first: Array, second: Array) -> float:
         """Return the inner product of two fields."""
@@ -290,7 +304,7 @@ class _Solver:
         for _ in range(_DESCENT):
             slip = self.slip(state)
             traction, moved = self.projected(state.traction + length * slip)
-            following = self.placed(traction, state.shift + moved / length)
+            following = _State(traction, self.nearly(traction), state.shift + moved / length)
             change = traction - state.traction
             square = self.dot(change, change)
             work = self.dot(change, following.displacement - state.displacement)
@@ -298,7 +312,7 @@ class _Solver:
             if not (square > 0 and work > 0):
                 break
             length = square / work
-        return state
+        return self.placed(state.traction, state.shift)
 
     def advanced(self, state: _State, merit: float) -> _State | None:
         """Return the state after a Newton step; None if none is better."""
@@ -306,12 +320,11 @@ class _Solver:
         space = _Space(target, self.bound)
         traction = np.where(space.slips, self.bound * space.normal, state.traction)
         change = traction - state.traction
-        displacement = state.displacement + self.displaced(change)
         lack = None if self.total is None else self.total - self.sum(traction)
-        driving = state.shift[:, None] + self.offset - displacement
-        step, moved, shift = self.linear(space, driving, lack)
+        driving = self.slip(state) - self.nearly(change)
+        step, _, shift = self.linear(space, driving, lack)
         change += step
-        displacement = displacement + moved - state.displacement
+        displacement = self.displaced(change)
         best = None
         for part in (1.0, 0.5, 0.25):
             tried = _State(
@@ -349,7 +362,7 @@ class _Solver:
             uniform = [self.inverted(space, space.along(unit)) for unit in units]
             inverse = np.linalg.pinv(np.array([self.sum(field) for field in uniform]), rcond=1e-9)
             step = _combined(uniform, inverse @ lack)
-            moved = self.displaced(step)
+            moved = self.nearly(step)
             residual = residual - space.along(moved) - space.stiffness * step
         direction, last, first = np.zeros_like(driving), 0.0, 0.0
         for count in range(_INNER):
@@ -363,7 +376,7 @@ class _Solver:
                 break
             direction = gradient + (square / last * direction if count else 0.0)
             last = square
-            displaced = self.displaced(direction)
+            displaced = self.nearly(direction)
             image = space.along(displaced) + space.stiffness * direction
             length = square / self.dot(direction, image)
             step = step + length * direction
@@ -430,6 +443,7 @@ def stiffness(
         traction, slip, bound = solution
     solver = _Solver(operator, Problem(index, bound, np.zeros((2, index.size))))
     space = _Space((traction / solver.pressure + slip / solver.length), solver.bound * (1 - STICK))
-    _, _, shift = solver.linear(space, np.zeros_like(slip), direction, 1e-5)
-    rate = float(direction @ shift)
-    return 1 / (rate * operator.self_displacement) if rate > 0 else 0.0
+    step, moved, _ = solver.linear(space, np.zeros_like(slip), direction, _RESPONSE)
+    force = float(direction @ solver.sum(step))
+    energy = solver.dot(step, moved + space.stiffness * step)
+    return force**2 / (energy * operator.self_displacement) if energy > 0 else 0.0
