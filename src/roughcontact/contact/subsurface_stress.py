@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,9 +37,6 @@ from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, engineering, quantity
-
-if TYPE_CHECKING:
-    import xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -215,12 +212,12 @@ class StressResult(Result):
         OSError
             If the file cannot be written; an old file survives.
         """
-        packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
+        packed = dict.fromkeys(archive.PACKED, netcdf.PACKED)
         netcdf.write(to_dataset(self), path, packed)
 
 
-def to_dataset(result: StressResult) -> xarray.Dataset:
-    """Return a stress result as an xarray dataset."""
+def to_dataset(result: StressResult) -> netcdf.Dataset:
+    """Return a stress result as a dataset."""
     dataset = archive.to_dataset(result.solution)
     _add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
@@ -246,12 +243,12 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
     return dataset
 
 
-def _add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
+def _add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> None:
     """Add the largest stresses over the depth, and over the map."""
     about = {"units": "m", "long_name": "depth below the surface"}
-    dataset.coords["depth"] = ("depth", profile.depths, about)
-    dataset.coords["component"] = ("component", list(COMPONENTS))
-    dataset.coords["pass"] = ("pass", ["y", "x"])
+    dataset["depth"] = ("depth", profile.depths, about)
+    dataset["component"] = ("component", list(COMPONENTS))
+    dataset["pass"] = ("pass", ["y", "x"])
     over_depth = {
         "von_mises": (profile.von_mises, "Pa", "largest von Mises stress"),
         "tresca": (profile.tresca, "Pa", "largest Tresca stress"),
