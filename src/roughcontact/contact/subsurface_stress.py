@@ -35,6 +35,7 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
+from roughcontact.solvers.progress import Tell, each_part, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, engineering, quantity
 
@@ -286,6 +287,7 @@ def _variable(
 _THREAD = 2**23
 
 
+@shows_progress_bar
 @checked
 def subsurface_stress(
     result: ContactResult,
@@ -295,6 +297,7 @@ def subsurface_stress(
     friction: float = 0.0,
     direction: float = 0.0,
     precision: str = "single",
+    progress: Tell = None,
 ) -> StressResult:
     """Return the elastic stress below a solved contact.
 
@@ -316,6 +319,9 @@ def subsurface_stress(
         row is drawn on top: 90 points to smaller y.
     precision : {"double", "single"}
         Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is called with a `Progress`, the number
+        of the depth.
 
     Returns
     -------
@@ -351,7 +357,8 @@ def subsurface_stress(
     options = {**traction(result.pair, in_body, friction, direction), "precision": precision}
     profile, section_x, section_y = stress_summary.summarize_with_sections(
         result.pressure, result.pair.pixel, material.poisson,
-        depths=wanted, yield_strength=material.yield_strength, **options,
+        depths=wanted, yield_strength=material.yield_strength,
+        tell=each_part(progress, "stress below the surface"), **options,
     )  # fmt: skip
     return StressResult(
         solution=result,

@@ -501,7 +501,7 @@ def summarize_with_sections(
     Parameters
     ----------
     pressure, pixel, poisson, options
-        As for `summarize`.
+        As for `summarize`; ``tell(number, count)`` is called before each depth.
 
     Returns
     -------
@@ -529,6 +529,7 @@ def _passage(
     direction: float = 0.0,
     precision: str = "single",
     workers: int | None = None,
+    tell: Callable[[int, int], None] | None = None,
 ) -> _Passage:
     """Return the depths of `summarize` after they have passed."""
     workspace = Workspace(workers)
@@ -539,9 +540,9 @@ def _passage(
     rim = partial(_rim, field, pressure, pixel, poisson, Boundary(boundary), pulls, workspace)
     # Between the points of a profile nothing is looked for.
     looked = pulls and field.shape[0] > 1
-    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None)
+    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
     if depths is None:
-        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
+        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary), _REFINEMENTS)
         passage.close_in()
     else:
         passage.look(depth_list(depths))
@@ -557,8 +558,10 @@ class _Passage:
         yield_strength: float | None,
         pressure: NDArray[Any],
         rim: Callable[[], Rim | None] | None,
+        tell: Callable[[int, int], None] | None,
     ) -> None:
         self._field, self._strength, self._rim = field, yield_strength, rim
+        self._tell, self._count = tell, 0
         self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
         self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
         self._layers: dict[float, _Layer] = {}
@@ -566,8 +569,9 @@ class _Passage:
         self._row = int(np.abs(pressure).max(axis=1).argmax())
         self._pixel, self._largest = (self._row, 0), 0.0
 
-    def look(self, depths: Array) -> None:
-        """Look at some depths, one after the other."""
+    def look(self, depths: Array, more: int = 0) -> None:
+        """Look at some depths, one after the other; so many more may follow."""
+        self._count = depths.size + more
         for depth in depths.tolist():
             self._layers[depth] = self._layer(depth)
             self._row = self._layers[depth].pixel[0]
@@ -581,6 +585,8 @@ class _Passage:
             self._layers[depth] = self._layer(depth)
 
     def _layer(self, depth: float) -> _Layer:
+        if self._tell is not None:
+            self._tell(len(self._layers) + 1, self._count)
         cross = Cross(self._field, self._pixel)
         layer = _layer(self._field, depth, self._peak, self._limit, self._row, cross)
         rim = None if depth > 0 or self._rim is None else self._rim()
