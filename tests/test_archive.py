@@ -129,7 +129,7 @@ def test_every_number_keeps_its_bits(case: str, tmp_path: Path) -> None:
 
 
 def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
-    dataset = archive.to_dataset(solved("tilted"))
+    dataset = solved("tilted").to_xarray()
     assert dataset.attrs["moments_x_units"] == "N m"
     for name in [name for name in dataset.attrs if name.startswith(("tilt", "moments"))]:
         del dataset.attrs[name]
@@ -141,7 +141,7 @@ def test_a_file_from_before_bodies_could_tilt(tmp_path: Path) -> None:
 
 def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
     result = solved("two rough bodies")
-    dataset = archive.to_dataset(result)
+    dataset = result.to_xarray()
     del dataset.attrs["provenance"], dataset.attrs["counter_provenance"]
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     again = load_result(tmp_path / "old.nc")
@@ -160,7 +160,7 @@ def test_a_file_from_before_steps_were_data(tmp_path: Path) -> None:
 
 
 def test_a_damaged_provenance_is_refused(tmp_path: Path) -> None:
-    dataset = archive.to_dataset(solved("two rough bodies"))
+    dataset = solved("two rough bodies").to_xarray()
     dataset.attrs["provenance"] = dataset.attrs["provenance"][:-1]
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     with pytest.raises(FormatError, match=r"out\.nc cannot be read as a result"):
@@ -444,13 +444,13 @@ def test_truncated_files(fraction: float, tmp_path: Path, result: rc.ContactResu
 
 @pytest.mark.parametrize("name", ["height", "pressure", "gap"])
 def test_a_variable_is_missing(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
-    archive.to_dataset(result).drop_vars(name).to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    result.to_xarray().drop_vars(name).to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     refused(tmp_path / "out.nc", name)
 
 
 @pytest.mark.parametrize("name", ["status", "load", "material_young", "pixel_x", "boundary"])
 def test_an_attribute_is_missing(name: str, tmp_path: Path, result: rc.ContactResult) -> None:
-    dataset = archive.to_dataset(result)
+    dataset = result.to_xarray()
     del dataset.attrs[name]
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     refused(tmp_path / "out.nc", name)
@@ -463,7 +463,7 @@ def test_an_attribute_is_missing(name: str, tmp_path: Path, result: rc.ContactRe
 def test_an_attribute_is_absurd(
     name: str, value: object, tmp_path: Path, result: rc.ContactResult
 ) -> None:
-    dataset = archive.to_dataset(result)
+    dataset = result.to_xarray()
     dataset.attrs[name] = value
     dataset.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     refused(tmp_path / "out.nc")
@@ -471,7 +471,7 @@ def test_an_attribute_is_absurd(
 
 def test_a_map_with_its_axes_swapped(tmp_path: Path, result: rc.ContactResult) -> None:
     # Pixel and axes would no longer belong together; read_surface refuses the same file.
-    archive.to_dataset(result).transpose().to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    result.to_xarray().transpose().to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     refused(tmp_path / "out.nc")
 
 
@@ -579,7 +579,7 @@ def test_a_map_that_was_changed_is_not_read(tmp_path: Path, result: rc.ContactRe
 @pytest.mark.long
 def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
     result = solved("two soft bodies")
-    archive.to_dataset(result).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    result.to_xarray().to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     old = load_result(tmp_path / "old.nc")
     assert old.cautions[:-1] == result.cautions
     assert old.cautions[-1].kind == Kind.NO_CHECKSUMS
@@ -590,7 +590,7 @@ def test_the_note_on_a_file_without_checksums_stays(tmp_path: Path) -> None:
 
 def test_a_report_cannot_be_made_to_ask_for_gigabytes(tmp_path: Path) -> None:
     # The ceiling was the width of a bin, and the pressures the range: 3e9 bins.
-    dataset = archive.to_dataset(solved("scalar ceiling"))
+    dataset = solved("scalar ceiling").to_xarray()
     dataset.attrs["ceiling"] = 1.0
     dataset.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
     result = load_result(tmp_path / "old.nc")
@@ -602,7 +602,7 @@ def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
     # benchmarks/damaged_files.py does it with thousands.
     path = tmp_path / "out.nc"
     solved("two rough bodies").save(path)
-    content, sound = path.read_bytes(), archive.to_dataset(load_result(path))
+    content, sound = path.read_bytes(), load_result(path).to_xarray()
     rng, found = np.random.default_rng(13), set()
     for _ in range(40):
         damage = (damages.flipped, damages.truncated, damages.zeroed)[rng.integers(3)]
@@ -613,6 +613,6 @@ def test_damaged_files_are_refused_or_nothing_is_lost(tmp_path: Path) -> None:
         except FormatError:
             found.add("refused")
             continue
-        assert archive.to_dataset(again).identical(sound), what
+        assert again.to_xarray().identical(sound), what
         found.add("sound")
     assert found == {"refused", "sound"}

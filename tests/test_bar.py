@@ -7,6 +7,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cautions import Kind
+from roughcontact.report import phrases
 from roughcontact.request.run import run
 from roughcontact.request.tasks import from_text
 from roughcontact.solvers import progress
@@ -194,3 +195,40 @@ def test_a_comparison_tells_its_time_after_the_first_map(tmp_path):
     assert {state.count for state in told} == {6}
     assert sorted(numbers) == numbers
     assert set(numbers) == {1, 2, 3, 4, 5, 6}
+
+
+def told_of(task, folder, **more):
+    """Return what is told while a task is carried out."""
+    rc.Surface(*rc.reference_map(64, 3)).save(folder / "map.npz")
+    given = {"material": "100Cr6", "boundary": "periodic", **more}
+    told = []
+    run(from_text(task, folder / "map.npz", given), lambda text: None, told.append)
+    return told
+
+
+def assert_one_series(states):
+    numbers = [state.number for state in states]
+    assert numbers == sorted(numbers)
+    assert {state.count for state in states} == {states[0].count}
+    assert 1 < numbers[-1] <= states[0].count
+
+
+@pytest.mark.long
+def test_the_depths_of_a_stress_and_the_figures_of_a_report_are_told(tmp_path):
+    report = str(tmp_path / "out.html")
+    told = told_of("stress", tmp_path, load="20 MPa", report=report)
+    for label in ("stress below the surface", f"writing {report}, figures"):
+        assert_one_series([state for state in told if state.label == label])
+    assert phrases.described(told[-1]) == (
+        f"writing {report}, figures: {told[-1].number} of {told[-1].count}"
+    )
+
+
+def test_the_variants_of_a_joint_are_one_series(tmp_path):
+    conducts = dict.fromkeys(("conductivity", "counter-conductivity"), "46 W/m/K")
+    told = told_of("conductance", tmp_path, load="1 GPa", **conducts)
+    variants = [state for state in told if state.label]
+    assert_one_series(variants)
+    assert [*dict.fromkeys(state.label for state in variants)] == [
+        "calibrated ceiling", "coarser grid",
+    ]  # fmt: skip

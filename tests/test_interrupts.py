@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import pytest
-import xarray as xr
 
 from roughcontact import netcdf
 from roughcontact.batch.executors import LocalExecutor, LostWorkerError
@@ -71,7 +70,7 @@ def interrupted_file(folder: str) -> None:
     import h5netcdf
 
     h5netcdf.File.__init__ = lambda *given, **more: os.kill(os.getpid(), signal.SIGTERM)
-    netcdf.write(xr.Dataset({"x": ("x", [1.0])}), f"{folder}/one.nc")
+    netcdf.write(netcdf.Dataset(), f"{folder}/one.nc")
 
 
 @pytest.mark.long

@@ -78,3 +78,11 @@ def test_a_report_reads_and_converts_nothing_that_is_not_there(file: str, tmp_pa
     words = ("--load", "1 N", "--material", "100Cr6", "--report", str(report))
     assert not loaded("solve", file, *words) & {*NEVER, "matplotlib.pyplot"}
     assert report.exists()
+
+
+@pytest.mark.process
+def test_a_result_is_saved_without_what_xarray_loads(file: str, tmp_path: Path) -> None:
+    output = tmp_path / "out.nc"
+    words = ("--load", "1 N", "--material", "100Cr6", "--output", str(output))
+    assert not loaded("solve", file, *words) & {*NEVER, *DRAWS} - {"h5netcdf"}
+    assert output.exists()

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-import xarray
 
 import roughcontact as rc
 from roughcontact import netcdf
@@ -80,11 +79,17 @@ def streamed(values: np.ndarray, packed: bool = False) -> netcdf.Streamed:
     return netcdf.Streamed("gap", "<f8", values.shape, {"units": "m"}, iter(parts), packed)
 
 
+def framed(attributes: dict[str, float] | None = None) -> netcdf.Dataset:
+    result = netcdf.Dataset(attributes)
+    result["y"], result["x"] = ("y", np.arange(5.0)), ("x", np.arange(4.0))
+    return result
+
+
 @pytest.mark.parametrize("packed", [False, True])
 def test_a_map_in_parts_is_sealed_as_one(tmp_path: Path, packed: bool) -> None:
     values = np.random.default_rng(0).normal(size=(5, 4))
-    frame = xarray.Dataset(coords={"y": np.arange(5.0), "x": np.arange(4.0)}, attrs={"load": 1.0})
-    whole = frame.assign(gap=(("y", "x"), values, {"units": "m"}))
+    frame, whole = framed({"load": 1.0}), framed({"load": 1.0})
+    whole["gap"] = (("y", "x"), values, {"units": "m"})
     netcdf.write_streamed(frame, [streamed(values, packed)], tmp_path / "parts.nc")
     netcdf.write(whole, tmp_path / "whole.nc")
     for name in ("parts", "whole"):
@@ -98,8 +103,7 @@ def test_a_disk_without_room_is_told_before_anything_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=100))
-    frame = xarray.Dataset(coords={"y": np.arange(5.0), "x": np.arange(4.0)})
     with pytest.raises(OSError, match="No space left") as error:
-        netcdf.write_streamed(frame, [streamed(np.ones((5, 4)))], tmp_path / "out.nc")
+        netcdf.write_streamed(framed(), [streamed(np.ones((5, 4)))], tmp_path / "out.nc")
     assert error.value.filename == str(tmp_path / "out.nc")
     assert list(tmp_path.iterdir()) == []

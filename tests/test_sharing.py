@@ -161,7 +161,7 @@ def test_commands_share_and_the_library_does_not(
 ) -> None:
     asked: list[int] = []
 
-    def noted(drawings: list[Any], processes: int) -> list[bytes]:
+    def noted(drawings: list[Any], processes: int, tell: object) -> list[bytes]:
         asked.append(processes)
         return [bytes(24)] * len(drawings)
 

@@ -132,7 +132,7 @@ def test_files_are_told_one_by_one(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     solved().save("sound.nc")
     yielded(0.3).save("volume.nc")
-    archive.to_dataset(solved()).to_netcdf("old.nc", engine="h5netcdf")
+    solved().to_xarray().to_netcdf("old.nc", engine="h5netcdf")
     assert app.main(["verify", "sound.nc", "volume.nc", "old.nc"]) == app.SOLVED
     told = capsys.readouterr()
     rows = {line.split()[0]: line.split() for line in told.out.splitlines() if ".nc" in line}

@@ -182,6 +182,12 @@ def _check_heap(content: mmap.mmap, start: int) -> None:
 # --- NetCDF files: sealed by checksums and whole; what is damaged opens with an error ---
 
 
+PACKED: Mapping[str, Any] = {"compression": "gzip", "compression_opts": 1}
+"""How h5netcdf compresses a map that is mostly zero."""
+
+SHUFFLED: Mapping[str, Any] = {**PACKED, "shuffle": True}
+"""The same for a volume: bytes of like weight stand together, half the time, a tenth less space."""
+
 CHECKSUM = "checksum_sha256"
 """Attribute of every variable, and of the file, that holds a checksum."""
 
@@ -192,22 +198,82 @@ ATTRIBUTES = "attributes"
 """What `mismatches` calls everything but the numbers: attributes, names and dimensions."""
 
 
+class Variable(NamedTuple):
+    """An array of a file."""
+
+    dims: tuple[str, ...]  # Names of its axes
+    values: NDArray[Any]  # Its numbers or texts
+    attrs: dict[str, Any]  # What describes it
+
+
+class Dataset:
+    """What a NetCDF file is to hold, as xarray has it.
+
+    xarray itself loads pandas, and dask and pint where they are installed: a second of processor.
+    """
+
+    def __init__(self, attrs: Mapping[str, Any] | None = None) -> None:
+        self.variables: dict[str, Variable] = {}
+        self.attrs = dict(attrs or {})
+
+    def __setitem__(self, name: str, described: tuple[Any, ...]) -> None:
+        """Take axes, values and, if there are any, attributes of a variable."""
+        dims, values, *about = described
+        axes = (dims,) if isinstance(dims, str) else tuple(dims)
+        self.variables[name] = Variable(axes, np.asarray(values), dict(*about))
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Points along each axis."""
+        return {
+            axis: size
+            for dims, values, _ in self.variables.values()
+            for axis, size in zip(dims, values.shape, strict=True)
+        }
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(values.nbytes for _, values, _ in self.variables.values())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return it as a dataset of xarray."""
+        import xarray
+
+        return xarray.Dataset(dict(self.variables), attrs=self.attrs)
+
+
 def write(
-    dataset: xarray.Dataset,
+    dataset: Dataset,
     path: str | os.PathLike[str],
     packed: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> None:
     """Write a dataset to a NetCDF file with checksums: the one door for all that is written."""
     files.require_suffix(path, ".nc")
     import h5netcdf
-    from xarray.backends import H5NetCDFStore
 
     with files.atomic_write(path) as stream:
         place = io.BytesIO() if 2 * dataset.nbytes < memory.free() else stream
         with h5netcdf.File(place, "w") as file:
-            sealed(dataset).dump_to_store(H5NetCDFStore(file), encoding=packed or {})
+            whole = sealed(dataset)
+            file.attrs.update(whole.attrs)
+            file.dimensions = whole.sizes
+            _put(file, whole, packed or {})
         if isinstance(place, io.BytesIO):
             stream.write(place.getbuffer())
+
+
+def _put(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
+    """Write the variables of a dataset into a file that has their axes."""
+    import h5py
+
+    for name, (dims, values, attrs) in dataset.variables.items():
+        # HDF5 knows no texts of a fixed number of letters.
+        kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+        missing = kind.type(np.nan) if kind.kind == "f" else None
+        variable = file.create_variable(name, dims, kind, fillvalue=missing, **packed.get(name, {}))
+        variable.attrs.update(attrs)
+        variable[...] = values
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,13 +289,10 @@ class Streamed:
     dims: tuple[str, ...] = ("y", "x")  # Names of the axes
 
 
-def write_streamed(
-    frame: xarray.Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]
-) -> None:
+def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]) -> None:
     """Write maps that no process holds as a whole to a NetCDF file with checksums."""
     files.require_suffix(path, ".nc")
     import h5netcdf
-    import h5py
 
     maps = list(maps)
     needed = sum(math.prod(item.shape) * np.dtype(item.kind).itemsize for item in maps)
@@ -238,16 +301,12 @@ def write_streamed(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     whole = sealed(frame)
     with files.atomic_write(path) as stream, h5netcdf.File(stream, "w") as file:
-        file.dimensions = dict(whole.sizes)
+        file.dimensions = whole.sizes
         for item in maps:
             for axis, size in zip(item.dims, item.shape, strict=True):
                 if axis not in file.dimensions:
                     file.dimensions[axis] = size
-        for name, values in whole.variables.items():
-            # HDF5 knows no texts of a fixed number of letters.
-            kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
-            file.create_variable(str(name), values.dims, kind)[...] = values.values
-            file.variables[name].attrs.update(values.attrs)
+        _put(file, whole, {})
         described = _described(whole)
         for item in maps:
             attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
@@ -265,7 +324,7 @@ class Part(NamedTuple):
 
 
 def write_shared(
-    frame: Callable[[], xarray.Dataset],
+    frame: Callable[[], Dataset],
     maps: Mapping[Streamed, Sequence[Part]],
     path: str | os.PathLike[str],
     ranks: Ranks,
@@ -300,11 +359,11 @@ def write_shared(
 
 def _streamed(file: Any, item: Streamed) -> str:
     """Write a map part by part; return its checksum."""
-    options = {"compression": "gzip", "compression_opts": 1, "shuffle": True} if item.packed else {}
     count, *rest = item.shape
     # Rows as they come: chunks of many rows would be packed again and again.
     rows = max(1, min(count, _CHUNK // math.prod(rest)))
     chunks = (rows, *rest) if item.packed else None
+    options = SHUFFLED if item.packed else {}
     variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
     result, top = checksums.Running(item.kind, item.shape), 0
     for part in item.parts:
@@ -314,11 +373,11 @@ def _streamed(file: Any, item: Streamed) -> str:
     return result.digest()
 
 
-def sealed(dataset: xarray.Dataset) -> xarray.Dataset:
+def sealed(dataset: Dataset) -> Dataset:
     """Return a dataset with a checksum on every variable, and one on all that describes them."""
-    marked = dataset.copy()
-    for variable in marked.variables.values():
-        variable.attrs[CHECKSUM] = checksums.of_array(variable.values)
+    marked = Dataset(dataset.attrs)
+    for name, (dims, values, attrs) in dataset.variables.items():
+        marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.of_array(values)})
     marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
     return marked
 
@@ -351,7 +410,7 @@ def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
     )
 
 
-def _described(dataset: xarray.Dataset) -> dict[str, Any]:
+def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
     """Return all of a dataset but the values of its variables and its own checksum."""
     return {
         "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},

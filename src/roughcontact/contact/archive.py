@@ -193,13 +193,13 @@ PACKED = ("pressure", "saturated")
 """Maps that are compressed: most pixels carry nothing, and they shrink to little."""
 
 
-def surface_to_dataset(surface: Surface) -> xarray.Dataset:
-    """Return a height map as an xarray dataset."""
+def surface_to_dataset(surface: Surface) -> netcdf.Dataset:
+    """Return a height map as a dataset."""
     return _dataset(surface, {"height": surface.heights}, {"title": "Heights of a surface"})
 
 
-def to_dataset(result: ContactResult) -> xarray.Dataset:
-    """Return a result as an xarray dataset that can be checked without this program."""
+def to_dataset(result: ContactResult) -> netcdf.Dataset:
+    """Return a result as a dataset that can be checked without this program."""
     result.require_whole("a dataset")
     whole = slice(None)
     maps = {name: rows(whole) for name, (_, rows) in _rows(result).items()}
@@ -304,27 +304,22 @@ def _with_unit(name: str, value: float, unit: str) -> dict[str, Any]:
     return {name: value, f"{name}_units": unit}
 
 
-def _dataset(surface: Share, maps: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
-    import xarray
-
-    ny, nx = surface.shape
-    axis = {"units": "m", "long_name": "centre of the pixel"}
-    return xarray.Dataset(
-        {name: (("y", "x"), values, described(name)) for name, values in maps.items()},
-        coords={
-            "y": ("y", (np.arange(ny) + 0.5) * surface.pixel[0], axis),
-            "x": ("x", (np.arange(nx) + 0.5) * surface.pixel[1], axis),
-        },
-        attrs={
-            "Conventions": "CF-1.8",
-            "pixel_y": surface.pixel[0],
-            "pixel_y_units": "m",
-            "pixel_x": surface.pixel[1],
-            "pixel_x_units": "m",
-            **_described(surface.provenance),
-            **attributes,
-        },
-    )
+def _dataset(surface: Share, maps: dict[str, Any], attributes: dict[str, Any]) -> netcdf.Dataset:
+    dataset = netcdf.Dataset({
+        "Conventions": "CF-1.8",
+        "pixel_y": surface.pixel[0],
+        "pixel_y_units": "m",
+        "pixel_x": surface.pixel[1],
+        "pixel_x_units": "m",
+        **_described(surface.provenance),
+        **attributes,
+    })  # fmt: skip
+    for name, values in maps.items():
+        dataset[name] = (("y", "x"), values, described(name))
+    about = {"units": "m", "long_name": "centre of the pixel"}
+    for axis, count, pixel in zip("yx", surface.shape, surface.pixel, strict=True):
+        dataset[axis] = (axis, (np.arange(count) + 0.5) * pixel, about)
+    return dataset
 
 
 def _described(provenance: Provenance, prefix: str = "") -> dict[str, str]:
@@ -358,7 +353,7 @@ def save_result(result: ContactResult, path: str | os.PathLike[str]) -> None:
     """Write a result to a NetCDF file."""
     share = result.share
     if not isinstance(share, Slab):
-        packed = {name: {"zlib": True, "complevel": 1} for name in PACKED}
+        packed = dict.fromkeys(PACKED, netcdf.PACKED)
         netcdf.write(to_dataset(result), path, packed)
         return
     maps = {

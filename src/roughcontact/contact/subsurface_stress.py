@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,11 +38,9 @@ from roughcontact.halfspace.stress import checked_traction, graded_depths
 from roughcontact.halfspace.tensors import COMPONENTS, von_mises
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.result import Result
+from roughcontact.solvers.progress import Tell, each_part, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, engineering, quantity
-
-if TYPE_CHECKING:
-    import xarray
 
 
 class Part(NamedTuple):
@@ -283,12 +281,12 @@ class StressResult(Result):
         OSError
             If the file cannot be written; an old file survives.
         """
-        packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated")}
+        packed = dict.fromkeys(archive.PACKED, netcdf.PACKED)
         netcdf.write(to_dataset(self), path, packed)
 
 
-def to_dataset(result: StressResult) -> xarray.Dataset:
-    """Return a stress result as an xarray dataset."""
+def to_dataset(result: StressResult) -> netcdf.Dataset:
+    """Return a stress result as a dataset."""
     dataset = archive.to_dataset(result.solution)
     add_profile(dataset, result.profile)
     for axis, section in (("x", result.section_x), ("y", result.section_y)):
@@ -316,12 +314,12 @@ def to_dataset(result: StressResult) -> xarray.Dataset:
     return dataset
 
 
-def add_profile(dataset: xarray.Dataset, profile: stress_summary.Summary) -> None:
+def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> None:
     """Add the largest stresses over the depth, and over the map."""
     about = {"units": "m", "long_name": "depth below the surface"}
-    dataset.coords["depth"] = ("depth", profile.depths, about)
-    dataset.coords["component"] = ("component", list(COMPONENTS))
-    dataset.coords["pass"] = ("pass", ["y", "x"])
+    dataset["depth"] = ("depth", profile.depths, about)
+    dataset["component"] = ("component", list(COMPONENTS))
+    dataset["pass"] = ("pass", ["y", "x"])
     over_depth = {
         "von_mises": (profile.von_mises, "Pa", "largest von Mises stress"),
         "tresca": (profile.tresca, "Pa", "largest Tresca stress"),
@@ -359,6 +357,7 @@ def _variable(
 _THREAD = 2**23
 
 
+@shows_progress_bar
 @checked
 def subsurface_stress(
     result: ContactResult,
@@ -369,6 +368,7 @@ def subsurface_stress(
     direction: float = 0.0,
     traction: ArrayLike | None = None,
     precision: str = "single",
+    progress: Tell = None,
 ) -> StressResult:
     """Return the elastic stress below a solved contact.
 
@@ -392,6 +392,9 @@ def subsurface_stress(
         Traction on the rough body instead [Pa], components (y, x): that of a partial slip.
     precision : {"double", "single"}
         Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is called with a `Progress`, the number
+        of the depth.
 
     Returns
     -------
@@ -429,6 +432,7 @@ def subsurface_stress(
     if traction is not None:
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
         options["traction"] = traction if in_body == "body" else -traction
+    options["tell"] = each_part(progress, "stress below the surface")
     faces: tuple[coating_stress.Face, ...] = ()
     if material.coating:
         summary, faces = _in_layers(result, material, wanted, options)
@@ -469,7 +473,9 @@ def _in_layers(
     if depths is None:
         depths = graded_depths(pressure, pixel, boundary=boundary)
     listed = coating_stress.depths_with_faces(material, np.asarray(depths, dtype=np.float64))
-    summary = stress_summary.summarize_field(stress, pressure, listed, pixel[0] * pixel[1])
+    summary = stress_summary.summarize_field(
+        stress, pressure, listed, pixel[0] * pixel[1], options["tell"]
+    )
     return summary, coating_stress.faces(stress, material)
 
 

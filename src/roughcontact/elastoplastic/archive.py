@@ -49,9 +49,6 @@ _PLACES = {
     "direction": ("degree", "of the traction on the rough body, counter-clockwise from x"),
 }
 
-# Most of the volume carries no plastic strain. Bytes of like weight stand together: half the time,
-# a tenth less space.
-_PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
 CARRIED = "carried_"
 
 
@@ -62,12 +59,12 @@ def save_elastoplastic(
 ) -> None:
     """Write an elastic-plastic result to a NetCDF file; `load_result` reads it."""
     dataset, packed = to_dataset(result)
-    packed |= dict.fromkeys(add_arrays(dataset, carried or {}, CARRIED), _PACKED)
+    packed |= dict.fromkeys(add_arrays(dataset, carried or {}, CARRIED), netcdf.SHUFFLED)
     netcdf.write(dataset, path, packed)
 
 
 def add_arrays(
-    dataset: xarray.Dataset, arrays: Mapping[str, NDArray[Any]], prefix: str = ""
+    dataset: netcdf.Dataset, arrays: Mapping[str, NDArray[Any]], prefix: str = ""
 ) -> list[str]:
     """Add arrays with axes of their own to a dataset, and return their names in it."""
     # HDF5 packs no array without numbers.
@@ -77,16 +74,16 @@ def add_arrays(
     return list(held)
 
 
-def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, Any]]:
-    """Return a result as an xarray dataset, and how its variables are packed."""
+def to_dataset(result: ElastoplasticResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
+    """Return a result as a dataset, and how its variables are packed."""
     dataset = archive.to_dataset(result.solution)
     unit = {"units": "m", "long_name": "displacement of the surface by plastic strain"}
     dataset["residual_displacement"] = (("y", "x"), result.residual_displacement, unit)
-    packed = {"pressure": _PACKED}
+    packed = {"pressure": netcdf.SHUFFLED}
     if result.largest_pressure is not None:
         about = {"units": "Pa", "long_name": "contact pressure at the largest load of the path"}
         dataset["largest_pressure"] = (("y", "x"), result.largest_pressure, about)
-        packed["largest_pressure"] = _PACKED
+        packed["largest_pressure"] = netcdf.SHUFFLED
     for name, body in zip(yielding(result.solution), result.bodies, strict=True):
         packed |= _add_body(dataset, name, body)
     dataset["component"] = ("component", list(_COMPONENTS))
@@ -105,7 +102,7 @@ def to_dataset(result: ElastoplasticResult) -> tuple[xarray.Dataset, dict[str, A
     return dataset, packed
 
 
-def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
+def _add_body(dataset: netcdf.Dataset, name: str, body: PlasticBody | SharedBody) -> dict[str, Any]:
     """Add the arrays of one body, and return how they are packed; fields on ranks are not added."""
     units = {"units": "m", "long_name": "thickness of the layer"}
     dataset[f"{name}_thickness"] = ("layer", body.thickness, units)
@@ -114,7 +111,7 @@ def _add_body(dataset: xarray.Dataset, name: str, body: PlasticBody | SharedBody
     if isinstance(body, PlasticBody):
         for field, (dims, about) in described().items():
             dataset[f"{name}_{field}"] = (dims, getattr(body, field), about)
-            packed[f"{name}_{field}"] = _PACKED
+            packed[f"{name}_{field}"] = netcdf.SHUFFLED
     return packed
 
 
@@ -132,7 +129,7 @@ def described() -> dict[str, tuple[tuple[str, ...], dict[str, str]]]:
     }
 
 
-def add_increments(dataset: xarray.Dataset, increments: Sequence[Increment]) -> None:
+def add_increments(dataset: netcdf.Dataset, increments: Sequence[Increment]) -> None:
     """Add the loads of a path to a dataset, for `increments_of`."""
     for field, unit in _STEPS.items():
         values = np.array([getattr(step, field) for step in increments])

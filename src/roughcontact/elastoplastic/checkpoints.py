@@ -59,9 +59,12 @@ class Checkpoint:
 
 def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     """Write it to a NetCDF file: of the volume only what has yielded, and no stress."""
-    import xarray
-
-    dataset = xarray.Dataset()
+    dataset = netcdf.Dataset({
+        "margin": checkpoint.extent.margin,
+        "largest_load": checkpoint.largest[0],
+        "seconds": checkpoint.seconds,
+        "bodies": len(checkpoint.bodies),
+    })  # fmt: skip
     arrays = {
         "thickness": checkpoint.extent.thickness,
         "grid": np.array(checkpoint.bodies[0][1].shape[1:]),
@@ -77,12 +80,6 @@ def save(checkpoint: Checkpoint, path: str | os.PathLike[str]) -> None:
     add_arrays(dataset, arrays)
     add_arrays(dataset, checkpoint.carried, CARRIED)
     add_increments(dataset, checkpoint.increments)
-    dataset.attrs = {
-        "margin": checkpoint.extent.margin,
-        "largest_load": checkpoint.largest[0],
-        "seconds": checkpoint.seconds,
-        "bodies": len(checkpoint.bodies),
-    }
     netcdf.write(dataset, path)
 
 

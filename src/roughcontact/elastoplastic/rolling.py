@@ -637,7 +637,7 @@ def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
     netcdf.write(dataset, path, packed)
 
 
-def to_dataset(rolling: RollingResult) -> tuple[xarray.Dataset, dict[str, Any]]:
+def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
     """Return passes and their last state as a dataset, and how its variables are packed."""
     dataset, packed = archive.to_dataset(rolling.result)
     for name, (unit, text) in _NUMBERS.items():

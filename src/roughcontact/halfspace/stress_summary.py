@@ -554,7 +554,7 @@ def summarize_with_sections(
     Parameters
     ----------
     pressure, pixel, poisson, options
-        As for `summarize`.
+        As for `summarize`; ``tell(number, count)`` is called before each depth.
 
     Returns
     -------
@@ -571,10 +571,14 @@ def summarize_with_sections(
 
 
 def summarize_field(
-    field: Field, pressure: Array, depths: Array, cell: float
+    field: Field,
+    pressure: Array,
+    depths: Array,
+    cell: float,
+    tell: Callable[[int, int], None] | None = None,
 ) -> tuple[Summary, NDArray[Any], NDArray[Any]]:
     """Return what `summarize_with_sections` does of any field, with pixels of this area [m²]."""
-    passage = _Passage(field, None, pressure, None)
+    passage = _Passage(field, None, pressure, None, tell)
     passage.look(depths)
     summary = passage.summary(cell)
     return summary, *passage.sections(summary.pixel_of_max)
@@ -593,6 +597,7 @@ def _passage(
     traction: ArrayLike | None = None,
     precision: str = "single",
     workers: int | None = None,
+    tell: Callable[[int, int], None] | None = None,
 ) -> _Passage:
     """Return the depths of `summarize` after they have passed."""
     workspace = Workspace(workers)
@@ -607,9 +612,9 @@ def _passage(
     )
     # Between the points of a profile nothing is looked for.
     looked = (pulls or traction is not None) and field.shape[0] > 1
-    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None)
+    passage = _Passage(field, yield_strength, np.asarray(pressure), rim if looked else None, tell)
     if depths is None:
-        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary))
+        passage.look(graded_depths(np.asarray(pressure), pixel, boundary=boundary), _REFINEMENTS)
         passage.close_in()
     else:
         passage.look(depth_list(depths))
@@ -625,8 +630,10 @@ class _Passage:
         yield_strength: float | None,
         pressure: NDArray[Any],
         rim: Callable[[], Rim | None] | None,
+        tell: Callable[[int, int], None] | None,
     ) -> None:
         self._field, self._strength, self._rim = field, yield_strength, rim
+        self._tell, self._count = tell, 0
         self._limit = None if yield_strength is None else (yield_strength / field.unit) ** 2
         self._peak: NDArray[Any] = np.zeros(field.shape, field.real)
         self._layers: dict[float, _Layer] = {}
@@ -634,8 +641,9 @@ class _Passage:
         self._row = int(np.abs(pressure).max(axis=1).argmax())
         self._pixel, self._largest = (self._row, 0), 0.0
 
-    def look(self, depths: Array) -> None:
-        """Look at some depths, one after the other."""
+    def look(self, depths: Array, more: int = 0) -> None:
+        """Look at some depths, one after the other; so many more may follow."""
+        self._count = depths.size + more
         for depth in depths.tolist():
             self._layers[depth] = self._layer(depth)
             self._row = self._layers[depth].pixel[0]
@@ -649,6 +657,8 @@ class _Passage:
             self._layers[depth] = self._layer(depth)
 
     def _layer(self, depth: float) -> _Layer:
+        if self._tell is not None:
+            self._tell(len(self._layers) + 1, self._count)
         cross = Cross(self._field, self._pixel)
         layer = _layer(self._field, depth, self._peak, self._limit, self._row, cross)
         rim = None if depth > 0 or self._rim is None else self._rim()

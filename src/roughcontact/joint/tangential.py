@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import netcdf
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, ordered
 from roughcontact.contact import archive, subsurface_stress
@@ -29,9 +30,6 @@ from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
 from roughcontact.studies.load_history import indented_surface
 from roughcontact.units import Quantities, Quantity, engineering, percent, quantity
-
-if TYPE_CHECKING:
-    import xarray
 
 Array = NDArray[np.float64]
 
@@ -187,8 +185,8 @@ class Tangential(Result):
         return np.array([getattr(step, name) for step in self.steps], dtype=float)
 
 
-def to_dataset(result: Tangential) -> xarray.Dataset:
-    """Return a tangentially loaded contact as an xarray dataset."""
+def to_dataset(result: Tangential) -> netcdf.Dataset:
+    """Return a tangentially loaded contact as a dataset."""
     dataset = archive.to_dataset(result.solution)
     for name, field, unit, text in (
         ("traction", result.traction, "Pa", "tangential traction on the body"),

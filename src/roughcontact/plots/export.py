@@ -117,7 +117,11 @@ Drawing = Callable[[], "Figure"]
 _MOST = 256
 
 
-def pngs(drawings: Sequence[Drawing], processes: int = 1) -> list[bytes]:
+def pngs(
+    drawings: Sequence[Drawing],
+    processes: int = 1,
+    tell: Callable[[int, int], None] | None = None,
+) -> list[bytes]:
     """Draw figures and return each as the content of a PNG file.
 
     Parameters
@@ -127,6 +131,8 @@ def pngs(drawings: Sequence[Drawing], processes: int = 1) -> list[bytes]:
     processes : int
         How many may draw at a time: forks of this one, where there are such and memory for them.
         They are for a program of its own, which knows its threads; others stay with one.
+    tell : callable, optional
+        ``tell(number, count)`` is called before this process draws the figure of that number.
 
     Returns
     -------
@@ -136,11 +142,14 @@ def pngs(drawings: Sequence[Drawing], processes: int = 1) -> list[bytes]:
     result: dict[int, bytes] = {}
     many = min(processes, len(drawings), _affordable() if processes > 1 else 1)
     if many > 1 and len(drawings) <= _MOST:
-        result = _shared(drawings, many)
+        result = _shared(drawings, many, tell)
     # What a process has failed in is drawn here, to the same error.
-    return [
-        result[number] if number in result else png(draw()) for number, draw in enumerate(drawings)
-    ]
+    for number, draw in enumerate(drawings):
+        if number not in result:
+            if tell is not None:
+                tell(number + 1, len(drawings))
+            result[number] = png(draw())
+    return [result[number] for number in range(len(drawings))]
 
 
 def _affordable() -> int:
@@ -151,7 +160,9 @@ def _affordable() -> int:
     return 1 + memory.free() // memory.held()
 
 
-def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
+def _shared(
+    drawings: Sequence[Drawing], processes: int, tell: Callable[[int, int], None] | None
+) -> dict[int, bytes]:
     """Return what this process and its forks have drawn, by number."""
     # Before it forks: loaded once.
     import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
@@ -166,7 +177,7 @@ def _shared(drawings: Sequence[Drawing], processes: int) -> dict[int, bytes]:
     try:
         for _ in range(processes - 1):
             _fork(helpers, queue, (here, alive), drawings)
-        result = _drawn(queue, drawings)
+        result = _drawn(queue, drawings, tell)
         for helper, answer in list(helpers.items()):
             with os.fdopen(answer, "rb", closefd=False) as stream:
                 text = stream.read()
@@ -226,10 +237,16 @@ def _follow(here: int) -> None:
     os._exit(1)
 
 
-def _drawn(queue: int, drawings: Sequence[Drawing]) -> dict[int, bytes]:
+def _drawn(
+    queue: int,
+    drawings: Sequence[Drawing],
+    tell: Callable[[int, int], None] | None = None,
+) -> dict[int, bytes]:
     """Draw what is left, one after the other; all processes read their numbers from one pipe."""
     result = {}
     while number := os.read(queue, 1):
+        if tell is not None:
+            tell(len(drawings) - number[0], len(drawings))
         result[number[0]] = png(drawings[number[0]]())
     return result
 

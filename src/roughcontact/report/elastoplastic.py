@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from roughcontact import netcdf
 from roughcontact.elastoplastic import archive, plausibility
 from roughcontact.elastoplastic.plastic_body import SharedBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
@@ -24,9 +25,6 @@ from roughcontact.report import (
 from roughcontact.report.kind import PROBLEM, CellTable, Kind, Row, rows_of
 from roughcontact.report.page import Block
 from roughcontact.units import counted, engineering, percent, tiny
-
-if TYPE_CHECKING:
-    import xarray
 
 
 def question(result: ElastoplasticResult) -> str:
@@ -138,7 +136,7 @@ def _remarks(result: ElastoplasticResult) -> tuple[str, ...]:
     return f"Load steps: {phrases.step_error(result)}", status
 
 
-def _dataset(result: ElastoplasticResult) -> xarray.Dataset:
+def _dataset(result: ElastoplasticResult) -> netcdf.Dataset:
     if any(isinstance(body, SharedBody) for body in result.bodies):
         raise InputError("several ranks hold the layers: save the result as .nc and read that")
     return archive.to_dataset(result)[0]

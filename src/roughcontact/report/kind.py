@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from roughcontact.netcdf import Dataset
     from roughcontact.report.assumptions import Assumption, Case
     from roughcontact.report.figures import Illustrations
     from roughcontact.report.page import Block
@@ -341,7 +342,7 @@ class Kind:
     largest: Callable[[Any], Any] | None = None  # `largest(result)` solves that of its report
     works: Callable[[Any], Iterable[Use]] = _none
     save: Callable[[Any, str | os.PathLike[str]], None] | None = None
-    dataset: Callable[[Any], xarray.Dataset] | None = None  # What its NetCDF file holds
+    dataset: Callable[[Any], Dataset] | None = None  # What its NetCDF file holds
     ranks: Callable[[Any], Ranks | None] = lambda _: None
 
     @property
@@ -395,7 +396,7 @@ class Kind:
         if self.dataset is None:
             other = "to_pandas()" if self.columns else "summary()"
             raise InputError(f"{self.result.__name__} has no NetCDF form: use {other}")
-        return self.dataset(result)
+        return self.dataset(result).to_xarray()
 
     def summary(self, result: Any) -> dict[str, Any]:
         """Return a result by name, in SI units, ready for JSON."""

@@ -125,6 +125,7 @@ class Edition:
     date: datetime.date | None = None  # Date of the report
     spell: Spell = str  # `spell(mention)` returns the words for an argument
     processes: int = 1  # How many may draw its figures
+    tell: Callable[[int, int], None] | None = None  # `tell(number, count)` hears of each figure
 
 
 PLAIN = Edition()
@@ -157,7 +158,8 @@ def check_path(path: str | os.PathLike[str]) -> None:
 def render(front: Front, chapters: Sequence[Chapter], edition: Edition = PLAIN) -> str:
     """Return a page as the text of an HTML file."""
     pictures = list(_pictures(front, chapters))
-    data = export.pngs([picture.drawn for picture in pictures], edition.processes)
+    drawings = [picture.drawn for picture in pictures]
+    data = export.pngs(drawings, edition.processes, edition.tell)
     return _template(edition.spell).render(
         front=front,
         chapters=chapters,

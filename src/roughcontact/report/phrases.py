@@ -34,6 +34,8 @@ def described(state: Progress) -> str:
     label = f"{state.label}: " if state.label else ""
     if state.kept:
         return f"{label}{part}kept from before"
+    if state.step is None:
+        return f"{label}{part}".removesuffix(": ")
     return (
         f"{label}{part}{_step(state.step) if isinstance(state.step, Step) else _look(state.step)}"
     )

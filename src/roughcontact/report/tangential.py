@@ -232,7 +232,7 @@ def _save(result: Tangential, path: str | os.PathLike[str]) -> None:
     if Path(path).suffix.lower() != ".nc":
         KIND.write(result, path)
         return
-    packed = {name: {"zlib": True, "complevel": 1} for name in ("pressure", "saturated", "stick")}
+    packed = dict.fromkeys(("pressure", "saturated", "stick"), netcdf.PACKED)
     netcdf.write(to_dataset(result), path, packed)
 
 

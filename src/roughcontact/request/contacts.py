@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import IO, TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from roughcontact import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
 from roughcontact.request import options, parsing
 from roughcontact.request.options import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
-from roughcontact.request.outcome import Outcome, Solve, Work, solve_afresh
+from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
 
@@ -183,42 +183,33 @@ class Contacts:
             result = self.work.solve(self.maps[0], **arguments, load=force - relief, progress=watch)
             yield replace(result, specified_load=specified)
 
-    def coarser(self, result: ContactResult) -> ContactResult | None:
-        """Return the same contact on a grid of twice the pixel."""
+    def with_variants(self, result: Any) -> Any:
+        """Return a joint with its changes under the calibrated ceiling and on a coarser grid."""
         from roughcontact.studies.resolution_study import coarsened
 
-        pair, ceiling = coarsened(result.pair), result.ceiling
-        if pair is None or not (ceiling is None or isinstance(ceiling, float)):
-            return None
-        changes = {"counter_surface": pair.counter_surface, "ceiling": ceiling}
-        return self._again(result, pair.surface, "coarser grid", changes)
+        largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
+        arguments |= {"surface": self.maps[0], "load": largest.load}
+        ceiling, pair = calibrated_ceiling(largest), coarsened(largest.pair)
+        # The longest first: the other is then forecast too long, not too short.
+        variants: dict[str, dict[str, Any]] = {}
+        if ceiling is not None:
+            variants["calibrated ceiling"] = {"ceiling": ceiling}
+        if pair is not None and (largest.ceiling is None or isinstance(largest.ceiling, float)):
+            variants["coarser grid"] = {
+                "surface": pair.surface, "counter_surface": pair.counter_surface,
+                "ceiling": largest.ceiling,
+            }  # fmt: skip
+        for number, (label, changes) in enumerate(variants.items(), start=1):
+            look = one_of_several(self.work.look, number, len(variants))
 
-    def calibrated(self, result: ContactResult) -> ContactResult | None:
-        """Return the same contact under the calibrated ceiling, where that changes it."""
-        ceiling = calibrated_ceiling(result)
-        if ceiling is None:
-            return None
-        return self._again(result, self.maps[0], "calibrated ceiling", {"ceiling": ceiling})
+            def watch(state: Progress, label: str = label, look: Look = look) -> None:
+                look(replace(state, label=label))
 
-    def _again(
-        self, result: ContactResult, surface: Surface, label: str, changes: dict[str, Any]
-    ) -> ContactResult | None:
-        """Return a contact with other arguments; None where it has no solution."""
-        arguments = self.request.arguments(self.maps, *options.SOLVER) | changes
-
-        def watch(state: Progress) -> None:
-            self.work.look(replace(state, label=label))
-
-        with suppress(ConvergenceError, CapacityError):
-            return self.work.solve(surface, **arguments, load=result.load, progress=watch)
-        return None
-
-    def with_variants(self, result: Any) -> Any:
-        """Return a joint with its changes on a coarser grid and under the calibrated ceiling."""
-        if (coarser := self.coarser(result.largest)) is not None:
-            result = result.with_coarser_grid(coarser)
-        if (calibrated := self.calibrated(result.largest)) is not None:
-            result = result.with_calibrated_ceiling(calibrated)
+            try:
+                contact = self.work.solve(**arguments | changes, progress=watch)
+            except (ConvergenceError, CapacityError):
+                continue
+            result = getattr(result, f"with_{label.replace(' ', '_')}")(contact)
         return result
 
 

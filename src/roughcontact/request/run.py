@@ -16,7 +16,7 @@ from roughcontact.request.options import REPORT
 from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress
+from roughcontact.solvers.progress import Progress, each_part
 
 if TYPE_CHECKING:
     from roughcontact.report.page import Edition
@@ -93,7 +93,8 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield request[option], partial(save, outcome)
     report = request.get(REPORT)
     if report is not None:
-        write = partial(kinds.report, edition=edition_of(request), **outcome.extra_results)
+        edition = edition_of(request, each_part(work.look, f"writing {report}, figures"))
+        write = partial(kinds.report, edition=edition, **outcome.extra_results)
         yield report, partial(write, result)
     requested = list(request.figures())
     drawings = kinds.drawings(result) if requested else {}
@@ -103,8 +104,10 @@ def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:
             yield path, outputs.saver(drawings[name or next(iter(drawings))])
 
 
-def edition_of(request: Request) -> Edition:
+def edition_of(request: Request, tell: Callable[[int, int], None] | None) -> Edition:
     """Return what every report takes of a request, and of the cores there are."""
     from roughcontact.report.page import Edition
 
-    return Edition(request.command, spell=request.task.spelled, processes=default_workers())
+    return Edition(
+        request.command, spell=request.task.spelled, processes=default_workers(), tell=tell
+    )

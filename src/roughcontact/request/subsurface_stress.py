@@ -49,11 +49,12 @@ def _run(request: Request, work: Work) -> Outcome:
     solution = replace(contact, extra_cautions=work.extra_cautions)
     if not contact.converged:
         return Outcome(request, solution, solution)
-    work.say("stress below the surface")
     body = "body" if request[IN_BODY] == "body" else "counter_body"
     traction: dict[str, Any] = {"friction": request[FRICTION], "direction": request[DIRECTION]}
     with _naming_body():
-        stress = subsurface_stress(contact, request[DEPTHS], in_body=body, **traction)
+        stress = subsurface_stress(
+            contact, request[DEPTHS], in_body=body, progress=work.look, **traction
+        )
         extras = {}
         if request[FIRST_YIELD]:
             work.say("searching the load of first yield")

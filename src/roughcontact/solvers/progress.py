@@ -163,6 +163,21 @@ def numbered(
     return lambda step: progress(Progress(number, count, step, label))
 
 
+def each_part(progress: Tell, label: str) -> Callable[[int, int], None] | None:
+    """Return what is called with the number and the count of parts that no solver solves.
+
+    Parameters
+    ----------
+    progress : callable or None
+        Called with a `Progress`.
+    label : str
+        Name of all parts.
+    """
+    if not callable(progress):
+        return None
+    return lambda number, count: progress(Progress(number, count, None, label))
+
+
 def one_of_several(
     progress: Callable[[Progress], None], number: int, count: int
 ) -> Callable[[Progress], None]:
