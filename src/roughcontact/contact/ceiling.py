@@ -171,12 +171,11 @@ def _of_coated(ceiling: str, pair: Pair) -> float:
         BASE: softer(*(body.uncoated for body in bodies)),
     }
     limits = {name: body.ceiling for name, body in known.items() if body and body.ceiling}
-    limit = limits.get(COATING if ceiling == BRACKET else ceiling)
-    if limit is not None and (ceiling != BRACKET or len(limits) > 1):
-        return limit
+    if ceiling in limits:
+        return limits[ceiling]
     offered = [f"{name!r} ({engineering(value, 'Pa', 3)})" for name, value in limits.items()]
     if len(limits) > 1:
-        offered.append(f"{BRACKET!r}, which solves both")
+        offered.append(f"{BRACKET!r} (both, in one solve)")
     raise InputError(
         "of a coated body has to be given: spots much smaller than the coating yield at its "
         f"pressure, much larger ones at that of the base; give {', '.join(offered)}"

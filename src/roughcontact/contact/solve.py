@@ -20,6 +20,7 @@ from roughcontact.contact.result import (
     BASE,
     BRACKET,
     CALIBRATED,
+    COATING,
     Calibrated,
     ContactResult,
     Regime,
@@ -180,9 +181,10 @@ def solve(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
     )
     watch = numbered(progress, 1, 1)
+    bracket = pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
     result = press(
         pair,
-        terms,
+        replace(terms, ceiling=COATING) if bracket else terms,
         start=initial_guess,
         on_failure=on_failure,
         on_interrupt=on_interrupt,
@@ -191,6 +193,8 @@ def solve(
     )
     if pair.is_shared or not calibrated:
         return result
+    if bracket:
+        return replace(result, calibrated=_under_base(result, terms))
     return replace(result, calibrated=_calibrated(result, terms))
 
 
@@ -252,10 +256,7 @@ def _agreed(
 
 
 def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
-    """Return the contact under the ceiling that its solution recommends, or that of a base."""
-    if first.converged and isinstance(terms.ceiling, str) and terms.ceiling == BRACKET:
-        terms = replace(terms, ceiling=BASE)
-        return _beside(first, terms, first.pressure, math.nan, math.nan)
+    """Return the contact under the ceiling that its solution recommends."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
     advice = plausibility.advice(first)
@@ -273,6 +274,13 @@ def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     if terms.moments is None:
         terms = replace(terms, precision="single")
     return _beside(first, terms, start, advice.factor, advice.load_ratio)
+
+
+def _under_base(first: ContactResult, terms: LoadCase) -> Calibrated | None:
+    """Return the contact of a coated body under the ceiling of its base."""
+    if not first.converged:
+        return None
+    return _beside(first, replace(terms, ceiling=BASE), first.pressure, math.nan, math.nan)
 
 
 def _beside(

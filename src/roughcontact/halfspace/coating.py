@@ -29,9 +29,9 @@ Array = NDArray[np.float64]
 # places in H ρ from and up to which panels reach, growing by a factor, and the nodes of one. No
 # wave of a stack has a pole below 30 degrees; bending, the lowest, has one at 60.
 _ANGLE = math.pi / 6
-_FIRST, _LAST, _GROWTH, _NODES = 1e-9, 75.0, 1.6, 16
+_FIRST, _LAST, _GROWTH, _NODES = 1e-8, 75.0, 3.0, 16
 # Chebyshev nodes in one unit of asinh ρ, and points of the table there.
-_PIECE, _DENSE = 24, 4096
+_PIECE, _DENSE = 16, 4096
 # Pixels from the origin up to which corners are integrated, and the nodes of their angles.
 _NEAR, _ANGLES = 10, 32
 # Part of the thickness up to which D hardly changes within a pixel.
