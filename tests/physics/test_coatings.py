@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -365,6 +366,19 @@ def test_forces_balance_and_faces_hold_together(boundary: str) -> None:
         for row, terms in ((2, (3, 4)), (4, (5, 0)), (3, (1, 5))):
             rest = slope[row] + along(here[terms[0]], 0) + along(here[terms[1]], 1)
             assert np.abs(rest).max() < 1e-5 * np.abs(slope[row]).max()
+
+
+def test_residual_stress_is_added_in_its_layer() -> None:
+    result, body = pressed(450e9, 0.25, 0.5)
+    (layer,) = body.coating
+    strained = replace(layer, residual_stress=-2e9)
+    with_it = field(result, replace(body, coating=[strained]))
+    without = field(result, body)
+    for depth, added in ((0.4e-4, -2e9), (0.6e-4, 0.0)):
+        change = at(with_it, depth) - at(without, depth)
+        expected = np.zeros(6)
+        expected[:2] = added
+        np.testing.assert_allclose(change.mean(axis=(1, 2)), expected, atol=1.0)
 
 
 STRESSES = {

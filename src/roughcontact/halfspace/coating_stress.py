@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
 from roughcontact.halfspace.fft import Workspace, free_period
-from roughcontact.halfspace.stress import Field, Responses, Symbols, unit_loads
-from roughcontact.halfspace.tensors import XZ, YZ, ZZ, principal
+from roughcontact.halfspace.stress import Field, Responses, Streams, Symbols, unit_loads
+from roughcontact.halfspace.tensors import XZ, YY, YZ, ZZ, principal
 from roughcontact.material.material import Material
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ def field_of(
               for points in period]  # fmt: skip
     odd = [term.odd for term in terms]
 
-    def in_depth(depth: float) -> tuple[Responses, Symbols]:
+    def in_depth(depth: float) -> tuple[Streams, Symbols]:
         bodies = _bodies(material, depth) if free else ()
         below = _Waves.at(material, depth, qy, qx, bodies)
         known = responses.sampled(partial(_kernels, bodies, pixel)) if free else None
@@ -121,7 +121,12 @@ def field_of(
             result += added.astype(result.dtype)
             return result
 
-        return responses, Symbols((period[0] // 2, period[1] // 2), block)
+        symbols = Symbols((period[0] // 2, period[1] // 2), block)
+        part = part_of(material, depth)
+        layer = material.coating[part] if part < len(material.coating) else None
+        if layer is None or not layer.residual_stress:
+            return responses, symbols
+        return _Prestressed(responses, layer.residual_stress / unit), symbols
 
     return Field(unit, shape, responses.real, in_depth)
 
@@ -138,6 +143,24 @@ def _free_period(
         for points, edge in zip(shape, pixel, strict=True)
     )
     return free_period((y, x))
+
+
+class _Prestressed(NamedTuple):
+    """Responses to which a stress in the plane is added."""
+
+    responses: Responses
+    residual: float
+
+    def stream(
+        self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
+    ) -> None:
+        """Show the stress as `Responses` does."""
+
+        def show(rows: slice, block: NDArray[Any]) -> None:
+            block[: YY + 1] += self.residual
+            visit(rows, block)
+
+        self.responses.stream(symbols, show, first_row)
 
 
 class _Body(NamedTuple):

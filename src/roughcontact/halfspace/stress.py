@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -356,6 +356,16 @@ _LONG = 1e6
 _DAMPED = {"single": 18.0, "double": 40.0}
 
 
+class Streams(Protocol):
+    """What shows responses row block by row block: `Responses`, or what changes them."""
+
+    def stream(
+        self, symbols: Symbols, visit: Callable[[slice, NDArray[Any]], None], first_row: int = 0
+    ) -> None:
+        """Show them; see `Responses.stream`."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Field:
     """The stress of one pressure map, in units of its largest pressure.
@@ -366,7 +376,7 @@ class Field:
     unit: float
     shape: tuple[int, int]
     real: type
-    in_depth: Callable[[float], tuple[Responses, Symbols]]
+    in_depth: Callable[[float], tuple[Streams, Symbols]]
 
 
 def field_of(

@@ -55,6 +55,8 @@ class Layer:
         Thickness h: a number in m, or with its unit, as ``"2 um"``.
     yield_strength, hardness, name
         As for `Material`.
+    residual_stress : float, str or quantity of pint
+        Stress in the plane of the layer before any load [Pa], tension positive, as ``"-2 GPa"``.
 
     Raises
     ------
@@ -73,6 +75,7 @@ class Layer:
     yield_strength: float | None = None
     hardness: float | None = None
     name: str = ""
+    residual_stress: float = 0.0
 
     @checked
     def __init__(
@@ -84,6 +87,7 @@ class Layer:
         yield_strength: Quantity | None = None,
         hardness: Quantity | None = None,
         name: str = "",
+        residual_stress: Quantity = 0.0,
     ) -> None:
         bulk = Material(young, poisson, yield_strength, name, hardness)
         if math.isinf(bulk.young):
@@ -92,7 +96,11 @@ class Layer:
         require_positive(thickness=deep)
         for key in ("young", "poisson", "yield_strength", "hardness", "name"):
             object.__setattr__(self, key, getattr(bulk, key))
+        residual = quantity(residual_stress, "pressure", "residual_stress")
+        if not math.isfinite(residual):
+            raise input_error("residual_stress", residual_stress, "must be finite")
         object.__setattr__(self, "thickness", deep)
+        object.__setattr__(self, "residual_stress", residual)
 
     @property
     def bulk(self) -> Material:

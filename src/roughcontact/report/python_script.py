@@ -310,6 +310,8 @@ def _layer(layer: Layer) -> str:
         value = getattr(layer, name)
         words += [] if value is None else [f"{name}={_number(value)}"]
     words += [f"name={_quoted(layer.name)}"] if layer.name else []
+    if layer.residual_stress:
+        words.append(f"residual_stress={_number(layer.residual_stress)}")
     return f"rc.Layer({', '.join(words)})"
 
 

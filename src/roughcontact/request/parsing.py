@@ -183,7 +183,8 @@ def coating(text: str, argument: str) -> Layer:
     except (KeyError, ValueError, TypeError):
         raise InputError(
             f"= {text!r}: give a name and a thickness, as 'DLC 2 um', or values, as "
-            "'E=200 GPa, nu=0.2, 2 um'; further ones: Y (yield strength), H (hardness), name",
+            "'E=200 GPa, nu=0.2, 2 um'; further ones: Y (yield "
+            "strength), H (hardness), S (residual stress), name",
             argument=argument,
             value=text,
         ) from None
@@ -196,6 +197,7 @@ def coatings(text: str, argument: str) -> tuple[Layer, ...]:
 
 _CONSTANTS = {
     "e": "young", "nu": "poisson", "y": "yield_strength", "h": "hardness", "name": "name",
+    "s": "residual_stress",
 }  # fmt: skip
 
 
