@@ -8,7 +8,8 @@ and not at all where the gas is viscous or free molecular everywhere.
 
 Along an axis that is periodic the sample is short compared with the land: its permeability is that
 at one pressure, and Φ falls evenly over the land by Gauss's points. Along a free one the sample is
-the land: the pressure of each pixel decides (`roughcontact.joint.flow.flow` with a mobility).
+the land, its inlet the first row or column: the pressure of each pixel decides
+(`roughcontact.joint.flow.flow` with a mobility).
 """
 
 from __future__ import annotations

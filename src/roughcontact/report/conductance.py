@@ -55,8 +55,8 @@ def _by_area(result: joint.Conductance) -> bool:
 
 
 def _filled(result: joint.Conductance) -> bool:
-    """Return whether it is known what a filled gap adds."""
-    return _thermal(result) and _by_area(result)
+    """Return whether it is shown what air or oil would add."""
+    return _thermal(result) and _by_area(result) and result.filling is None
 
 
 def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
@@ -229,6 +229,16 @@ def _span(spread: tuple[float, float]) -> str:
     return f"{spread[0]:g} to {spread[1]:g}"
 
 
+def _gap_sentence(result: joint.Conductance) -> str:
+    if result.filling is not None:
+        return f"contact and gap, filled with {result.filling.name}, conduct side by side"
+    filled = (
+        ", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct side "
+        "by side"
+    )
+    return f"the gap conducts nothing{filled if _filled(result) else ''}"
+
+
 def sentences(result: joint.Conductance) -> tuple[str, ...]:
     """Return what a reader of the resistances has to know."""
     meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
@@ -237,9 +247,7 @@ def sentences(result: joint.Conductance) -> tuple[str, ...]:
         "The constriction length over the sum of the resistivities of the two bodies, or of their "
         "1/k, is the conductance.",
         meaning,
-        "All of the contact conducts, yielded metal included; the gap conducts nothing"
-        + (", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct "
-           "side by side." if _filled(result) else "."),
+        f"All of the contact conducts, yielded metal included; {_gap_sentence(result)}.",
         *(
             ("The film is added over the contact area; as it evens the flow out, the true "
              f"resistance is a little larger, on a disc by at most {percent(joint.EVEN_FLOW)} of "

@@ -115,7 +115,7 @@ _SHOWN_FLOW = "throughput_mbar"
 def _gas_column(axis: int, key: str, unit: str) -> Column:
     name, requested = AXES[axis], _has_axis(axis)
     return Column(
-        f"{key}_{name}", f"leak along {name}", unit=unit, brief=key == _SHOWN_FLOW,
+        f"{key}_{name}", f"leak along {name}" if key == _SHOWN_FLOW else "", unit=unit,
         of=lambda r: r.throughput(axis, unit).tolist(),
         shown=_digits(unit, lambda r: r.throughput(axis, unit)),
         when=lambda r: requested(r) and _is_gas(r),
@@ -240,7 +240,7 @@ def _sentences(result: Leakage) -> tuple[str, ...]:
     return (
         "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
         "pressure of the fluid is taken off the load where it carries more than "
-        f"{percent(LIFTS)} of it.",
+        f"{100 * LIFTS:.0f} % of it.",
         _sides(result),
         *((fluid,) if result.seal is not None else ()),
         "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
