@@ -71,6 +71,11 @@ def _stress(points: int) -> Callable[[], object]:
     return lambda: rc.subsurface_stress(result)
 
 
+def _slip(points: int) -> Callable[[], object]:
+    result = _contact(points)()
+    return lambda: rc.tangential(result, friction=0.15, force=0.075)
+
+
 def _leak(points: int) -> Callable[[], object]:
     result = rc.solve(_rough(points), material=STEEL, load=1.0, boundary="periodic")
     return lambda: rc.leakage([result])
@@ -116,6 +121,7 @@ TASKS: dict[str, tuple[Callable[..., Callable[[], object]], int, dict[str, Any]]
     "contact, single precision, 2048²": (_contact, 2048, {"precision": "single"}),
     "load curve, 8 loads, 512²": (_curve, 512, {}),
     "stress below, 512²": (_stress, 512, {}),
+    "partial slip, 512²": (_slip, 512, {}),
     "leakage, 512²": (_leak, 512, {}),
     "conductance, 512²": (_conductance, 512, {}),
     "ball with plastic volume, 48²": (_ball, 48, {}),

@@ -23,6 +23,7 @@ SCRIPTS = (
     ("memory.py", "--quick"),
     ("mpi.py", "--quick"),
     ("record.py", "--quick"),
+    ("partial_slip.py", "256"),
     ("leak.py", "--points", "128"),
 )
 

@@ -101,8 +101,8 @@ class TangentialConvolution(Convolution):
             for rows in runs:
                 spectrum[rows] = displaced[rows]
 
-    def rounded(self) -> TangentialConvolution:
-        """Return the same operator in single precision."""
+    def in_single(self) -> TangentialConvolution:
+        """Return the same in single precision, with the buffer in common."""
         return TangentialConvolution(
             self.spectra, self.shape, self.padded, workspace=self.workspace,
             softness=self.softness, precision="single",

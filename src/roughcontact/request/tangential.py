@@ -30,8 +30,8 @@ from roughcontact.units import parse
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
 
-# Maps of the tangential solver beside the contact: two spectra, three symbols, some fields.
-_HELD = 16
+# Maps of the tangential solver beside the contact: two spectra, symbols twice, some fields.
+_HELD = 18
 
 
 def _force(text: str, argument: str) -> str:

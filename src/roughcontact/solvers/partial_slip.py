@@ -63,7 +63,7 @@ class TangentialOperator(Protocol):
     def gather(self, support: Any, traction: Array) -> Array:
         """Return the displacement of the loaded pixels themselves."""
 
-    def rounded(self) -> TangentialOperator:
+    def in_single(self) -> TangentialOperator:
         """Return the operator in single precision."""
 
     def approximate_inverse(self) -> TangentialOperator:
@@ -216,7 +216,7 @@ class _Solver:
         self.offset = problem.offset / self.length
         self.total = None if problem.total is None else problem.total / self.pressure
         self.support = operator.support(problem.index)
-        self.rough = operator.rounded()
+        self.rough = operator.in_single()
         self.rough_support = self.rough.support(problem.index)
         self.inverse = operator.approximate_inverse()
         self.inverse_support = self.inverse.support(problem.index)
