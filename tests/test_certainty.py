@@ -107,10 +107,10 @@ def test_rows_name_number_ends_and_causes():
     rows = {name: (ends, why) for name, ends, why in uncertainty_rows(result)}
     ends, why = rows["real contact"]
     assert " to " in ends
-    assert "rim of the spots −" in why
-    assert "ceiling against plasticity of the volume +" in why
-    assert "grid not studied" in why
-    assert "ceiling against plasticity of the volume not known" in rows["approach"][1]
+    assert "spot perimeter −" in why
+    assert "ceiling +" in why
+    assert "pixel not studied" in why
+    assert "ceiling and pixel not studied" in rows["approach"][1]
 
 
 def pressed(surface, load, **options):

@@ -219,6 +219,28 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
 
 
 @pytest.mark.long
+def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
+    image, tool = measured(64)
+    result = pressed(image)
+    here, everywhere = (
+        result.uncertainty(tool, 4 * UM, draws=4, of=of) for of in ("map", "surface")
+    )
+    names = {item.name for item in here.intervals} - {"approach", "max_pressure"}
+    assert {item.name for item in everywhere.intervals} == names
+    for item in everywhere.intervals:
+        one = here.of(item.name)
+        assert one is not None
+        assert Cause.SAMPLE in item.budget
+        assert Cause.SAMPLE not in one.budget
+        assert item.high / item.low > one.high / one.low
+    part = rc.Surface(image.heights[:32, :32], image.pixel)
+    with pytest.raises(InputError, match="no sample of the surface"):
+        pressed(part).uncertainty(Instrument(resolution=4 * UM), 4 * UM, of="surface")
+    with pytest.raises(InputError, match="instrument is needed with of"):
+        result.uncertainty(of="surface")
+
+
+@pytest.mark.long
 def test_contacts_without_intervals_are_refused() -> None:
     surface = rough(64)
     result = pressed(surface)
@@ -245,11 +267,16 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     image, _ = measured(64, noise=1e-9)
-    path, report, file = (tmp_path / name for name in ("map.x3p", "a.html", "a.nc"))
+    path, report, file, fine = (
+        tmp_path / name for name in ("map.x3p", "a.html", "a.nc", "fine.x3p")
+    )
     image.save(path)
+    finer = Instrument(resolution=4 * UM).measure(rough(128), rng=np.random.default_rng(4))
+    rc.Surface(finer.heights[:96, :96], finer.pixel).save(fine)
     words = ["solve", str(path), "--load", "50 MPa", "--boundary", "periodic", "--material",
              "42CrMo4", "--uncertainty", "--instrument", "optical 6 um", "--noise", "1 nm",
-             "--shortest-wave", "4 um", "--material-uncertainty", "E 2 %, yield 4 %"]  # fmt: skip
+             "--shortest-wave", "4 um", "--also", f"{fine}=optical 4 um",
+             "--material-uncertainty", "E 2 %, yield 4 %"]  # fmt: skip
     assert app.main([*words, "--report", str(report), "--output", str(file)]) == app.SOLVED
     shown = " ".join(capsys.readouterr().out.split())
     assert "in 95 of 100; as measured" in shown
@@ -262,6 +289,7 @@ def test_the_command_answers_with_the_interval_and_writes_it_everywhere(
     known = again.measurement
     assert known.instrument == replace(Instrument.named("optical 6 um"), noise=1e-9)
     assert known.shortest_wave == pytest.approx(4e-6)
+    assert known.resolved < 6e-6
     assert "in 95 of 100" in repr(again)
     again.save(tmp_path / "b.nc")
     assert rc.read_result(tmp_path / "b.nc").measurement.summary() == known.summary()

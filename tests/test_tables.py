@@ -297,4 +297,4 @@ def test_every_cause_of_an_interval_is_named() -> None:
     )  # fmt: skip
     (row,) = (row for row in uncertainty.uncertainty_rows(result) if row[0] == "real contact")
     assert " to " in row[1]
-    assert "rim of the spots -0.0" in row[2]
+    assert "spot perimeter below 0.1 %" in row[2]

@@ -63,7 +63,7 @@ _MORE: Table = (
     Quantity("constriction_length", "constriction length", unit="m"),
 )
 
-# Smaller changes say nothing beside the others.
+# Smaller changes, and smaller shares, say nothing beside the others.
 _LEAST = 5e-4
 _SHOWN_SHARE = 0.05
 
@@ -73,7 +73,7 @@ def uncertainty_rows(
 ) -> list[tuple[str, str, str]]:
     """Return name, ends and causes of what a result says first."""
     return [
-        (quantity.name, _ends(quantity, interval), "; ".join(_causes(interval)))
+        (quantity.name, _ends(quantity, interval), "; ".join(filter(None, _parts(interval))))
         for quantity, interval in _named(result, study)
     ]
 
@@ -135,30 +135,35 @@ def is_correctable(result: ContactResult) -> bool:
 
 def sources(interval: Interval, hint: bool = True, instrument: bool = False) -> Sentence:
     """Return in one line what an interval comes from."""
-    if interval.measured is not None:
-        return Sentence(f"Interval from: {', '.join(_causes(interval))}")
-    known, unknown = [], []
-    for item in interval.doubts:
-        if item.cause is Cause.TOLERANCE:
-            continue
-        name = _SHORT[item.cause]
-        if not item.known:
-            unknown.append(name)
-        elif math.isinf(item.high):
-            known.append(f"{name} without limit")
-        else:
-            ends = dict.fromkeys(changed_by(end) for end in (item.low, item.high) if end)
-            known.append(f"{name} {' to '.join(ends)}" if ends else f"{name} none")
-    other = f"{' and '.join(unknown)} not studied" if unknown else ""
-    if hint and "pixel" in unknown:
+    known, other = _parts(interval)
+    if hint and Cause.GRID in interval.unknown:
         other += f" ({STUDY_REF})"
-    if instrument:
+    if instrument and interval.measured is None:
         other += f"{', ' if other else ''}instrument not given ({INSTRUMENT_REF})"
     lacking = Cause.YIELDING in interval.unknown
-    text = f"{'Known' if lacking else 'Interval from'}: {', '.join(known)}" if known else ""
+    text = f"{'Known' if lacking else 'Interval from'}: {known}" if known else ""
     if lacking:
         return Sentence(". ".join(filter(None, (f"No interval: {other}", text))))
     return Sentence("; ".join(filter(None, (text, other))))
+
+
+def _parts(interval: Interval) -> tuple[str, str]:
+    """Return what an interval comes from, and what is not in it."""
+    unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
+    known = []
+    if interval.measured is not None:
+        known = [f"{cause} {100 * share:.0f} %" for cause, share in interval.budget.items()
+                 if share >= _SHOWN_SHARE]  # fmt: skip
+    else:
+        for item in interval.doubts:
+            if item.cause is Cause.TOLERANCE or not item.known:
+                continue
+            ends = dict.fromkeys(
+                changed_by(end) for end in (item.low, item.high) if abs(end) >= _LEAST
+            )
+            text = "without limit" if math.isinf(item.high) else " to ".join(ends) or "below 0.1 %"
+            known.append(f"{_SHORT[item.cause]} {text}")
+    return ", ".join(known), f"{unknown} not studied" if unknown else ""
 
 
 def of_joint(joint: Any, name: str, value: float, index: int, coarser: float) -> Interval:
@@ -211,30 +216,8 @@ def _ends(quantity: Quantity, interval: Interval) -> str:
     if interval.measured is not None:
         center, measured = map(quantity.format_value, (interval.value, interval.measured))
         text = f"{center} ({text}); as measured {measured}"
-    unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
-    return f"{text} ({unknown} not studied)" if unknown else text
-
-
-def _causes(interval: Interval) -> list[str]:
-    if interval.measured is not None:
-        shares = interval.budget.items()
-        return [f"{cause} {100 * share:.0f} %" for cause, share in shares if share >= _SHOWN_SHARE]
-    result = []
-    for doubt in interval.doubts:
-        if not doubt.known:
-            unknown = "not studied" if doubt.cause is Cause.GRID else "not known"
-            result.append(f"{doubt.cause} {unknown}")
-        elif math.isinf(doubt.high):
-            result.append(f"{doubt.cause}: no limit")
-        elif max(-doubt.low, doubt.high) >= _LEAST:
-            ends = [changed_by(end) for end in (doubt.low, doubt.high) if abs(end) >= _LEAST]
-            result.append(f"{doubt.cause} {' to '.join(ends)}")
-        elif doubt.cause is Cause.TOLERANCE:
-            result.append(f"{doubt.cause} {percent(doubt.high)}")
-        elif doubt.low or doubt.high:
-            sign, size = ("-", -doubt.low) if -doubt.low > doubt.high else ("+", doubt.high)
-            result.append(f"{doubt.cause} {sign}{percent(size)}")
-    return result
+    unknown = _parts(interval)[1]
+    return f"{text} ({unknown})" if unknown else text
 
 
 # --- The study of a measured map ---
