@@ -153,7 +153,7 @@ def undrawn(monkeypatch):
 
     # Width and height, as a PNG file has them.
     empty = bytes(16) + (640).to_bytes(4, "big") + (480).to_bytes(4, "big")
-    monkeypatch.setattr(export, "pngs", lambda drawings, processes=1: [empty] * len(drawings))
+    monkeypatch.setattr(export, "pngs", lambda drawings, *_: [empty] * len(drawings))
 
 
 @pytest.fixture
@@ -161,7 +161,7 @@ def quick(monkeypatch):
     """Leave the figures of reports undrawn: they take most of the time."""
     from roughcontact.plots import export
 
-    def undrawn(drawings, processes):
+    def undrawn(drawings, *_):
         assert all(draw().axes for draw in drawings)
         return [bytes(24)] * len(drawings)
 

@@ -113,7 +113,7 @@ def test_nobody_reads_what_is_printed(arguments: str) -> None:
 
 @pytest.mark.skipif(os.name == "nt", reason="no process can send Ctrl-C to itself there")
 @pytest.mark.parametrize(
-    "module", ["roughcontact.cli", "numpy", "roughcontact.request.run", "xarray"]
+    "module", ["roughcontact.cli", "numpy", "roughcontact.request.run", "h5netcdf"]
 )
 def test_ctrl_c_while_modules_are_loaded(run: Run, tmp_path: Path, module: str) -> None:
     (tmp_path / "sitecustomize.py").write_text(HOOK)
