@@ -134,6 +134,14 @@ def test_stress_is_told_by_layer() -> None:
     assert any("quarter of a layer" in str(caution) for caution in cautions)
 
 
+def test_a_rigid_base_has_no_stress() -> None:
+    mat = rc.Material(math.inf, 0.0, coating=[rc.Layer("10 MPa", 0.49, "20 um", name="rubber")])
+    stress = rc.subsurface_stress(solved(material=mat, load=1e-3))
+    assert [part.name for part in stress.parts] == ["rubber"]
+    assert [face.part for face in stress.faces] == [0, 0]
+    assert stress.profile.depths.max() < 20e-6
+
+
 @pytest.mark.parametrize("film", catalog.films(), ids=lambda film: film.key)
 def test_every_value_of_a_film_has_its_source(film: catalog.Film) -> None:
     for value in (film.young, film.poisson, film.hardness):

@@ -4,7 +4,7 @@ r"""
 
 A hard layer is said to protect what it covers. Whether it does depends on its thickness over the
 radius of the contact: a thin one passes the load on, and a stiff one of half that radius even raises
-the stress below it. Materials take layers, and ``rc.subsurface_stress`` tells each layer and its faces.
+the stress below it. Materials take layers, and ``rc.subsurface_stress`` computes the stress of each.
 """
 
 # %%

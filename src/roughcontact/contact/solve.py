@@ -182,20 +182,15 @@ def solve(
     )
     watch = numbered(progress, 1, 1)
     bracket = pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
+    asked = replace(terms, ceiling=COATING) if bracket else terms
     result = press(
-        pair,
-        replace(terms, ceiling=COATING) if bracket else terms,
-        start=initial_guess,
-        on_failure=on_failure,
-        on_interrupt=on_interrupt,
-        progress=watch,
-        workers=workers,
-    )
+        pair, asked, start=initial_guess, on_failure=on_failure, on_interrupt=on_interrupt,
+        progress=watch, workers=workers,
+    )  # fmt: skip
     if pair.is_shared or not calibrated:
         return result
-    if bracket:
-        return replace(result, calibrated=_under_base(result, terms))
-    return replace(result, calibrated=_calibrated(result, terms))
+    other = _under_base(result, terms) if bracket else _calibrated(result, terms)
+    return replace(result, calibrated=other)
 
 
 def press(
@@ -273,17 +268,17 @@ def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
         terms = replace(terms, precision="single")
-    return _beside(first, terms, start, advice.factor, advice.load_ratio)
+    return _solve_again(first, terms, start, advice.factor, advice.load_ratio)
 
 
 def _under_base(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     """Return the contact of a coated body under the ceiling of its base."""
     if not first.converged:
         return None
-    return _beside(first, replace(terms, ceiling=BASE), first.pressure, math.nan, math.nan)
+    return _solve_again(first, replace(terms, ceiling=BASE), first.pressure, math.nan, math.nan)
 
 
-def _beside(
+def _solve_again(
     first: ContactResult,
     terms: LoadCase,
     start: NDArray[np.float64],

@@ -87,6 +87,8 @@ class StressResult(Result):
         Tensors on the plane along y through it [Pa].
     version : str
         Version of the program.
+    faces : tuple of coating_stress.Face
+        Of a coated body: the largest stresses of its surface and of both sides of its interfaces.
     """
 
     solution: ContactResult
@@ -420,7 +422,7 @@ def subsurface_stress(
     0.62
     """
     material = result.pair.material_of(in_body)
-    if math.isinf(material.young):
+    if math.isinf(material.young) and not material.coating:
         raise InputError(f"the {BODIES[in_body]} is rigid: there is no stress in it to compute")
     wanted = quantity(depths, "length", "depths")
     _check_depths(wanted)
@@ -433,28 +435,21 @@ def subsurface_stress(
         traction = checked_traction(traction, result.pressure.shape, friction).copy()
         options["traction"] = traction if in_body == "body" else -traction
     options["tell"] = each_part(progress, "stress below the surface")
-    faces: tuple[coating_stress.Face, ...] = ()
-    if material.coating:
-        summary, faces = _in_layers(result, material, wanted, options)
-    else:
-        summary = stress_summary.summarize_with_sections(
-            result.pressure, result.pair.pixel, material.poisson,
-            depths=wanted, yield_strength=material.yield_strength, **options,
-        )  # fmt: skip
-    profile, section_x, section_y = summary
+    found, faces = (_in_layers if material.coating else _in_bulk)(result, material, wanted, options)
     return StressResult(
-        solution=result,
-        body=in_body,
-        friction=friction,
-        direction=direction,
-        precision=precision,
-        profile=profile,
-        section_x=section_x,
-        section_y=section_y,
-        version=__version__,
-        traction=traction,
-        faces=faces,
-    )
+        result, in_body, friction, direction, precision, found[0], found[1], found[2],
+        __version__, traction, faces,
+    )  # fmt: skip
+
+
+def _in_bulk(
+    result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
+) -> tuple[Any, tuple[coating_stress.Face, ...]]:
+    """Return the summary of a body with its sections; it has no faces."""
+    return stress_summary.summarize_with_sections(
+        result.pressure, result.pair.pixel, material.poisson,
+        depths=depths, yield_strength=material.yield_strength, **options,
+    ), ()  # fmt: skip
 
 
 def _in_layers(

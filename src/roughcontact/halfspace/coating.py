@@ -212,7 +212,7 @@ class Table:
     corner: Array  # M
 
 
-def _at(table: Array, rho: Array) -> Array:
+def _lookup(table: Array, rho: Array) -> Array:
     """Return D or M at distances over the thickness of the outermost layer."""
     return np.interp(np.arcsinh(rho) * _DENSE, np.arange(table.size), table)
 
@@ -230,7 +230,7 @@ def tabulate(material: Material, pieces: int) -> Table:
     kernel, corner, before = [], [], 0.0
     for piece in range(pieces):
         rho, slope = (f(piece + (nodes + 1) / 2) for f in (np.sinh, np.cosh))
-        values = (excess(material, waves / rho[:, None]) @ weights).real / rho
+        values = (excess(material, waves / rho[:, None]) * weights).sum(axis=1).real / rho
         kernel.append(chebval(dense, chebfit(nodes, values, _PIECE - 1)))
         grown = chebint(chebfit(nodes, values * rho * slope / 2, _PIECE - 1), lbnd=-1)
         corner.append(before + chebval(dense, grown))
@@ -295,7 +295,7 @@ def pixels(
     added = np.zeros(shape)
     for side in (-shift, shift):
         for other in (-shift, shift):
-            added += _at(table.kernel, np.hypot(dy * (rows + side), dx * (columns + other)))
+            added += _lookup(table.kernel, np.hypot(dy * (rows + side), dx * (columns + other)))
     added *= dy * dx / 4
     near = max(0, min(shape[0], _NEAR - first_row)), min(shape[1], _NEAR)
     if near[0] and max(dy, dx) > _SMALL:
@@ -313,7 +313,7 @@ def _corner(table: Table, y: Array, x: Array) -> Array:
     for side, other in ((np.abs(x), np.abs(y)), (np.abs(y), np.abs(x))):
         half = np.arctan2(other, side) / 2
         for node, weight in zip(nodes, weights, strict=True):
-            corner += weight * half * _at(table.corner, side / np.cos(half * (1 + node)))
+            corner += weight * half * _lookup(table.corner, side / np.cos(half * (1 + node)))
     return corner * np.sign(y) * np.sign(x)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import waves_below
 from roughcontact.halfspace.fft import Workspace, free_period
-from roughcontact.halfspace.stress import Field, Responses, Streams, Symbols, unit_loads
+from roughcontact.halfspace.stress import Field, Responses, Streams, Symbols, Term, unit_loads
 from roughcontact.halfspace.tensors import XZ, YY, YZ, ZZ, principal
 from roughcontact.material.material import Material
 
@@ -35,7 +35,10 @@ def interfaces(material: Material) -> Array:
 def depths_with_faces(material: Material, depths: Array) -> Array:
     """Return depths [m] and, of each layer, the surface and both sides of what is below it."""
     between = interfaces(material)
-    return np.unique(np.concatenate([[0.0], depths, between * (1 - FACE), between * (1 + FACE)]))
+    listed = np.concatenate([[0.0], depths, between * (1 - FACE), between * (1 + FACE)])
+    # There is no stress in a rigid base.
+    end = between[-1] if math.isinf(material.young) else math.inf
+    return np.unique(listed[listed < end])
 
 
 def poisson_at(material: Material, depth: float) -> float:
@@ -96,53 +99,53 @@ def field_of(
     loads = unit_loads(pixel, material.poisson)
     terms = loads.terms() if free else loads.wave_terms()
     responses = Responses(pressure / unit, period, terms, workspace=workspace, precision=precision)
-    qy, qx = (
-        2 * math.pi / (points * edge) * np.arange(points // 2 + 1)
-        for points, edge in zip(period, pixel, strict=True)
-    )
-    spread = [np.sinc(np.arange(points // 2 + 1) / points) if free else np.ones(points // 2 + 1)
-              for points in period]  # fmt: skip
-    odd = [term.odd for term in terms]
+    grid = _Grid.of(period, pixel)
 
     def in_depth(depth: float) -> tuple[Streams, Symbols]:
         bodies = _bodies(material, depth) if free else ()
-        below = _Waves.at(material, depth, qy, qx, bodies)
+        below = _Waves.of_depth(material, depth, grid, bodies)
         known = responses.sampled(partial(_kernels, bodies, pixel)) if free else None
 
         def block(columns: slice) -> NDArray[Any]:
-            added = below.components(qy[:, None], qx[columns])
-            added *= spread[0][:, None] * spread[1][columns]
-            # The wave of two points a period has no sine. Along x the transform knows.
-            for (in_y, _), symbol in zip(odd, added, strict=True):
-                symbol[-1] *= not in_y or period[0] % 2 == 1
+            added = below.components(grid, columns, terms)
             if known is None:
                 return added
             result = known.block(columns)
+            added *= np.outer(grid.smooth[0], grid.smooth[1][columns])
             result += added.astype(result.dtype)
             return result
 
         symbols = Symbols((period[0] // 2, period[1] // 2), block)
-        part = part_of(material, depth)
-        layer = material.coating[part] if part < len(material.coating) else None
-        if layer is None or not layer.residual_stress:
-            return responses, symbols
-        return _Prestressed(responses, layer.residual_stress / unit), symbols
+        return _prestressed(responses, material, depth, unit), symbols
 
     return Field(unit, shape, responses.real, in_depth)
 
 
-def _free_period(
-    material: Material, shape: tuple[int, int], pixel: tuple[float, float]
-) -> tuple[int, int]:
-    """Return a period in which the images of a map are beyond the bending of its layers."""
-    base = material.young if math.isfinite(material.young) else material.coating[0].young
-    stiffest = max(layer.young for layer in material.coating)
-    bent = float(interfaces(material)[-1]) * max(1.0, stiffest / base) ** (1 / 3)
-    y, x = (
-        points + min(points, math.ceil(2 * bent / edge))
-        for points, edge in zip(shape, pixel, strict=True)
-    )
-    return free_period((y, x))
+class _Grid(NamedTuple):
+    """The waves of a period: their numbers [1/m], and what a pixel makes of each."""
+
+    period: tuple[int, int]
+    qy: Array
+    qx: Array
+    smooth: tuple[Array, Array]
+
+    @classmethod
+    def of(cls, period: tuple[int, int], pixel: tuple[float, float]) -> _Grid:
+        """Return those of a grid."""
+        numbers = [np.arange(points // 2 + 1, dtype=np.float64) for points in period]
+        qy, qx = (
+            2 * math.pi / (points * edge) * number
+            for points, edge, number in zip(period, pixel, numbers, strict=True)
+        )
+        y, x = (np.sinc(number / points) for points, number in zip(period, numbers, strict=True))
+        return cls(period, qy, qx, (y, x))
+
+
+def _prestressed(responses: Responses, material: Material, depth: float, unit: float) -> Streams:
+    """Return responses to a pressure, with the residual stress of the layer at a depth."""
+    part = part_of(material, depth)
+    residual = material.coating[part].residual_stress if part < len(material.coating) else 0.0
+    return _Prestressed(responses, residual / unit) if residual else responses
 
 
 class _Prestressed(NamedTuple):
@@ -161,6 +164,20 @@ class _Prestressed(NamedTuple):
             visit(rows, block)
 
         self.responses.stream(symbols, show, first_row)
+
+
+def _free_period(
+    material: Material, shape: tuple[int, int], pixel: tuple[float, float]
+) -> tuple[int, int]:
+    """Return a period in which the images of a map are beyond the bending of its layers."""
+    base = material.young if math.isfinite(material.young) else material.coating[0].young
+    stiffest = max(layer.young for layer in material.coating)
+    bent = float(interfaces(material)[-1]) * max(1.0, stiffest / base) ** (1 / 3)
+    y, x = (
+        points + min(points, math.ceil(2 * bent / edge))
+        for points, edge in zip(shape, pixel, strict=True)
+    )
+    return free_period((y, x))
 
 
 class _Body(NamedTuple):
@@ -232,10 +249,11 @@ class _Waves:
     uniform: tuple[float, float]  # σ in the plane, and into the body, where q = 0
 
     @classmethod
-    def at(
-        cls, material: Material, depth: float, qy: Array, qx: Array, bodies: tuple[_Body, ...]
+    def of_depth(
+        cls, material: Material, depth: float, grid: _Grid, bodies: tuple[_Body, ...]
     ) -> _Waves:
         """Return them, without those of homogeneous bodies."""
+        qy, qx = grid.qy, grid.qx
         least = min(qy[1] if qy.size > 1 else math.inf, qx[1] if qx.size > 1 else math.inf)
         most = math.hypot(qy[-1], qx[-1])
         steps = math.ceil(_WAVES * math.log(most / least)) + 2
@@ -251,8 +269,9 @@ class _Waves:
             along, across, normal, shear = (part - of_body for part, of_body in parts)
         return cls(np.log(waves), along, across, normal, shear, uniform)
 
-    def components(self, qy: Array, qx: Array) -> Array:
+    def components(self, grid: _Grid, columns: slice, terms: Sequence[Term]) -> Array:
         """Return xx, yy, zz, yz, xz, xy as `stress_kernels.waves` does."""
+        qy, qx = grid.qy[:, None], grid.qx[columns]
         q = np.hypot(qy, qx)
         still = q == 0
         at = np.log(np.where(still, 1.0, q))
@@ -273,6 +292,10 @@ class _Waves:
         ])  # fmt: skip
         result[:, still] = 0
         result[:2, still], result[2, still] = self.uniform
+        # The wave of two points a period has no sine. Along x the transform knows.
+        if grid.period[0] % 2 == 0:
+            for term, symbol in zip(terms, result, strict=True):
+                symbol[-1] *= not term.odd[0]
         return result
 
 

@@ -454,7 +454,10 @@ def _checked_source(pressure: ArrayLike) -> Array:
 
 def checked_traction(traction: ArrayLike, shape: tuple[int, int], friction: float) -> Array:
     """Return a traction map with components (y, x); `InputError` unless it can be used."""
-    values = np.asarray(traction, dtype=np.float64)
+    try:
+        values = np.asarray(traction, dtype=np.float64)
+    except (OverflowError, ValueError):
+        values = np.empty(0)
     if values.shape != (2, *shape) or not np.isfinite(values).all():
         raise InputError(
             f"must be finite with shape {(2, *shape)}, got shape {values.shape}",

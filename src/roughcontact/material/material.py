@@ -38,7 +38,7 @@ PROOF_STRAIN, TABOR_STRAIN = 0.002, 0.08
 
 
 BASES = ("bonded", "frictionless")
-"""How the innermost layer of a coating lies on a rigid base."""
+"""Contact of the innermost layer of a coating with a rigid base."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Material(Renamed):
     coating : sequence of Layer
         Layers on the body, the outermost first; the other constants are those of the base.
     base : {"bonded", "frictionless"}
-        How the innermost layer lies on a rigid base.
+        Contact of the innermost layer with a rigid base.
 
     Raises
     ------

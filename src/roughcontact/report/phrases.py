@@ -299,7 +299,7 @@ def regime(result: ContactResult) -> str:
             "pressure is at its ceiling, and the surface there keeps an indentation."
         )
     if result.pair.is_coated:
-        return "Yielding of a coated body is told by the stress below its surface."
+        return "Yielding of a coated body needs the stress in its layers."
     body = result.pair.softer
     if name is Regime.UNKNOWN and (body is None or body.hardness is None):
         return f"Yielding is unknown without a yield strength (maximum pressure {largest})."
