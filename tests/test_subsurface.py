@@ -48,6 +48,25 @@ def test_it_is_the_stress_of_the_pressure(pressed, found):
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("body", ["body", "counter_body"])
+def test_a_traction_map_pulls_both_bodies_in_opposite_directions(pressed, tmp_path, body):
+    traction = 0.3 * pressed.pressure * np.array([0.6, 0.8])[:, None, None]
+    # Angles are counter-clockwise as drawn, rows count downwards.
+    angle = math.degrees(math.atan2(-0.6, 0.8))
+    found = subsurface_stress.subsurface_stress(pressed, in_body=body, traction=traction)
+    expected = subsurface_stress.subsurface_stress(
+        pressed, in_body=body, friction=0.3, direction=angle
+    )
+    np.testing.assert_allclose(found.profile.von_mises, expected.profile.von_mises, rtol=1e-5)
+    np.testing.assert_allclose(found.section_x, expected.section_x, rtol=0, atol=1e-5 * 1e9)
+    assert found.max_tension_at == expected.max_tension_at
+    found.save(tmp_path / "a.nc")
+    with xarray.open_dataset(tmp_path / "a.nc") as dataset:
+        np.testing.assert_array_equal(dataset["traction_y"], traction[0])
+    with pytest.raises(rc.InputError, match="traction"):
+        subsurface_stress.subsurface_stress(pressed, friction=0.3, traction=traction)
+
+
 def test_planes_go_through_the_largest_stress(found):
     deepest = found.profile.von_mises.argmax()
     row, column = found.profile.pixel_of_max

@@ -47,8 +47,8 @@ def test_depth_below_a_sphere_that_sticks_in_its_middle() -> None:
 
 @pytest.mark.parametrize(
     ("radius", "part", "error"),
-    # The rim of slip is 21, 11, 5 and 2 pixels wide. Pixel centers alone are 11 to 26 % low.
-    [(40.0, 0.9, 0.01), (40.0, 0.6, 0.01), (20.0, 0.6, 0.08), (20.0, 0.3, 0.08)],
+    # The rim of slip is 21, 11, 5, 4.5 and 2 pixels wide. Pixel centers alone are 11 to 26 % low.
+    [(40.0, 0.9, 0.01), (40.0, 0.6, 0.01), (20.0, 0.6, 0.08), (40.0, 0.3, 0.16), (20.0, 0.3, 0.08)],
 )
 @pytest.mark.parametrize("poisson", [0.0, 0.3])
 def test_the_largest_tension_is_at_the_trailing_edge(

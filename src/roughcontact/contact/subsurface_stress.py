@@ -296,6 +296,11 @@ def to_dataset(result: StressResult) -> netcdf.Dataset:
             ("component", "depth", axis), section, "Pa",
             f"stress on the plane along {axis} through the largest von Mises stress",
         )  # fmt: skip
+    if result.traction is not None:
+        for axis, values in zip("yx", result.traction, strict=True):
+            dataset[f"traction_{axis}"] = _variable(
+                ("y", "x"), values, "Pa", f"tangential traction on the rough body along {axis}"
+            )
     depth, y, x = result.max_von_mises_at
     if result.faces:
         dataset.attrs["faces"] = json.dumps([asdict(face) for face in result.faces])
