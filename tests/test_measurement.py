@@ -324,7 +324,12 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
         case = coverage.drawn(number)
         for ceiling in (None, case.ceiling):
             truth, known = coverage.told(case, ceiling)
-            held += [item.low <= truth[item.name] <= item.high for item in known.intervals]
+            # A pressure that is the ceiling itself is rounded.
+            held += [
+                item.low < (1 + 1e-9) * truth[item.name]
+                and truth[item.name] < (1 + 1e-9) * item.high
+                for item in known.intervals
+            ]
     # At 95 % there are two misses of 45, and more than six in one of a hundred runs.
     assert len(held) > 40
     assert held.count(False) <= 6
