@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 import roughcontact as rc
 from roughcontact.cli import app
@@ -162,6 +162,7 @@ def test_what_no_load_gives_is_refused_with_what_is_reached() -> None:
     power=st.floats(0.2, 3),
     tread=st.sampled_from([0.0, 1e-3, 0.1]),
 )
+@example(root=0.0, first=1.0, power=0.5, tread=0.1)
 def test_the_passage_of_a_curve_or_a_staircase_is_found(
     root: float, first: float, power: float, tread: float
 ) -> None:

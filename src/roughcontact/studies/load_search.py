@@ -162,7 +162,7 @@ def bracket_crossing(
             y = excess(x)
             points = sorted([*points, (x, y)])
             # Where steps land on the same side and come no nearer, each aims further beyond.
-            beyond = 10 * beyond if y / last > 0.3 else 0.4 * accuracy
+            beyond = 10 * beyond if y == 0 or y / last > 0.3 else 0.4 * accuracy
             last = y or accuracy
         result = _bracket(points)
         if result is None:
