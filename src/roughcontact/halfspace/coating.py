@@ -221,8 +221,8 @@ def _lookup(table: Array, rho: Array) -> Array:
 def tabulate(material: Material, pieces: int) -> Table:
     """Return D and M of a coated body up to ``asinh ρ = pieces``.
 
-    J₀ is the real part of a Hankel function, which falls as exp(-|H| ρ/2) where the path is turned
-    by 30 degrees; in H ρ, one set of nodes that crowd towards 0 serves all distances.
+    J₀ is the real part of a Hankel function, which falls as ``exp(-|H| ρ/2)`` where the path is
+    turned by 30 degrees; in H ρ, one set of nodes that crowd towards 0 serves all distances.
     """
     waves, weights = _ray()
     nodes = np.cos(np.pi * (np.arange(_PIECE) + 0.5) / _PIECE)

@@ -319,7 +319,7 @@ def tangential(
         Loads and tangential forces that change together, from no contact on.
     stress : bool
         Whether to compute the stress below the surface under the last force, too, and from it
-        tension and Ruiz' parameters (`Tangential.fretting`).
+        tension and Ruiz' parameters (``fretting`` of the result).
     tolerance : float
         Certificate of each step.
 
