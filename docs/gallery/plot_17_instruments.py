@@ -52,7 +52,7 @@ for axes, key, scale, label in zip(
     strict=True,
 ):  # fmt: skip
     exact = getattr(truth, key)
-    for place, (name, answer) in enumerate(answers.items()):
+    for place, answer in enumerate(answers.values()):
         found = answer.of(key)
         axes.plot([scale * found.low, scale * found.high], [place, place], lw=3, color="#0072b2")
         axes.plot(scale * found.value, place, "o", color="#0072b2", label="corrected")
