@@ -298,7 +298,8 @@ def _answer(result: Leakage) -> str:
         return f"At {at} the permeability is {texts}."
     if result.seal.gas is None:
         return f"It leaks {texts} at {at}."
-    return f"It leaks {texts} of {result.seal.gas.name} at {at}.{_class(result)}"
+    gas = result.seal.gas.name.capitalize()
+    return f"{gas} leaks {texts} at {at}.{_class(result)}"
 
 
 def _class(result: Leakage) -> str:
