@@ -1429,7 +1429,7 @@ def test_a_sweep_says_what_it_took_from_before(
     assert json.loads(capsys.readouterr().out)["reused"] == 3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_volume_run_is_kept_and_goes_on(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

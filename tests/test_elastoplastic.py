@@ -200,7 +200,7 @@ def test_reloading_closes_the_loop(loaded, unloaded) -> None:
     assert again.increments[: len(unloaded.increments)] == unloaded.increments
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_two_like_bodies_are_one_and_a_mirror() -> None:
     # Two equal bodies share the gap: each does what it does on a rigid one with half the gap.
     both = solve_elastoplastic(
@@ -294,7 +294,7 @@ def test_perfect_is_linear_without_slope() -> None:
     np.testing.assert_array_equal(third.contact.pressure, other.contact.pressure)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_volume_grows_with_the_plastic_zone() -> None:
     shallow = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], depth=3e-6)
     deep = solve_elastoplastic(ball(), material=SWIFT, increments=1, loads=[0.65], **MORE)
@@ -356,7 +356,7 @@ def test_what_lies_beyond_the_edge_of_a_rough_map_does_not_matter() -> None:
     assert np.abs(one.contact.pressure - inside).sum() < 0.02 * inside.sum()
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_saved_results_come_back_and_go_on(loaded, tmp_path) -> None:
     path = tmp_path / "state.nc"
     loaded.save(path)

@@ -66,7 +66,7 @@ def findings(reader: Reader, samples: list[Sample], folder: Path, count: int) ->
     return found
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_huge_numbers_in_headers(reader: Reader, every: list[Sample], tmp_path: Path) -> None:
     assert not findings(reader, every, tmp_path, 5)
 

@@ -128,6 +128,7 @@ def test_content_and_options_decide(change: Callable[[Path], object], moved: Pat
     assert plan.digest_of(entry) != before
 
 
+@pytest.mark.slow
 def test_steps_of_what_was_asked_before_are_no_hindrance(moved: Path) -> None:
     rewritten(moved / "p.toml", b'"1 N"', b'"2 N"')
     path = moved / "p.toml"
@@ -163,6 +164,7 @@ def compared(folder: Path, asked: str) -> Path:
     return place / "p.toml"
 
 
+@pytest.mark.slow
 def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     groups = 'groups = {{ "{0}/5, N" = ["a,1.npy", "a,2.npy"], "x=y" = ["[b]?.npy"] }}'
     path = compared(tmp_path, groups.format("dry"))
@@ -180,6 +182,7 @@ def test_groups_are_what_they_are_called(tmp_path: Path, monkeypatch: pytest.Mon
     assert '"dry/5, N"' not in told
 
 
+@pytest.mark.slow
 def test_a_profile_with_pictures_is_known_again(tmp_path: Path) -> None:
     heights = np.cumsum(np.random.default_rng(1).standard_normal(64))
     np.savetxt(tmp_path / "line.txt", np.c_[np.arange(64) * 1e-6, 1e-8 * heights])

@@ -124,7 +124,7 @@ def rendered(figure: Figure) -> NDArray[np.float64]:
     return np.asarray(imread(stream))[..., :3]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("shape", "holes"), [((4, 90), True), ((2, 2), False)])
 def test_every_figure_is_rendered_without_warnings(shape: tuple[int, int], holes: bool) -> None:
     pressure = np.zeros(shape)

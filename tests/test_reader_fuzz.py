@@ -206,6 +206,7 @@ def hostile(
         worker.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("content", "words"),
     [

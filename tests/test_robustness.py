@@ -36,7 +36,7 @@ FOUND = {
 }  # fmt: skip
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "largest"), [case for cases in FOUND.values() for case in cases])
 def test_problems_that_once_failed(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))
@@ -44,7 +44,7 @@ def test_problems_that_once_failed(seed, largest):
 
 
 # Of a tilt: the displacement was lost in the rounding of the gap, and divided by.
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "largest"), [(1595, 150)])
 def test_what_the_digits_do_not_hold_is_said(seed, largest):
     outcome = random_problems.attempt(random_problems.draw(seed, largest))

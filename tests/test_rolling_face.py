@@ -168,6 +168,7 @@ def test_numbers_are_told_alike(found: rc.results.RollingResult, folder: Path) -
     assert [float(row.split(",")[1]) for row in rows] == told["each"]["strain_added"]
 
 
+@pytest.mark.slow
 def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path) -> None:
     found.save(folder / "out.pvd")
     named = re.findall(
@@ -180,6 +181,7 @@ def test_paraview_plays_every_step(found: rc.results.RollingResult, folder: Path
     assert not (folder / "none.pvd").exists()
 
 
+@pytest.mark.slow
 def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: Path) -> None:
     from PIL import Image
 
@@ -196,6 +198,7 @@ def test_a_movie_has_a_picture_a_step(found: rc.results.RollingResult, folder: P
         movie.save(found, frames, folder / "movie.mp4")
 
 
+@pytest.mark.slow
 def test_long_movies_leave_steps_out(
     found: rc.results.RollingResult, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -278,6 +281,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     return tmp_path  # type: ignore[return-value]
 
 
+@pytest.mark.slow
 def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [word for word in WORDS if word != "--quiet"]
     files = ("--output", "out.nc", "--output", "out.csv", "--movie", "out.gif")
@@ -304,6 +308,7 @@ def test_the_command_writes_all_and_goes_on(home: Path, capsys: pytest.CaptureFi
     assert fresh.passes == loaded.passes
 
 
+@pytest.mark.slow
 def test_a_project_rolls(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("project.toml").write_text(
         'write = ["csv", "nc"]\n[[contact]]\nname = "roller"\ntask = "roll"\nbody = "flat"\n'

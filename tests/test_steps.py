@@ -131,7 +131,7 @@ def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     assert [(at.number, at.kept) for at in told] == [(3, True)]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_loads_may_be_added(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, depth=1e-5, boundary="periodic", tolerance=1e-3)
     solve_elastoplastic(ball(), increments=1, loads=[0.2, 0.3], folder=tmp_path, **arguments)
@@ -243,7 +243,7 @@ def test_a_folder_of_another_run_is_refused(tmp_path: Path) -> None:
     assert before == sorted((path.name, path.read_bytes()) for path in folder.iterdir())
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     arguments = dict(material=SWIFT, increments=1, loads=[0.02, 0.04], depth=8e-6)

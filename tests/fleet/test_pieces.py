@@ -179,6 +179,7 @@ def test_a_map_that_changes_meanwhile_is_no_part_of_it(tmp_path: Path) -> None:
     assert found == bits(path.parent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_pieces_that_were_found_are_not_done_again(
     problem: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -108,6 +108,7 @@ SIZE = ["--size", "76.8 um x 75 um"]
 GIVEN = {"npy": ["--unit", "um", *SIZE], "h5": SIZE, "nc": []}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", GIVEN)
 def test_the_command_reads_solves_and_writes_by_slabs(tmp_path, folder, suffix):
     words = ["solve", folder / f"map.{suffix}", *GIVEN[suffix], *OPTIONS]

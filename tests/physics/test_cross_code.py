@@ -109,6 +109,7 @@ def test_indentation_of_a_hardening_half_space() -> None:
     assert max(row.profile for row in rows) < 0.025
 
 
+@pytest.mark.slow
 def test_indentation_on_half_the_grid() -> None:
     # Measured 1.1 % and 1.4 %: the difference is that of the discretisations.
     rows = cross_code.compare_indentations(("sphere-32",))

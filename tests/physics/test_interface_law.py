@@ -155,7 +155,7 @@ def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
     assert unloaded > 1.3 * loaded
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [1.0, 0.2])
 def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -> None:
     # The same map, free and periodic, the latter looked at in the same window so that only the

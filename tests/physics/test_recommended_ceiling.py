@@ -85,7 +85,7 @@ def test_what_stays_of_a_sphere_is_what_the_caution_says(poisson: float, ratio: 
     assert 1.2 <= told["energy"] <= 1.5
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_history_says_what_its_ceiling_leaves_behind() -> None:
     case, found = volume(0.45, 40)
     path = [found["load"], 0.0]

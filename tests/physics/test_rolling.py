@@ -48,7 +48,7 @@ def test_a_way_there_and_back_without_flow_is_elastic() -> None:
     assert result.increments[2].approach == pytest.approx(alone.increments[0].approach, rel=1e-2)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_pass_the_other_way_mirrors_the_strain() -> None:
     line = Line(4.3, half_width=5, points=32)
     there = line.solved([line.at(x, 0.1, 0.0) for x in range(0, 16, 4)])
