@@ -51,11 +51,10 @@ ELSEWHERE = (
 )  # fmt: skip
 # What processes of its own run, which coverage does not see, and the tests that start them.
 APART = {
-    f"src/roughcontact/halfspace/{name}.py": (
+    "src/roughcontact/halfspace/distributed.py": (
         "tests/mpi/test_slabs.py::test_operator_inverse_and_level_are_those_of_one_process[3]",
         "tests/mpi/test_slabs.py::test_any_number_of_ranks_finds_the_same[3]",
     )
-    for name in ("slabs", "slab_symbols")
 }
 # What long tests and whole processes show is asked as well.
 ASKED = "not slow"
