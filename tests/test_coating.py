@@ -161,6 +161,12 @@ def test_words_of_a_layer() -> None:
         assert error.value.argument == "coating"
 
 
+def test_a_film_is_no_material() -> None:
+    with pytest.raises(rc.InputError, match="is a coating"):
+        catalog.material("TiN")
+    assert catalog.material("tin").young == 50e9
+
+
 @pytest.mark.long
 def test_the_command_asks_solves_and_tells(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

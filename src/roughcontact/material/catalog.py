@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from roughcontact.errors import InputError, input_error
+from roughcontact.errors import ArgumentRef, InputError, input_error
 from roughcontact.material import hardness
 from roughcontact.material.hardening import Swift
 from roughcontact.material.material import Conductor, Layer, Material
@@ -161,6 +161,12 @@ def entry(name: str) -> Entry:
     """Return a material with the sources of its values."""
     if not isinstance(name, str):
         raise input_error("material", name, "must be a name")
+    if name in [film.key for film in films()]:
+        # TiN is no tin.
+        raise InputError(
+            f"{name!r} is a coating; give it as ", ArgumentRef("coating", f"{name} 2 um"),
+            argument="material", value=name,
+        )  # fmt: skip
     result = {_plain(name): item for item in entries() for name in (item.key, *item.names)}
     plain = _plain(name)
     if plain in result:
