@@ -158,7 +158,8 @@ def material(text: str, argument: str) -> Material:
     try:
         return catalog.material(text)
     except InputError as error:
-        raise about(argument, error) from None
+        error.argument = argument
+        raise
 
 
 def coating(text: str, argument: str) -> Layer:
