@@ -78,7 +78,7 @@ axes.semilogx(
 )
 axes.semilogx(
     ratios,
-    last("mean_pressure", "volume") / 1e9,
+    last("mean_pressure", "elastoplastic") / 1e9,
     "o-",
     color="#0072b2",
     label="elastoplastic model",
@@ -264,7 +264,7 @@ for axes, (name, law) in zip(
     elastic = [result.elastic() for result in better]
     nominal_area = rough.size[0] * rough.size[1]
     curves = {
-        "elastoplastic model": (both.column("volume", "contact_area"), "o-", "#0072b2"),
+        "elastoplastic model": (both.column("elastoplastic", "contact_area"), "o-", "#0072b2"),
         "calibrated ceiling": ([r.perimeter_corrected_area for r in better], "--", "#009e73"),
         "ceiling 3 $\\sigma_Y$": (both.column("ceiling", "contact_area")[0], "s:", "#7f0d1b"),
         "elastic": ([r.perimeter_corrected_area for r in elastic], ":", "0.4"),
@@ -272,7 +272,7 @@ for axes, (name, law) in zip(
     for label, (values, style, colour) in curves.items():
         axes.plot(nominal, 100 * np.array(values) / nominal_area, style, color=colour, label=label)
     axes.set(xlabel="nominal pressure / $\\sigma_Y$", ylabel="contact area [%]", title=name)
-    true = both.column("volume", "contact_area")
+    true = both.column("elastoplastic", "contact_area")
     for place, result in enumerate(better):
         wrong = 100 * both.excess("contact_area")[0, place]
         right = 100 * (result.perimeter_corrected_area / true[place] - 1)
