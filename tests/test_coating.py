@@ -126,6 +126,7 @@ def test_stress_is_told_by_layer() -> None:
     film, steel = stress.parts
     assert (film.name, steel.name) == ("DLC", "steel")
     assert film.strength == pytest.approx(16.7e9 / 3)
+    assert (film.of_hardness, steel.of_hardness) == (True, False)
     assert steel.depth >= 2e-6 > film.depth
     assert [face.part for face in stress.faces] == [0, 0, 1]
     assert stress.faces[1].shear.value == pytest.approx(stress.faces[2].shear.value, rel=1e-3)

@@ -471,7 +471,7 @@ class ContactResult(Result):
             map.
         of : {"map", "surface"}
             Whether the numbers are of the place of the map or of a large surface, under the same
-            nominal pressure, of which the map is a sample.
+            nominal pressure; the map is a sample of it.
         progress : callable, optional
             Called with a `Progress` after every solve.
 

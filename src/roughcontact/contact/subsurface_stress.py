@@ -50,6 +50,7 @@ class Part(NamedTuple):
     max_von_mises: float  # [Pa]
     depth: float  # Of it [m]
     strength: float | None  # Yield strength, or a third of the hardness [Pa]
+    of_hardness: bool  # Whether it is a third of the hardness
 
     @property
     def use(self) -> float:
@@ -159,12 +160,13 @@ class StressResult(Result):
             if within.size:
                 place = within[self.profile.von_mises[within].argmax()]
                 strength, hard = item.yield_strength, item.hardness
+                by_hardness = strength is None and hard is not None
                 if strength is None and hard is not None:
                     strength = hard / CEILING_FACTOR
                 usual = "base" if number == len(body.coating) else f"layer {number + 1}"
                 name = item.name or usual
                 largest = float(self.profile.von_mises[place])
-                result.append(Part(name, largest, float(depths[place]), strength))
+                result.append(Part(name, largest, float(depths[place]), strength, by_hardness))
         return tuple(result)
 
     @property

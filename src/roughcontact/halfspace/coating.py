@@ -280,7 +280,7 @@ def pixels(
     -------
     ndarray, shape (ny, nx)
         π E₁* times the displacement under unit pressure on the pixel ``[0, 0]`` [m], less that of
-        a body all of the outermost layer's material, ``π E₁* kernels.love``.
+        a homogeneous body of the outermost layer, ``π E₁* kernels.love``.
 
     Notes
     -----

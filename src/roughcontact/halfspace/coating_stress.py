@@ -42,7 +42,7 @@ def depths_with_faces(material: Material, depths: Array) -> Array:
 
 
 def poisson_at(material: Material, depth: float) -> float:
-    """Return Poisson's ratio of what lies at a depth."""
+    """Return Poisson's ratio of the layer or base at a depth."""
     part = part_of(material, depth)
     return material.coating[part].poisson if part < len(material.coating) else material.poisson
 
@@ -84,11 +84,10 @@ def field_of(
 
     Notes
     -----
-    Periodic: each wave has its exact stress. Free: the stress of a body all of what lies at the
-    depth is exact (`stress.slices`), and what the layers change is added wave by wave on twice the
-    map. What of that is felt far away, the part that goes with q⁰ and q¹, is taken out of the waves
-    as the stress of homogeneous bodies at two depths: what is left falls as 1/r⁵, and the images
-    of the map do no harm.
+    Periodic: each wave has its exact stress. Free: the stress of a homogeneous body of the
+    material at that depth is exact (`stress.slices`). The effect of the layers is added wave by
+    wave on a padded period. Its long-range part, of the orders q⁰ and q¹, is replaced by the stress
+    of homogeneous bodies at two depths; the rest falls as 1/r⁵, so images of the map hardly count.
     """
     boundary.require_stress()
     unit = float(pressure.max()) or 1.0
@@ -209,7 +208,7 @@ class _Body(NamedTuple):
 
 
 def _bodies(material: Material, depth: float) -> tuple[_Body, ...]:
-    """Return a body all of what lies at a depth, and two that long waves are felt by as well."""
+    """Return the homogeneous body of a depth, and two for the long-range part of the layers."""
     poisson = poisson_at(material, depth)
     own, reach = _Body(depth, poisson, 1.0, 1.0, 1.0), float(interfaces(material)[-1])
     waves = np.array([1.0, 2.0]) * _LONGEST / max(depth, reach)

@@ -418,6 +418,8 @@ def _at_faces(stress: StressResult) -> str:
         f"{engineering(face.tension.value, 'Pa', 3)}, shear "
         f"{engineering(face.shear.value, 'Pa', 3)}, pull "
         f"{engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
+        if face.depth
+        else f"surface: tension {engineering(face.tension.value, 'Pa', 3)}"
         for face in stress.faces
     )
 

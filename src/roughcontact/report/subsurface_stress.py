@@ -85,6 +85,8 @@ def _layered(stress: StressResult) -> str:
         phrases.size(value or 0.0, "Pa") for value in (first.max_von_mises, first.strength)
     )
     where = f"{phrases.size(first.depth, 'm')} deep" if first.depth else "at the surface"
+    if first.of_hardness:
+        strength += " (a third of its hardness)"
     if first.use > 1:
         return f"{first.name} yields first: {reached} of {strength}, {where}."
     return f"Nothing yields; nearest is {first.name}: {reached} of {strength}, {where}."
