@@ -321,6 +321,25 @@ max_iterations, precision
         return sweep.curve(_steps(sweep, place, progress))
 
 
+def contact_curve(
+    surface: Surface,
+    loads: list[float],
+    progress: Tell = None,
+    *,
+    material: Material,
+    counter_material: Material = RIGID,
+    boundary: str = "free",
+    **terms: Any,
+) -> LoadCurve:
+    """Return a load curve without stiffnesses, which take more than the contacts; see `sweep`."""
+    pair = Pair.of(surface, material, None, counter_material, boundary)
+    sweep = _Sweep(
+        pair, LoadCase(**terms), "load", _ascending(pair, loads, None), has_stiffness=False
+    )
+    sweep.check()
+    return sweep.curve(_steps(sweep, None, progress))
+
+
 @dataclass(frozen=True, eq=False)
 class _Sweep:
     """The loads or approaches wanted of two bodies."""
@@ -330,6 +349,7 @@ class _Sweep:
     control: str
     values: list[float]
     specified_load: tuple[GivenLoad, ...] = ()
+    has_stiffness: bool = True
 
     def terms_at(self, value: float) -> LoadCase:
         """Return the terms of one load or approach."""
@@ -449,6 +469,8 @@ def _solved_step(
         start=start,
         progress=numbered(progress, number, len(sweep.values)),
     )
+    if not sweep.has_stiffness:
+        return _step(result, math.nan, None), result.pressure, result.pressure
     # First, so that what it takes is free again.
     whole = unloading_stiffness(result) if result.saturated.any() else None
     grown = growth(result)

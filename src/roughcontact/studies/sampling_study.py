@@ -16,7 +16,7 @@ from roughcontact.errors import ConvergenceError, InputError, Sentence, require_
 from roughcontact.material.material import RIGID, Material
 from roughcontact.result import Result
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
-from roughcontact.studies.load_curve import LoadCurve, sweep
+from roughcontact.studies.load_curve import LoadCurve, contact_curve
 from roughcontact.surface import resolution
 from roughcontact.surface.placement import divides, partition
 from roughcontact.surface.surface import Surface
@@ -96,9 +96,8 @@ def solve_sample(
             tell(replace(state, label=name))
 
     try:
-        curve = sweep(
-            surface, loads=[pressure * area for pressure in pressures], progress=watch, **problem
-        )
+        loads = [pressure * area for pressure in pressures]
+        curve = contact_curve(surface, loads, watch, **problem)
     except ConvergenceError as error:
         raise ConvergenceError(Sentence(f"{name}: ", *error.parts), error.result) from None
     values = surface.roughness()
