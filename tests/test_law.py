@@ -3,6 +3,8 @@ import dataclasses
 import json
 import math
 import re
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +42,7 @@ LAW = rc.interface_law(
     (one for contacts in CONTACTS for one in reversed(contacts)),
     (one for contacts in AGAIN for one in contacts),
     conductor="42CrMo4",
-    counter_conductor=rc.Conductor(conductivity=400),
+    counter_conductor=rc.Conductor(resistivity="17 nohm m", conductivity=400),
 )
 
 
@@ -257,6 +259,93 @@ def test_decks_hold_the_table_in_their_units(tmp_path: Path) -> None:
             assert told == pytest.approx(own * 1e-3, rel=0.011)
 
 
+def apdl_tables(text: str) -> dict[str, np.ndarray]:
+    """Return the tables of a deck for Ansys by name, shape (n, 2)."""
+    cells = re.findall(r"(\w+)\((\d+),([01])\)=(\S+)", text)
+    tables: dict[str, dict[tuple[int, int], float]] = {}
+    for name, row, column, value in cells:
+        tables.setdefault(name, {})[int(row), int(column)] = float(value)
+    found = {}
+    for name, size in re.findall(r"\*DIM,(\w+),TABLE,(\d+),1,1,\w+", text):
+        grid = [[tables[name][row + 1, column] for column in (0, 1)] for row in range(int(size))]
+        found[name] = np.array(grid)
+    return found
+
+
+def test_the_deck_for_ansys_gives_the_pressure_of_the_law(tmp_path: Path) -> None:
+    law = dataclasses.replace(LAW, friction=rc.interface_law(CONTACTS[0], friction=0.15).friction)
+    law.save(tmp_path / "law.mac")
+    text = (tmp_path / "law.mac").read_text("ascii")
+    assert max(map(len, text.splitlines())) < 132
+    found = apdl_tables(text)
+    for branch in law.branches:
+        curve = law.curve(branch)
+        gap, secant = found[f"ROUGH_{branch.upper()}_FKN"].T
+        pressure = np.geomspace(PRESSURES[0], PRESSURES[-1], 50)
+        closure = 1e3 * (curve.first_touch - curve.separation_at(pressure))
+        told = -np.interp(closure, gap, secant) * closure
+        assert told == pytest.approx(pressure * 1e-6, rel=0.015)
+        own, conductance = found[f"ROUGH_{branch.upper()}_TCC"].T
+        told = np.interp(np.array(PRESSURES) * 1e-6, own, conductance)
+        assert told == pytest.approx(law.thermal_conductance(branch) * 1e-3, rel=0.011)
+        own, slopes = found[f"ROUGH_{branch.upper()}_FKT"].T
+        steps = law.of_branch(branch)
+        assert -slopes == pytest.approx([step.tangential_stiffness * 1e-9 for step in steps])
+    # Real constants hold one branch.
+    assert re.findall(r"^RMODIF,CID,(\d+),%(\w+)%", text, re.MULTILINE) == [
+        ("3", "ROUGH_LOADING_FKN"), ("12", "ROUGH_LOADING_FKT"),
+        ("14", "ROUGH_LOADING_TCC"), ("19", "ROUGH_LOADING_ECC"),
+    ]  # fmt: skip
+
+
+def test_the_functions_for_moose_are_the_law_in_si_units(tmp_path: Path) -> None:
+    LAW.save(tmp_path / "law.i")
+    text = (tmp_path / "law.i").read_text("ascii")
+    blocks = re.findall(
+        r"\[rough_(\w+?)_(\w+)\]\n    type = PiecewiseLinear\n    x = '(.*)'\n    y = '(.*)'\n",
+        text,
+    )
+    assert {name for _, name, *_ in blocks} == {
+        "pressure", "thermal_conductance", "electrical_conductance"
+    }  # fmt: skip
+    for branch, name, first, second in blocks:
+        x, y = (np.array(words.split(), dtype=float) for words in (first, second))
+        assert (np.diff(x) > 0).all()
+        if name == "pressure":
+            table = LAW.table(branch)
+            assert y == pytest.approx(table.pressure)
+            assert x == pytest.approx(table.separation[0] - table.separation, abs=1e-15)
+        else:
+            told = np.interp(PRESSURES, x, y)
+            assert told == pytest.approx(getattr(LAW, name)(branch), rel=0.011)
+
+
+def test_electrical_conductance_is_that_of_the_conductance_task() -> None:
+    steel = {"conductor": "42CrMo4", "counter_conductor": "42CrMo4"}
+    alone = rc.conductance(CONTACTS[0], **steel)
+    law = rc.interface_law(CONTACTS[0], **steel)
+    assert law.electrical_conductance() == pytest.approx(alone.electrical_conductance)
+
+
+def test_the_macro_for_freecad_sets_a_contact_constraint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    law = dataclasses.replace(LAW, friction=rc.interface_law(CONTACTS[0], friction=0.15).friction)
+    law.save(tmp_path / "law.fcmacro")
+    contact = types.SimpleNamespace()
+    program = types.SimpleNamespace(Selection=types.SimpleNamespace(getSelection=lambda: [contact]))
+    monkeypatch.setitem(sys.modules, "FreeCADGui", program)
+    exec((tmp_path / "law.fcmacro").read_text("ascii"), {})
+    last = law.of_branch(LOADING)[-1]
+    slope, unit = contact.StickSlope.split()
+    assert (unit, float(slope)) == ("MPa/mm", pytest.approx(last.tangential_stiffness * 1e-9))
+    # The tangent of the table, which is that of the branch within its rows.
+    assert float(contact.Slope.split()[0]) == pytest.approx(last.stiffness * 1e-9, rel=0.1)
+    rows = np.array([row.split(",") for row in contact.ThermalContactConductance], dtype=float)
+    assert rows[-1, 0] == pytest.approx(law.conductance[-1] * 1e-3)
+    assert contact.FrictionCoefficient == law.friction.sliding
+
+
 def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
     LAW.save(tmp_path / "law.csv")
     with (tmp_path / "law.csv").open(encoding="utf-8", newline="") as stream:
@@ -298,7 +387,7 @@ def test_tables_and_numbers_are_written(tmp_path: Path) -> None:
     assert "WARNING: m4" in text
     last = text.splitlines()[-1].split(",")
     assert float(last[0]) == pytest.approx(LAW.table().separation[-1] / found.deviation)
-    with pytest.raises(rc.InputError, match=r"one of .npz, .csv, .json, .inp, .ccx, .txt"):
+    with pytest.raises(rc.InputError, match=r".npz, .csv, .json, .inp, .ccx, .mac, .i"):
         LAW.save(tmp_path / "law.xlsx")
     assert repr(LAW).startswith("InterfaceLaw:")
     assert len(LAW.plot().axes) == 4

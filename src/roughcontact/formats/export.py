@@ -116,6 +116,15 @@ FORMATS = (
     OutputFormat(".ccx", {
         Kind.LAW: Content("a deck for CalculiX", _LAW),
     }),
+    OutputFormat(".mac", {
+        Kind.LAW: Content("real constants for Ansys APDL", _LAW),
+    }),
+    OutputFormat(".i", {
+        Kind.LAW: Content("functions for MOOSE", _LAW),
+    }),
+    OutputFormat(".fcmacro", {
+        Kind.LAW: Content("a macro for FreeCAD", _LAW),
+    }),
     OutputFormat(".txt", {
         Kind.LAW: Content("a table for mixed lubrication", _LAW),
     }),

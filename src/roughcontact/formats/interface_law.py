@@ -1,4 +1,4 @@
-"""Laws of interfaces for other programs: decks for Abaqus and CalculiX, tables, JSON, arrays."""
+"""Laws of interfaces for other programs: decks, tables, JSON, arrays."""
 
 from __future__ import annotations
 
@@ -29,8 +29,10 @@ _WIDTH = 76
 # Rows closer than this CalculiX moves apart [mm]; it says so nowhere.
 _CLOSEST = 2e-10
 
-# The units of decks: mm, N, s, tonne, K; hence MPa, and mW = N mm/s.
+# The units of decks: mm, N, s, tonne, K; hence MPa, and mW = N mm/s; mA where there is a current.
 _LENGTH, _PRESSURE, _CONDUCTANCE = 1e3, 1e-6, 1e-3
+_SLOPE = _PRESSURE / _LENGTH
+_UNITS = "Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K) and mA/(mm^2 V)"
 
 
 def csv(law: InterfaceLaw) -> str:
@@ -55,12 +57,15 @@ def abaqus(law: InterfaceLaw) -> str:
     )
 
     def rows(branch: str) -> list[str]:
-        return ["*GAP CONDUCTANCE, PRESSURE", *_conductance(law, branch)]
+        keywords = ("*GAP CONDUCTANCE, PRESSURE", "*GAP ELECTRICAL CONDUCTANCE, PRESSURE")
+        tables = _conductances(law, branch)
+        return [line for name, (pressure, values) in zip(keywords, tables, strict=False)
+                for line in (name, *_rows(values, pressure))]  # fmt: skip
 
     def friction(branch: str) -> list[str]:
         assert law.friction is not None
-        slip, strength = law.elastic_slip(branch)[-1] * _LENGTH, law.friction.shear_strength
-        limit = f", TAUMAX={strength * _PRESSURE:.9e}" if math.isfinite(strength) else ""
+        slip, strength = law.elastic_slip(branch)[-1] * _LENGTH, _shear_strength(law)
+        limit = "" if strength is None else f", TAUMAX={strength:.9e}"
         return [
             *_comments(
                 "While it sticks, the shear stress is friction p/(elastic slip) times the shift. "
@@ -89,22 +94,122 @@ def calculix(law: InterfaceLaw) -> str:
                 "CalculiX 2.20 takes the first row, whatever the pressure: give *GAP CONDUCTANCE "
                 "with the row that fits."
             ),
-            *(f"** {row}" for row in _conductance(law, branch)),
+            *(f"** {row}" for row in _rows(*_conductances(law, branch)[0][::-1])),
         ]
 
     def friction(branch: str) -> list[str]:
         assert law.friction is not None
-        steps = law.of_branch(branch)
-        slopes = [step.tangential_stiffness * _PRESSURE / _LENGTH for step in steps]
+        pressure, slopes = _stick_slopes(law, branch)
         return [
             *_comments("Stick slope over pressure. The last row is taken: give that which fits."),
-            *(f"** {slope:.9e}, {step.pressure * _PRESSURE:.9e}"
-              for slope, step in zip(slopes, steps, strict=True)),
+            *(f"** {row}" for row in _rows(slopes, pressure)),
             "*FRICTION",
             f"{law.friction.sliding:.9g}, {slopes[-1]:.9e}",
-        ]  # fmt: skip
+        ]
 
-    return _deck(law, text, lambda table: table.separation[0] - table.separation, rows, friction)
+    return _deck(law, text, _closure, rows, friction)
+
+
+def ansys(law: InterfaceLaw) -> str:
+    """Return real constants of contact elements for Ansys Mechanical APDL."""
+    lines = [
+        *_head(law, "!"),
+        f"! {_UNITS}",
+        *_comments(
+            "The faces stand for planes at the highest summits: model them just touching. Before "
+            "reading this file, set CID to the real constants of the contact elements (CONTA172 "
+            "or CONTA174, pure penalty KEYOPT(2)=1, KEYOPT(10)=2) and MID to their material. "
+            "FKN is the pressure over the penetration. Negative values are absolute, not factors.",
+            "!",
+        ),
+    ]
+    for table in (_short(law, branch) for branch in law.branches):
+        lines.append(f"! {_words(table)}")
+        name = f"ROUGH_{table.branch.upper()}"
+        across, pressure = _closure(table)[1:] * _LENGTH, table.pressure[1:] * _PRESSURE
+        constants = {"FKN": (3, "GAP", across, -pressure / across)}
+        if law.friction is not None:
+            own, slopes = _stick_slopes(law, table.branch)
+            constants["FKT"] = (12, "PRESSURE", own, -slopes)
+        for (number, key), item in zip(
+            ((14, "TCC"), (19, "ECC")), _conductances(law, table.branch), strict=False
+        ):
+            constants[key] = (number, "PRESSURE", *item)
+        # Real constants hold one branch at a time.
+        mark = "! " if table.branch == UNLOADING else ""
+        for key, (number, variable, first, second) in constants.items():
+            lines += [
+                f"*DIM,{name}_{key},TABLE,{first.size},1,1,{variable}",
+                *(f"{name}_{key}({row},0)={x:.9e} $ {name}_{key}({row},1)={y:.9e}"
+                  for row, (x, y) in enumerate(zip(first.tolist(), second.tolist(), strict=True),
+                                               start=1)),
+                f"{mark}RMODIF,CID,{number},%{name}_{key}%",
+            ]  # fmt: skip
+    if law.friction is not None:
+        strength = _shear_strength(law)
+        lines += [] if strength is None else [f"RMODIF,CID,9,{strength:.9e}"]
+        lines.append(f"MP,MU,MID,{law.friction.sliding:.9g}")
+    return "\n".join(lines) + "\n"
+
+
+def moose(law: InterfaceLaw) -> str:
+    """Return functions for an input file of MOOSE, in SI units."""
+    lines = [
+        *_head(law, "#"),
+        *_comments(
+            "Units: m, Pa, W/(m^2 K), S/m^2. The faces stand for planes at the highest summits. "
+            "Pressure is over the distance by which the mean planes came closer since first "
+            "touch, conductance over pressure. For c_normal take the slope named with a branch.",
+            "#",
+        ),
+        "[Functions]",
+    ]
+    for table in (_short(law, branch) for branch in law.branches):
+        slope = float(np.diff(table.pressure)[-1] / np.diff(_closure(table))[-1])
+        lines.append(f"  # {_words(table)}; c_normal = {slope:.4e} Pa/m at the largest pressure")
+        tables = {"pressure": (_closure(table), table.pressure)}
+        if law.friction is not None:
+            own, slopes = _stick_slopes(law, table.branch)
+            tables["stick_slope"] = (own / _PRESSURE, slopes / _SLOPE)
+        for key, (pressure, values) in zip(
+            ("thermal_conductance", "electrical_conductance"),
+            _conductances(law, table.branch), strict=False,
+        ):  # fmt: skip
+            tables[key] = (pressure / _PRESSURE, values / _CONDUCTANCE)
+        for key, columns in tables.items():
+            x, y = (" ".join(f"{value:.9e}" for value in column.tolist()) for column in columns)
+            lines += [f"  [rough_{table.branch}_{key}]", "    type = PiecewiseLinear",
+                      f"    x = '{x}'", f"    y = '{y}'", "  []"]  # fmt: skip
+    return "\n".join([*lines, "[]"]) + "\n"
+
+
+def freecad(law: InterfaceLaw) -> str:
+    """Return a macro that gives the selected contact constraints of FreeCAD their constants."""
+    branch = law.branches[0]
+    table = _short(law, branch)
+    slope = float(np.diff(table.pressure)[-1] / np.diff(_closure(table))[-1]) * _SLOPE
+    values: dict[str, Any] = {"Slope": f"{slope:.9e} MPa/mm"}
+    if law.friction is not None:
+        _, slopes = _stick_slopes(law, branch)
+        values |= {"Friction": True, "FrictionCoefficient": law.friction.sliding,
+                   "StickSlope": f"{slopes[-1]:.9e} MPa/mm"}  # fmt: skip
+    for pressure, conductance in _conductances(law, branch)[:1]:
+        values |= {"EnableThermalContact": True,
+                   "ThermalContactConductance": _rows(conductance, pressure)}  # fmt: skip
+    lines = [
+        *_head(law, "#"),
+        f"# {_UNITS}",
+        f"# {_words(table)}",
+        *_comments(
+            "Select contact constraints, then run this macro. Their law is linear: slope and stick "
+            "slope are those of the largest pressure. Conductance is over pressure.",
+            "#",
+        ),
+        "import FreeCADGui",
+        "for contact in FreeCADGui.Selection.getSelection():",
+        *(f"    contact.{name} = {value!r}" for name, value in values.items()),
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def lubrication(law: InterfaceLaw) -> str:
@@ -149,6 +254,7 @@ def _numbers(law: InterfaceLaw) -> str:
 
 _TEXTS: dict[str, Callable[[InterfaceLaw], str]] = {
     ".csv": csv, ".json": _numbers, ".inp": abaqus, ".ccx": calculix, ".txt": lubrication,
+    ".mac": ansys, ".i": moose, ".fcmacro": freecad,
 }  # fmt: skip
 
 
@@ -192,7 +298,7 @@ def _deck(
     """Return a surface interaction for each branch, with what else is known of it."""
     lines = [
         *_head(law, "**"),
-        "** Units: mm, N, s, t, K; pressure in MPa, conductance in mW/(mm^2 K)",
+        f"** {_UNITS}",
         *(line for text in notes for line in _comments(text)),
     ]
     for table in (_short(law, branch) for branch in law.branches):
@@ -201,9 +307,8 @@ def _deck(
         for number in range(1, across.size):
             if across[number] - across[separately[-1]] >= _CLOSEST:
                 separately.append(number)
-        words = "unloading and loading again" if table.branch == UNLOADING else "first loading"
         lines += [
-            f"** {words}; straight lines between rows are right to {100 * table.error:.3g} %",
+            f"** {_words(table)}",
             f"*SURFACE INTERACTION, NAME=ROUGH_{table.branch.upper()}",
             "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR",
             *_rows(table.pressure[separately] * _PRESSURE, across[separately]),
@@ -213,8 +318,19 @@ def _deck(
     return "\n".join(lines) + "\n"
 
 
-def _comments(text: str) -> list[str]:
-    return [f"** {line}" for line in textwrap.wrap(text, _WIDTH)]
+def _words(table: LawTable) -> str:
+    words = "unloading and loading again" if table.branch == UNLOADING else "first loading"
+    return f"{words}; straight lines between rows are right to {100 * table.error:.3g} %"
+
+
+def _closure(table: LawTable) -> Array:
+    """Return the distance by which the mean planes came closer since first touch [m]."""
+    closure: Array = table.separation[0] - table.separation
+    return closure
+
+
+def _comments(text: str, mark: str = "**") -> list[str]:
+    return [f"{mark} {line}" for line in textwrap.wrap(text, _WIDTH)]
 
 
 def _short(law: InterfaceLaw, branch: str) -> LawTable:
@@ -225,13 +341,34 @@ def _short(law: InterfaceLaw, branch: str) -> LawTable:
     return table
 
 
-def _conductance(law: InterfaceLaw, branch: str) -> list[str]:
-    pressure, values = law.pressures(branch), law.thermal_conductance(branch)
-    there = np.isfinite(values)
-    fine = between(pressure[there])
-    result = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))
-    rows = thinned(fine, result, ERROR)
-    return ["0., 0.", *_rows(result[rows] * _CONDUCTANCE, fine[rows] * _PRESSURE)]
+def _stick_slopes(law: InterfaceLaw, branch: str) -> tuple[Array, Array]:
+    """Return pressures and tangential stiffness per area of a branch, in the units of decks."""
+    steps = law.of_branch(branch)
+    slopes = np.array([step.tangential_stiffness for step in steps])
+    return np.array([step.pressure for step in steps]) * _PRESSURE, slopes * _SLOPE
+
+
+def _shear_strength(law: InterfaceLaw) -> float | None:
+    """Return the shear stress at which the softer body yields, in the units of decks."""
+    strength = math.inf if law.friction is None else law.friction.shear_strength
+    return strength * _PRESSURE if math.isfinite(strength) else None
+
+
+def _conductances(law: InterfaceLaw, branch: str) -> list[tuple[Array, Array]]:
+    """Return pressure and conductance of heat, then of current, as far as these are known."""
+    pressure, tables = law.pressures(branch), []
+    for values in (law.thermal_conductance(branch), law.electrical_conductance(branch)):
+        there = np.isfinite(values)
+        if not there.any():
+            break
+        fine = between(pressure[there])
+        result = np.exp(np.interp(np.log(fine), np.log(pressure[there]), np.log(values[there])))
+        rows = thinned(fine, result, ERROR)
+        tables.append((
+            np.concatenate([[0.0], fine[rows] * _PRESSURE]),
+            np.concatenate([[0.0], result[rows] * _CONDUCTANCE]),
+        ))  # fmt: skip
+    return tables
 
 
 def _rows(first: Array, second: Array) -> list[str]:

@@ -431,17 +431,31 @@ class InterfaceLaw(Result):
         `joint.conductance.conductance`; the mean over the maps. NaN without `bodies`, infinite
         where a map is closed.
         """
+        bodies = self.bodies or ()
+        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in bodies)
+        return self._conductance(branch, resistivity, self.thermal_film)
+
+    def electrical_conductance(self, branch: str = LOADING) -> Array:
+        """Return the electrical conductance per area at `pressures` [S/m²], shape (n,).
+
+        As `thermal_conductance`, without a film; NaN where a resistivity is not known.
+        """
+        bodies = self.bodies or ()
+        return self._conductance(
+            branch, math.fsum(body.resistivity or math.nan for body in bodies), 0.0
+        )
+
+    def _conductance(self, branch: str, resistivity: float, film: float) -> Array:
         if self.bodies is None:
             return np.full(self.pressures(branch).shape, math.nan)
-        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in self.bodies)
         with np.errstate(divide="ignore"):
             constriction = (
                 resistivity
                 * self.contact_modulus
                 / (2 * self.values(branch, "unloading_stiffness"))
             )
-            film = self.thermal_film / self.values(branch, "contact_fraction")
-            mean: Array = np.mean(1 / (constriction + film), axis=0)
+            extra = film / self.values(branch, "contact_fraction")
+            mean: Array = np.mean(1 / (constriction + extra), axis=0)
         return mean
 
     def elastic_slip(self, branch: str = LOADING) -> Array:
