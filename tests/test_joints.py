@@ -13,6 +13,8 @@ from roughcontact.files import to_json
 from roughcontact.request import contacts as joints, run as running
 from roughcontact.request.request import Request
 from roughcontact.request.tasks import SHARED_TASKS as JOINTS, from_text
+from roughcontact.surface import nominal_bodies
+from roughcontact.surface.placement import drawn_pairs
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 COPPER = rc.Conductor(conductivity=400)
@@ -62,6 +64,60 @@ def test_contacts_of_a_joint_differ_in_nothing_but_the_load(
 ) -> None:
     with pytest.raises(rc.InputError, match=words):
         ask([pressed(), pressed(**more, load=0.2)])
+
+
+def test_faces_are_drawn_at_other_places_and_turns() -> None:
+    flat = nominal_bodies.flat(shape=ROUGH.shape, pixel=ROUGH.pixel)
+    other = rc.Surface(*rc.reference_map(40, 4))
+    pairs = drawn_pairs([flat, ROUGH], [ROUGH, other], 8)
+    # All pairs of maps come in turn, cropped to what both have.
+    assert [first.Sq == 0 for first, _ in pairs] == [True, False] * 4
+    assert all(first.shape == second.shape == (32, 32) for first, second in pairs)
+    heights = np.sort(ROUGH.heights, axis=None)
+    moved = [second for first, second in pairs if first.Sq == 0][::2]
+    for second in moved:
+        assert np.array_equal(np.sort(second.heights, axis=None), heights)
+    assert not np.array_equal(moved[0].heights, moved[1].heights)
+    # A flat feels nothing of it.
+    still = pressed(flat, counter_surface=ROUGH)
+    for second in moved:
+        found = pressed(flat, counter_surface=second)
+        assert found.contact_fraction == pytest.approx(still.contact_fraction)
+        assert found.mean_gap == pytest.approx(still.mean_gap, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("task", "more", "number"),
+    [
+        ("conductance", ["--conductivity", "400 W/m/K", "--counter-conductivity", "400 W/m/K"],
+         lambda record: record["length"][-1]),
+        ("leak", [], lambda record: record["permeability_tensor"][-1][1][1]),
+    ],
+)  # fmt: skip
+def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], task: str, more: list[str], number: Any
+) -> None:
+    other = rc.Surface(*rc.reference_map(32, 4))
+    ROUGH.save(tmp_path / "one.nc")
+    other.save(tmp_path / "two.nc")
+    app.main(
+        [task, str(tmp_path / "one.nc"), "--counter-maps", str(tmp_path / "two.nc"),
+         "--draws", "3", "--level", "none", "--load", "0.1 N, 0.3 N", "--boundary", "periodic", "--young", "210 GPa",
+         "--poisson", "0.3", "--yield-strength", "1 GPa", "--json", *more]
+    )  # fmt: skip
+    told = json.loads(capsys.readouterr().out)
+    values = []
+    for first, second in drawn_pairs([ROUGH], [other], 3):
+        contact = pressed(first, counter_surface=second)
+        if task == "leak":
+            values.append(float(rc.leakage([contact]).permeability(1)[-1]))
+        else:
+            values.append(conducted([contact]).steps[-1].length)
+    assert min(values) > 0
+    assert number(told) == pytest.approx(np.mean(values), rel=1e-6)
+    drawn = told["draws"][-1]
+    assert drawn["count"] == 3
+    assert drawn["deviation"] == pytest.approx(np.std(values, ddof=1), rel=1e-6)
 
 
 @pytest.mark.parametrize("ask", OF_ONE_PAIR)

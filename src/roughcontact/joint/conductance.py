@@ -30,7 +30,7 @@ Greenwood 1966, Constriction resistance and the real area of contact, Brit. J. A
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -38,6 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import statistics
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.pair import Pair
@@ -51,12 +52,14 @@ from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
     CalibratedChange,
     changed,
+    mean_of,
     of_one_pair,
     positive,
 )
 from roughcontact.material import catalog, fluids
 from roughcontact.material.material import Conductor
 from roughcontact.result import Result
+from roughcontact.statistics import Mean
 from roughcontact.surface import roughness
 from roughcontact.surface.form import level
 from roughcontact.theory import constriction
@@ -343,6 +346,8 @@ class Conductance(Result):
     calibrated : CalibratedChange or None
         How the constriction length under the largest load changes under the calibrated ceiling,
         where that is known; see `with_calibrated_ceiling`.
+    draws : tuple of Mean
+        Constriction length under the largest load over pairs of faces; see `with_draws`.
     """
 
     steps: tuple[ConductanceStep, ...]
@@ -357,6 +362,14 @@ class Conductance(Result):
     filling: Filling | None = None
     temperature: float = ROOM_TEMPERATURE
     current: float | None = None
+    draws: tuple[Mean, ...] = ()
+
+    def with_draws(self, others: Sequence[Conductance]) -> Conductance:
+        """Return the mean of this and other pairs of faces under the same loads."""
+        every = (self, *others)
+        lengths = [item.steps[-1].length for item in every]
+        steps = (mean_of(steps, ()) for steps in zip(*(x.steps for x in every), strict=True))
+        return replace(self, steps=tuple(steps), draws=(statistics.mean(lengths),))
 
     def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
         """Return the same with what changes under the calibrated ceiling.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from roughcontact.errors import ArgumentRef, InputError, Part, input_error
 from roughcontact.material.material import Material
 from roughcontact.surface import spectrum
 from roughcontact.units import Quantity, engineering, lengths, quantity
+
+Step = TypeVar("Step")
 
 # Edges of pixels that differ by less than this part are one.
 _SAME = 1e-6
@@ -27,6 +30,25 @@ class CalibratedChange:
     ceiling: float  # [Pa]
     contact_area: float  # Relative change
     numbers: tuple[float, ...]  # Relative changes of what the joint does; NaN where there is none
+
+
+def mean_of(steps: Sequence[Step], skip: Container[str]) -> Step:
+    """Return the mean of steps under one load, but for fields that are those of the first."""
+    first: Any = steps[0]
+    means = {
+        item.name: _mean([getattr(step, item.name) for step in steps])
+        for item in fields(first)
+        if item.name not in skip
+    }
+    result: Step = replace(first, **means)
+    return result
+
+
+def _mean(values: Sequence[Any]) -> Any:
+    if isinstance(values[0], tuple):
+        return tuple(_mean(parts) for parts in zip(*values, strict=True))
+    mean = float(np.mean(values))
+    return round(mean) if isinstance(values[0], int) else mean
 
 
 def changed(new: float, old: float) -> float:

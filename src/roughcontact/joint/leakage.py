@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact import statistics
 from roughcontact.arguments import checked
 from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
 from roughcontact.contact.plausibility import over_loads
@@ -20,6 +21,7 @@ from roughcontact.joint.contacts import (
     ONE_ROUGH_FACE,
     CalibratedChange,
     changed,
+    mean_of,
     of_one_pair,
     positive,
 )
@@ -27,6 +29,7 @@ from roughcontact.joint.flow import Constriction, Flow, constriction, flow
 from roughcontact.joint.gas_flow import GasState, gas_factor
 from roughcontact.material import fluids
 from roughcontact.result import Result
+from roughcontact.statistics import Mean
 from roughcontact.theory.rarefied_gas import mean_free_path
 from roughcontact.units import Quantity, changed_by, percent
 
@@ -232,6 +235,9 @@ class Leakage(Result):
     fluid_load : float
         Load that the pressure of the fluid carries, in the loads of the steps [N]; see
         `with_fluid_load`.
+    draws : tuple of Mean
+        Permeability along y and x [m³] under the largest load over pairs of faces; see
+        `with_draws`.
     """
 
     steps: tuple[LeakageStep, ...]
@@ -245,6 +251,16 @@ class Leakage(Result):
     coarser: Change | None = None
     calibrated: CalibratedChange | None = None
     fluid_load: float = 0.0
+    draws: tuple[Mean, ...] = ()
+
+    def with_draws(self, others: Sequence[Leakage]) -> Leakage:
+        """Return the mean of this and other pairs of faces under the same loads."""
+        every = (self, *others)
+        permeabilities = np.array([item.steps[-1].permeability for item in every])
+        skip = ("constriction",)
+        steps = (mean_of(steps, skip) for steps in zip(*(x.steps for x in every), strict=True))
+        draws = tuple(statistics.mean(permeabilities[:, axis, axis]) for axis in (0, 1))
+        return replace(self, steps=tuple(steps), draws=draws)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:

@@ -157,6 +157,7 @@ CONDUCTANCE: Table = (
         ), when=lambda r: r.coarser is not None,
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("interval", of=lambda r: _interval(r).summary()),
     *CAUTIONS,
 )  # fmt: skip
@@ -309,7 +310,9 @@ def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
 def _interval(result: joint.Conductance) -> Interval:
     """Return the interval of the constriction length under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.length
-    return uncertainty.of_joint(result, "length", result.steps[-1].length, 0, coarser)
+    return uncertainty.of_joint(
+        result, "length", result.steps[-1].length, 0, coarser, *result.draws
+    )
 
 
 def _answer(result: joint.Conductance) -> str:
@@ -367,7 +370,7 @@ def _remarks(result: joint.Conductance) -> tuple[str, ...]:
         hot = plain(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
         smallest = " under the smallest load" * (len(result.steps) > 1)
         lines.append(f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}")
-    lines += [uncertainty.sources(_interval(result), hint=False)]
+    lines += [uncertainty.sources(_interval(result), hint=False), *phrases.drawn(result.draws)]
     others = []
     if result.coarser is not None:
         others.append(f"twice the pixel {changed_by(result.coarser.length)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from operator import attrgetter
 from typing import Any
 
@@ -26,8 +26,8 @@ from roughcontact.report.kind import (
     Table,
     Use,
 )
-from roughcontact.statistics import LEVEL, Mean, mean
-from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval
+from roughcontact.statistics import LEVEL, mean
+from roughcontact.studies.uncertainty import Interval
 from roughcontact.units import counted, engineering, percent, plain
 
 
@@ -254,19 +254,10 @@ def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
     coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
     changes = coarser or (math.nan, math.nan)
     closing, stiffness = (
-        _with_scatter(uncertainty.of_joint(law, name, item.value, index, changes[index]), item)
+        uncertainty.of_joint(law, name, item.value, index, changes[index], item)
         for index, (name, item) in enumerate(zip(("closing", "stiffness"), means, strict=True))
     )
     return closing, stiffness
-
-
-def _with_scatter(interval: Interval, over: Mean) -> Interval:
-    """Return an interval with the scatter of the mean over several maps."""
-    if over.count < 2 or not over.value:
-        return interval
-    half = (over.high - over.value) / over.value
-    scatter = ErrorSource(Cause.MAPS, -min(half, 1.0), half)
-    return replace(interval, doubts=(*interval.doubts, scatter))
 
 
 def _answer(law: InterfaceLaw) -> str:

@@ -187,6 +187,7 @@ _TABLE: Table = (
     Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
     Quantity("fluid_load", unit="N"),
     Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
     Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
     Quantity(
         "unbalanced", "flow out of balance", form=tiny, part=TRUST,
@@ -270,7 +271,9 @@ def _interval(result: Leakage, axis: int) -> Interval:
     """Return the interval of a permeability under the largest load."""
     coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
     value = float(result.permeability(axis)[-1])
-    return uncertainty.of_joint(result, f"permeability_{AXES[axis]}", value, axis, coarser)
+    return uncertainty.of_joint(
+        result, f"permeability_{AXES[axis]}", value, axis, coarser, *result.draws[axis:][:1]
+    )
 
 
 def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
@@ -360,6 +363,7 @@ def _remarks(result: Leakage) -> tuple[str, ...]:
     lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
               for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
     lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
+    lines += phrases.drawn(result.draws)
     return (*lines, phrases.status(result.largest))
 
 

@@ -18,6 +18,7 @@ from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.progress import Progress, Step
+from roughcontact.statistics import Mean
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import changed_by, engineering, grouped, percent, tiny
 
@@ -492,6 +493,11 @@ def boundary(contact: ContactResult) -> str:
 def problem(contact: ContactResult) -> str:
     """Return the problem of a contact."""
     return f"{bodies(contact)}, {load(contact)}{boundary(contact)}"
+
+
+def drawn(draws: Sequence[Mean]) -> list[str]:
+    """Return of how many pairs of faces the numbers of a joint are the mean."""
+    return [f"Mean of {draws[0].count} pairs of faces; places are of the first"] if draws else []
 
 
 def problem_of_loads(contact: ContactResult, loads: Sequence[float]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,9 +13,10 @@ from roughcontact.errors import ArgumentRef, Sentence
 from roughcontact.plots.uncertainty import uncertainty_budget
 from roughcontact.report import chapters, contact_fields, figures, page, phrases
 from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, capital, quantity_of
+from roughcontact.statistics import Mean
 from roughcontact.studies import uncertainty
 from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
-from roughcontact.studies.uncertainty import Cause, Interval, Uncertainty
+from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.units import changed_by, engineering, percent
 
 STUDY: Table = (
@@ -166,13 +168,20 @@ def _parts(interval: Interval) -> tuple[str, str]:
     return ", ".join(known), f"{unknown} not studied" if unknown else ""
 
 
-def of_joint(joint: Any, name: str, value: float, index: int, coarser: float) -> Interval:
-    """Return the interval of one of the numbers of a joint under its largest load."""
+def of_joint(
+    joint: Any, name: str, value: float, index: int, coarser: float, over: Mean | None = None
+) -> Interval:
+    """Return the interval of one number of a joint under its largest load, a mean over maps."""
     known = joint.calibrated
     calibrated = (math.nan, math.nan)
     if known is not None:
         calibrated = known.numbers[index], known.contact_area
-    return uncertainty.of_joint(name, value, joint.largest, coarser, calibrated)
+    interval = uncertainty.of_joint(name, value, joint.largest, coarser, calibrated)
+    if over is None or over.count < 2 or not over.value:
+        return interval
+    half = (over.high - over.value) / over.value
+    scatter = ErrorSource(Cause.MAPS, -min(half, 1.0), half)
+    return replace(interval, doubts=(*interval.doubts, scatter))
 
 
 def under_calibrated(joint: Any, index: int) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import contacts as joints, options, parsing
@@ -9,6 +11,9 @@ from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.joint.conductance import Conductance
 
 ELECTRICAL_FILM = Option(
     "electrical-film", Panel.BODIES, "FILM",
@@ -39,19 +44,23 @@ _CONDUCTORS = (
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.conductance import OF, conductance
 
-    contacts = joints.Contacts(request, work, work.maps)
+    contacts = joints.Contacts.of_request(request, work)
     contacts.require_map(OF)
-    result = conductance(
-        contacts.under(joints.loads(request)),
-        *joints.conductors(request),
-        electrical_film=request[ELECTRICAL_FILM] or 0.0,
-        thermal_film=request[joints.THERMAL_FILM] or 0.0,
-        gap=request[GAP],
-        gap_pressure=request[GAP_PRESSURE],
-        temperature=request[joints.TEMPERATURE],
-        current=request[CURRENT],
-    )
-    return joints.outcome(request, work, contacts.with_variants(result))
+    loads = joints.loads(request)
+
+    def compute(pair: joints.Contacts) -> Conductance:
+        return conductance(
+            pair.under(loads),
+            *joints.conductors(request),
+            electrical_film=request[ELECTRICAL_FILM] or 0.0,
+            thermal_film=request[joints.THERMAL_FILM] or 0.0,
+            gap=request[GAP],
+            gap_pressure=request[GAP_PRESSURE],
+            temperature=request[joints.TEMPERATURE],
+            current=request[CURRENT],
+        )
+
+    return joints.outcome(request, work, contacts.over_draws(compute))
 
 
 def _check(request: Request) -> None:
@@ -113,7 +122,8 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
 """,
     (
         *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
-        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
+        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
+        joints.OUTPUT, FIGURE,
         *options.OUTPUT,
     ),
     (
@@ -122,7 +132,7 @@ roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
         options.REPORT,
     ),
     run=_run,
-    rules=joints.LOAD_RULES,
+    rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
     check=_check,
     last=last_contact,
     held=2,

@@ -6,15 +6,16 @@ Several questions about one contact share what is solved: see `cached_solver`.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import IO, TYPE_CHECKING, Any
 
 from roughcontact import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
+from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
-from roughcontact.request.options import EXCLUDES, NEEDED, TABLES, Option, Panel, Rule, file
+from roughcontact.request.options import EXCLUDES, NEEDED, NEEDS, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress, one_of_several
@@ -82,6 +83,12 @@ PRESSURE_RULES = tuple(
     Rule(NEEDED, end, text="a nominal pressure such as '20 MPa'") for end in (FROM, TO)
 )
 LOAD_RULES = (Rule(EXCLUDES, LOAD, FROM, TO),)
+FACES = (options.COUNTER_MAPS, options.DRAWS)
+FACE_RULES = (
+    Rule(NEEDS, options.DRAWS, options.COUNTER_MAPS),
+    Rule(EXCLUDES, options.COUNTER_MAPS, options.COUNTER_SURFACE, options.COUNTER_BODY),
+    Rule(NEEDS, options.COUNTER_MAPS, options.BOUNDARY, value=Boundary.PERIODIC),
+)
 
 
 def loads(request: Request) -> list[Any]:
@@ -153,18 +160,34 @@ class Contacts:
     request: Request  # What was asked for
     work: Work  # With what
     maps: Sequence[Surface]  # The maps that are pressed
-    more: Sequence[Surface] = ()
+    more: Sequence[Surface] = ()  # Other maps of the surface
+    counter_maps: Sequence[Surface] = ()  # Maps of the counter-body's face
+
+    @classmethod
+    def of_request(cls, request: Request, work: Work) -> Contacts:
+        """Return the contacts of the maps of a request."""
+        last = len(work.maps) - len(request[options.COUNTER_MAPS])
+        # Several are maps of one surface.
+        first = 1 if len(request.files) > 1 else last
+        return cls(request, work, work.maps[:first], work.maps[first:last], work.maps[last:])
 
     def each(self) -> Iterator[Contacts]:
-        """Yield the contacts of each map of the surface."""
-        surfaces = (self.maps[0], *self.more)
-        for number, surface in enumerate(surfaces, start=1):
-            look = one_of_several(self.work.look, number, len(surfaces))
-            yield replace(self.of(surface), work=replace(self.work, look=look))
+        """Yield the contacts of each map of the surface, or of each pair of faces drawn."""
+        pairs: Sequence[tuple[Surface, ...]] = [
+            (surface, *self.maps[1:]) for surface in (self.maps[0], *self.more)
+        ]
+        if self.counter_maps:
+            from roughcontact.surface.placement import drawn_pairs
+
+            surfaces = [surface for surface, *_ in pairs]
+            pairs = drawn_pairs(surfaces, self.counter_maps, self.request[options.DRAWS])
+        for number, maps in enumerate(pairs, start=1):
+            look = one_of_several(self.work.look, number, len(pairs))
+            yield replace(self.of(maps[0]), maps=maps, work=replace(self.work, look=look))
 
     def of(self, surface: Surface) -> Contacts:
         """Return the contacts of another map."""
-        return replace(self, maps=(surface, *self.maps[1:]), more=())
+        return replace(self, maps=(surface, *self.maps[1:]), more=(), counter_maps=())
 
     def require_map(self, what: str) -> None:
         """Raise `InputError` for profiles, before anything is solved."""
@@ -182,6 +205,12 @@ class Contacts:
 
             result = self.work.solve(self.maps[0], **arguments, load=force - relief, progress=watch)
             yield replace(result, specified_load=specified)
+
+    def over_draws(self, compute: Callable[[Contacts], Any]) -> Any:
+        """Return what is computed of a joint with its variants, as a mean over the faces drawn."""
+        first, *others = self.each()
+        result = first.with_variants(compute(first))
+        return result.with_draws([compute(pair) for pair in others]) if others else result
 
     def with_variants(self, result: Any) -> Any:
         """Return a joint with its changes under the calibrated ceiling and on a coarser grid."""

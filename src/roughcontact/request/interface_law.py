@@ -11,7 +11,7 @@ from roughcontact.formats import export
 from roughcontact.formats.export import Kind
 from roughcontact.request import contacts as joints, options
 from roughcontact.request.contacts import Contacts
-from roughcontact.request.options import PICTURES, Panel, file, files, flag
+from roughcontact.request.options import EXCLUDES, PICTURES, Panel, Rule, file, files, flag
 from roughcontact.request.outcome import Outcome, Work, last_contact
 from roughcontact.request.request import Request
 from roughcontact.request.task import Question, Task
@@ -35,9 +35,7 @@ def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.interface_law import OF
     from roughcontact.surface.placement import partition
 
-    # Several are maps of one surface, each pressed by a flat.
-    first = 1 if len(request.files) > 1 else len(work.maps)
-    contacts = Contacts(request, work, work.maps[:first], work.maps[first:])
+    contacts = Contacts.of_request(request, work)
     contacts.require_map(OF)
     maps = list(contacts.each())
     result = maps[0].with_variants(_law_of(request, maps))
@@ -113,7 +111,8 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
 """,
     (
         QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
-        *options.SHAPES, options.CEILING, options.BOUNDARY, *options.SOLVER, OUTPUT, FIGURE,
+        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
+        OUTPUT, FIGURE,
         *options.OUTPUT,
     ),
     (
@@ -121,7 +120,10 @@ roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
         options.MISSING, OUTPUT, options.REPORT,
     ),
     run=_run,
-    rules=joints.PRESSURE_RULES,
+    rules=(
+        *joints.PRESSURE_RULES, *joints.FACE_RULES,
+        Rule(EXCLUDES, QUARTERS, options.COUNTER_MAPS),
+    ),
     check=_check,
     last=last_contact,
     questions=(

@@ -15,6 +15,7 @@ from roughcontact.request.task import Question, Task
 
 if TYPE_CHECKING:
     from roughcontact.joint.leakage import Seal
+    from roughcontact.surface.surface import Surface
 
 FLOW_AXIS = Option(
     "flow-axis", Panel.BODIES, "y|x", "Flow axis, y or x; default: both.",
@@ -63,27 +64,25 @@ _FLUID = (FLOW_AXIS, *_SEAL)
 def _run(request: Request, work: Work) -> Outcome:
     from roughcontact.joint.leakage import OF, leakage
 
-    contacts = joints.Contacts(request, work, work.maps)
+    contacts = joints.Contacts.of_request(request, work)
     contacts.require_map(OF)
     loads = joints.loads(request)
-    relief = _fluid_load(request, work, loads)
-    result = leakage(
-        contacts.under(loads, relief), **{option.argument: request[option] for option in _FLUID}
-    )
-    result = contacts.with_variants(result)
+    relief = _fluid_load(request, contacts.maps, loads)
+    fluid = {option.argument: request[option] for option in _FLUID}
+    result = contacts.over_draws(lambda pair: leakage(pair.under(loads, relief), **fluid))
     return joints.outcome(request, work, result.with_fluid_load(relief) if relief else result)
 
 
-def _fluid_load(request: Request, work: Work, loads: Sequence[Any]) -> float:
+def _fluid_load(request: Request, maps: Sequence[Surface], loads: Sequence[Any]) -> float:
     """Return the load that the fluid carries [N]; 0 where it is a negligible share."""
     from roughcontact.joint.leakage import LIFTS
 
     seal = _seal(request)
     if seal is None:
         return 0.0
-    height, width = request.pair(work.maps).size
+    height, width = request.pair(maps).size
     load = float(seal.mean_pressure * height * width)
-    smallest = min(request.force(work.maps, load)[0] for load in loads)
+    smallest = min(request.force(maps, load)[0] for load in loads)
     if load >= smallest:
         mean = units.engineering(seal.mean_pressure, "Pa", 3)
         raise InputError(
@@ -125,14 +124,15 @@ roughcontact leak ground.x3p --load "30 MPa, 100 MPa" --boundary periodic \\
     (
         *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS,
         *options.COATINGS, *_FLUID, *options.SHAPES,
-        options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE, *options.OUTPUT,
+        *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER, joints.OUTPUT, FIGURE,
+        *options.OUTPUT,
     ),
     (
         joints.LOAD, VISCOSITY, PRESSURE_DIFFERENCE, GAS, INLET, OUTLET, RING,
         options.MATERIAL, options.BOUNDARY, options.REPORT,
     ),
     run=_run,
-    rules=joints.LOAD_RULES,
+    rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
     check=_check,
     last=last_contact,
     memory=_memory,

@@ -341,6 +341,15 @@ COUNTER_SURFACE = Option(
     "Height map of the counter-body; another grid needs --align.",
     parsing.path, None, "Counter-body map", prepares=True,
 )  # fmt: skip
+COUNTER_MAPS: Option[Any] = Option(
+    "counter-maps", Panel.BODIES, "FILE",
+    "Map of the counter-body's face, met at random shifts and turns; repeatable.",
+    parsing.paths, (), "Maps of the counter-body's face", many=True, prepares=True,
+)  # fmt: skip
+DRAWS = Option(
+    "draws", Panel.BODIES, "NUMBER",
+    "Number of pairs of faces drawn; default: 5.", parsing.counted(2, 100), 5,
+)  # fmt: skip
 ALIGN = flag(
     "align", Panel.BODIES,
     "Resample both maps to one grid, centered, and keep the overlap.",

@@ -62,7 +62,8 @@ class Request(Reading):
         """The files that are read."""
         maps = [path for paths in self.groups.values() for path in paths]
         single = (self.file, self.get(shared.COUNTER_SURFACE))
-        return [*(path for path in single if path is not None), *maps]
+        counter_maps = self.get(shared.COUNTER_MAPS) or ()
+        return [*(path for path in single if path is not None), *maps, *counter_maps]
 
     @property
     def groups(self) -> dict[str, list[Path]]:
@@ -310,7 +311,9 @@ class Request(Reading):
 
     @property
     def _map_count(self) -> int:
-        return 1 + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
+        drawn = self.get(shared.COUNTER_MAPS) or ()
+        count = len(drawn) + self[shared.DRAWS] if drawn else 0
+        return 1 + count + any(map(self.is_given, (shared.COUNTER_SURFACE, shared.COUNTER_BODY)))
 
     def cropped(self, shape: tuple[int, int]) -> tuple[int, int]:
         """Return the points that are kept of a map."""

@@ -9,6 +9,7 @@ contact too large; a coarse map on a fine grid is merely interpolated.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -134,6 +135,32 @@ def matched(
         first.aligned(grid, (back_y, back_x)),
         second.aligned(grid, (back_y + offset[0], back_x + offset[1]), angle, mirrored),
     )
+
+
+def drawn_pairs(
+    maps: Sequence[Surface], counter_maps: Sequence[Surface], count: int, seed: int = 0
+) -> list[tuple[Surface, Surface]]:
+    """Return faces as they may meet: the second turned over, by quarters, and moved at random.
+
+    Maps that are not square are turned by halves. All pairs of maps come in turn.
+    """
+    rng = np.random.default_rng(seed)
+    pairs = []
+    for number in range(count):
+        surface = maps[number % len(maps)]
+        counter = counter_maps[number // len(maps) % len(counter_maps)]
+        ny, nx = (min(ends) for ends in zip(surface.shape, counter.shape, strict=True))
+        first, second = (
+            item if item.shape == (ny, nx) else item.cropped((0, ny), (0, nx))
+            for item in (surface, counter)
+        )
+        is_square = ny == nx and math.isclose(*second.pixel)
+        turn = int(rng.integers(4)) * 90 if is_square else int(rng.integers(2)) * 180
+        rows, columns = int(rng.integers(ny)), int(rng.integers(nx))
+        way = rows * second.pixel[0], columns * second.pixel[1]
+        over = second.aligned(second, mirrored=True).rotated(turn)
+        pairs.append((first, shifted(over, way, (0, 1))))
+    return pairs
 
 
 # --- Surfaces that have moved over their grid ---
