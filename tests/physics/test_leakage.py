@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import linalg as sparse_linalg
 
 import roughcontact as rc
 from roughcontact.errors import InputError
@@ -73,6 +75,93 @@ def test_stripes_are_in_parallel_and_in_series(axis: int, periodic: tuple[int, .
     assert along(stripes, axis, periodic) == near(np.mean(gaps**3), rel=1e-7)
     across = along(stripes, 1 - axis, periodic)
     assert across == near(1 / np.mean(gaps**-3.0), rel=1e-7)
+
+
+@pytest.mark.parametrize("periodic", [(), (0,), (1,), BOTH], ids=str)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_sliding_face_drags_over_stripes_what_the_closed_form_says(
+    axis: int, periodic: tuple[int, ...]
+) -> None:
+    profile = 1e-7 * (2 + np.random.default_rng(2).uniform(-1, 1, 24))
+    across = np.broadcast_to(profile[:, None] if axis == 0 else profile, (24, 24))
+    along = np.broadcast_to(profile if axis == 0 else profile[:, None], (24, 24))
+    # Across the flow: the flow is the same everywhere, so that ⟨g ∂p⟩ = ⟨1/g²⟩/⟨1/g³⟩.
+    found = flow(np.array(across), PIXEL, axis, periodic).sheared_gap
+    assert found == near((1 / profile**2).mean() / (1 / profile**3).mean(), rel=1e-7)
+    # Along it: stripes drag along nothing more than the mean gap.
+    assert flow(np.array(along), PIXEL, axis, periodic).sheared_gap == near(profile.mean())
+
+
+def dragged(gap: Array, axis: int, periodic: tuple[int, ...]) -> float:
+    """Return the flow per width over U/2 that a smooth sliding face drags along, solved directly.
+
+    Pixels of constant gap; between two of them the flow g U/2 - g³ ∂p is the same on both sides.
+    """
+    shape, number = gap.shape, np.arange(gap.size).reshape(gap.shape)
+    rows = sparse.lil_matrix((gap.size, gap.size))
+    right, total = np.zeros(gap.size), 0.0
+    links = []
+    for toward in (0, 1):
+        after = np.roll(number, -1, toward)
+        for first, second, last in zip(
+            number.flat, after.flat, np.indices(shape)[toward].flat, strict=True
+        ):
+            g, h = gap.flat[first], gap.flat[second]
+            if (last == shape[toward] - 1 and toward not in periodic) or g == 0 or h == 0:
+                continue
+            k = 2 * PIXEL[1 - toward] / PIXEL[toward] / (g**-3 + h**-3)
+            pull = (g**-2 + h**-2) / (g**-3 + h**-3) * PIXEL[1 - toward] * (toward == axis)
+            links.append((first, second, k, pull, toward))
+            for one, two, sign in ((first, second, 1), (second, first, -1)):
+                rows[one, one] += k
+                rows[one, two] -= k
+                right[one] -= sign * pull
+    sides = []
+    if axis not in periodic:
+        for side, sign in ((0, -1), (-1, 1)):
+            for node in number.take(side, axis).tolist():
+                g = gap.flat[node]
+                k = 2 * PIXEL[1 - axis] / PIXEL[axis] * g**3
+                rows[node, node] += k
+                right[node] -= sign * g * PIXEL[1 - axis]
+                sides.append((node, k, g, sign))
+    matrix = rows.tocsr()
+    alone = matrix.diagonal() == 0
+    matrix = matrix + sparse.diags(np.where(alone, 1.0, 1e-12 * matrix.diagonal().max()))
+    pressure = sparse_linalg.spsolve(matrix, right)
+    for first, second, k, pull, toward in links:
+        if toward == axis:
+            total += (k * (pressure[first] - pressure[second]) + pull) * PIXEL[axis]
+    for node, k, g, sign in sides:
+        total += (sign * k * pressure[node] + g * PIXEL[1 - axis]) * PIXEL[axis] / 2
+    return total / (gap.size * PIXEL[0] * PIXEL[1])
+
+
+@pytest.mark.parametrize("periodic", [(), BOTH], ids=str)
+@pytest.mark.parametrize("axis", [0, 1])
+def test_what_a_sliding_face_drags_along_follows_from_the_pressure_flow(
+    axis: int, periodic: tuple[int, ...]
+) -> None:
+    gap = 1e-7 * np.random.default_rng(3).lognormal(0, 0.5, (12, 16))
+    if periodic == BOTH:
+        gap[2:4, 5:9] = gap[7, 2:4] = 0.0
+    found = flow(gap, PIXEL, axis, periodic).sheared_gap
+    assert found < gap.mean()
+    assert found == near(dragged(gap, axis, periodic), rel=1e-6)
+
+
+def test_flow_factors_of_sliding_are_those_of_the_gap() -> None:
+    surface = rc.Surface(*rc.reference_map(64))
+    contact = rc.solve(surface, material=STEEL, load=0.5, boundary="periodic")
+    found = rc.leakage(contact)
+    gap = np.where(contact.contact, 0, contact.gap)
+    thin = gap[gap > found.roughness / 100]
+    stress = gap.mean() * (1 / thin).sum() / gap.size
+    assert found.shear_stress_factor[0] == near(stress)
+    assert 0 < found.shear_flow_factor(1)[0] < found.gap_ratio[0]
+    other = rc.Surface(*rc.reference_map(64, 1))
+    both = rc.solve(surface, counter_surface=other, material=STEEL, load=0.5, boundary="periodic")
+    assert math.isnan(rc.leakage(both).shear_flow_factor(1)[0])
 
 
 def test_stripes_at_45_degrees_have_the_turned_tensor() -> None:

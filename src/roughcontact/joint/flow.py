@@ -17,6 +17,9 @@ Near the threshold of percolation all of the pressure falls at one place, and in
 both ends the pressure differs by less than its last digit. It is therefore held as the sum of
 two numbers, the second of which is found from what the first leaves unbalanced.
 
+`Flow.sheared_gap`: The mean of g ∂p tells, by reciprocity, what a smooth face that slides past
+the rough one drags along: no second flow is computed for it.
+
 A gas flows more easily where its molecules are rare: the conductances depend on the pressure, and
 the network is solved again with those at its last pressure until the flow balances.
 """
@@ -167,6 +170,7 @@ class Flow:
     permeability: tuple[float, float]  # Mean of g³ ∂p along y and x per unit mean gradient [m³]
     pressure: NDArray[np.float32]  # (ny, nx)
     density: NDArray[np.float32]  # (ny, nx) Amount of g³ ∇p over the mean gradient [m³]
+    sheared_gap: float  # Mean of g ∂p along the axis per unit mean gradient [m]
     unbalanced: float
     steps: int  # Steps of conjugate gradients
     nodes: int  # Pixels that hang together with a way through
@@ -193,13 +197,13 @@ def flow(
     nodes = int(np.count_nonzero(part))
     if nodes == 0:
         empty = np.full(gap.shape, np.nan, np.float32)
-        return Flow(axis, (0.0, 0.0), empty, np.zeros(gap.shape, np.float32), 0.0, 0, 0)
+        return Flow(axis, (0.0, 0.0), empty, np.zeros(gap.shape, np.float32), 0.0, 0.0, 0, 0)
     scale = float(gap[part].max())
     cube = np.where(part, gap, 0.0)
     cube /= scale
     cube *= cube * cube
     problem = _problem(cube, part, pixel, axis, periodic_axes)
-    solved = _solved(problem)
+    solved, moved = _solved(problem), cube
     if mobility is not None:
         for left in reversed(range(_MOST_SETTINGS)):
             moved = cube.copy()
@@ -211,7 +215,8 @@ def flow(
             if total <= TOLERANCE * solved.power or not left:
                 break
             solved = _solved(problem, solved)
-    return _measured(problem, solved, part, pixel, scale**3)
+    sheared = _sheared_gap(problem, solved, gap[part], moved[part]) / part.shape[1 - axis]
+    return _measured(problem, solved, part, pixel, scale**3, sheared)
 
 
 @dataclass(frozen=True, eq=False)
@@ -382,6 +387,7 @@ def _measured(
     part: NDArray[np.bool_],
     pixel: tuple[float, float],
     scale: float,
+    sheared: float,
 ) -> Flow:
     """Return the flow in units of a scale of g³ [m³]."""
     axis = problem.axis
@@ -406,9 +412,25 @@ def _measured(
     pressure = np.full(part.shape, np.nan, np.float32)
     pressure[part] = solved.pressure
     return Flow(
-        axis, (permeability[0], permeability[1]), pressure, density, unbalanced, solved.steps,
-        problem.network.nodes,
+        axis, (permeability[0], permeability[1]), pressure, density, sheared, unbalanced,
+        solved.steps, problem.network.nodes,
     )  # fmt: skip
+
+
+def _sheared_gap(problem: _Problem, solved: _Solved, gap: Array, cube: Array) -> float:
+    """Return the gap times the fall of the pressure along the flow, over all links and sides [m].
+
+    In a link the pressure falls in each of its two pixels by a part in the ratio of 1/g³.
+    """
+    network, along = problem.network, problem.along == problem.axis
+    first, second = network.first[along], network.second[along]
+    drop = solved.through[along] / network.conductance[along] * problem.forward[along]
+    middle = gap[first] * cube[second] + gap[second] * cube[first]
+    total = _dot(drop, middle / (cube[first] + cube[second]))
+    for flow, side in ((solved.inflow, problem.inlet), (solved.outflow, problem.outlet)):
+        joined = side > 0
+        total += _dot(flow[joined] / side[joined], gap[joined])
+    return total
 
 
 def _amount(

@@ -194,6 +194,8 @@ class LeakageStep:
     unbalanced: float  # Larger of what the two flows lose or gain on the way, of what flows
     steps: int  # Steps of the solver, both flows together
     gas_factor: tuple[float, float] = (1.0, 1.0)  # Flow of the gas over that without slip
+    sheared_gap: tuple[float, float] = (math.nan, math.nan)  # Mean of g ∂p per unit gradient [m]
+    inverse_gap: float = math.nan  # Mean of 1/g where g exceeds σ/100 [1/m]
 
 
 @dataclass(frozen=True)
@@ -360,6 +362,25 @@ class Leakage(Result):
             factor: Array = self.permeability(axis) / self.column("mean_gap") ** 3
         return factor
 
+    def shear_flow_factor(self, axis: int) -> Array:
+        """Return the shear-flow factor φ_s of Patir and Cheng, shape (n,).
+
+        Sliding at U of the smooth face adds U (ū - σ φ_s)/2 to the mean flow per width, of the
+        rough one U (ū + σ φ_s)/2. NaN where both faces are rough.
+        """
+        if self.largest.counter_surface is not None:
+            return np.full(len(self.steps), math.nan)
+        sheared = np.array([step.sheared_gap[axis] for step in self.steps])
+        return (self.column("mean_gap") - sheared) / self.roughness
+
+    @property
+    def shear_stress_factor(self) -> Array:
+        """Shear-stress factor φ_f = ū ⟨1/g⟩ of Patir and Cheng over gaps above σ/100, shape (n,).
+
+        The mean shear stress of the fluid is η U φ_f/ū; it is zero at closed points.
+        """
+        return self.column("mean_gap") * self.column("inverse_gap")
+
     @property
     def gap_ratio(self) -> Array:
         """Mean gap over root-mean-square height ū/σ, shape (n,)."""
@@ -489,6 +510,9 @@ def leakage(
     Patir and Cheng 1978, J. Lubr. Technol. 100, 12, doi:10.1115/1.3453103: flow factors, there over
     the distance of the mean planes, here over the mean gap, as the continuity of flow requires
 
+    Patir and Cheng 1979, J. Lubr. Technol. 101, 220, doi:10.1115/1.3453329: sliding. The flow that
+    a sliding face drags along follows from the pressure flow by reciprocity.
+
     Examples
     --------
     >>> import roughcontact as rc
@@ -538,6 +562,10 @@ def _judged(
         yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
 
 
+_THINNEST = 100.0
+"""σ over the thinnest film that shears, as Patir and Cheng 1979 have it."""
+
+
 def _step(
     result: ContactResult, axes: tuple[int, ...], seal: Seal | None
 ) -> tuple[LeakageStep, tuple[Flow, ...]]:
@@ -557,8 +585,11 @@ def _step(
     Workspace().each(solve, axes)
     flows = tuple(found[axis] for axis in axes)
     tensor = np.full((2, 2), math.nan)
+    sheared = [math.nan, math.nan]
     for answer in flows:
         tensor[:, answer.axis] = answer.permeability
+        sheared[answer.axis] = answer.sheared_gap
+    thinnest = float(np.nanstd(result.pair.initial_gap)) / _THINNEST
     step = LeakageStep(
         load=result.load,
         contact_area=result.contact_area,
@@ -569,6 +600,8 @@ def _step(
         unbalanced=max(result.unbalanced for result in flows),
         steps=sum(result.steps for result in flows),
         gas_factor=(factors[0], factors[1]),
+        sheared_gap=(sheared[0], sheared[1]),
+        inverse_gap=float((1 / gap[gap > thinnest]).sum() / gap.size),
     )
     return step, flows
 

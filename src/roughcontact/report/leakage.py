@@ -145,6 +145,11 @@ def _along(axis: int) -> Columns:
             of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
             when=lambda r: requested(r) and r.seal is not None and not _is_gas(r),
         ),
+        Column(
+            f"shear_flow_factor_{name}", unit="1", brief=False,
+            of=lambda r: r.shear_flow_factor(axis).tolist(),
+            when=lambda r: requested(r) and r.largest.counter_surface is None,
+        ),
         *(_gas_column(axis, key, unit) for key, unit in _FLOWS),
         Column(
             f"gas_factor_{name}", unit="1", brief=False,
@@ -202,6 +207,9 @@ _COLUMNS: Columns = (
     Column("saturated_area", unit="m²", brief=False),
     Column("mean_gap", "mean gap", unit="m", brief=False),
     Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
+    Column(
+        "shear_stress_factor", unit="1", of=lambda r: r.shear_stress_factor.tolist(), brief=False,
+    ),
     *_along(0),
     *_along(1),
     Column(
