@@ -1491,7 +1491,7 @@ def test_a_volume_run_that_fails_says_what_is_kept(
     assert err.startswith("roughcontact: error: not converged: stopped on the way to ")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_volume_model_writes_report_and_figures(tmp_path: Path, capsys: Capture) -> None:
     ball = ("--body", "sphere 10 mm", "--points", "24", "--size", "0.4 mm", "--load", "100 N")
     report, figures = tmp_path / "v.html", tmp_path / "figures"

@@ -324,6 +324,7 @@ def test_what_the_command_cannot_compare_ends_in_one_sentence(
         assert said in told
 
 
+@pytest.mark.slow
 @pytest.mark.process
 def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
     project = folder / "project.toml"

@@ -231,7 +231,7 @@ def test_only_the_counter_body_yields() -> None:
     assert len(one.bodies) == len(other.bodies) == 1
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_axes_are_not_mixed() -> None:
     # Twice the points along x, half as long, and the transpose of it.
     wide = solve_elastoplastic(
@@ -252,7 +252,7 @@ def test_axes_are_not_mixed() -> None:
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_units_do_not_matter() -> None:
     result = solve_elastoplastic(
         ball(), material=PERFECT, increments=1, loads=[0.3], precision="double", **MORE
@@ -283,7 +283,7 @@ def test_single_precision_is_enough() -> None:
     assert single.max_plastic_strain == pytest.approx(double.max_plastic_strain, rel=2e-4)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_perfect_is_linear_without_slope() -> None:
     linear = replace(PERFECT, yield_strength=None, hardening=Linear(1656e6, 0.0))
     perfect = replace(PERFECT, yield_strength=None, hardening=Perfect(1656e6))
@@ -321,7 +321,7 @@ def test_layers_that_are_too_few_are_reported() -> None:
     assert result.bodies[0].thickness.size == 14
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_contact_at_the_edge_is_reported() -> None:
     result = solve_elastoplastic(
         ball((10, 10)), material=PERFECT, increments=1, loads=[0.45], **MORE
@@ -407,7 +407,7 @@ def test_progress_and_cut_increments() -> None:
     assert ArgumentRef("max_iterations") in caution.parts
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_an_increment_that_is_too_large_is_cut() -> None:
     # Perfect plasticity needs more iterations for the whole step than for half of it.
     cheap = dict(material=PERFECT, increments=1, loads=[0.6], boundary="periodic", **MORE)

@@ -140,7 +140,7 @@ def test_the_lay_is_counter_clockwise_as_drawn(lay: float) -> None:
     assert abs((longest_direction(turned[5:-5, 5:-5]) - lay + 90) % 180 - 90) < 6
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_honing_crosses_at_its_angle() -> None:
     surface = made((160, 160), Sal=None, rolloff_wavelength=2e-5, honing=60.0, lay=20.0)
     power = np.abs(np.fft.fft2(surface.heights)) ** 2

@@ -102,8 +102,8 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     other.save(tmp_path / "two.nc")
     app.main(
         [task, str(tmp_path / "one.nc"), "--counter-maps", str(tmp_path / "two.nc"),
-         "--draws", "3", "--level", "none", "--load", "0.1 N, 0.3 N", "--boundary", "periodic", "--young", "210 GPa",
-         "--poisson", "0.3", "--yield-strength", "1 GPa", "--json", *more]
+         "--draws", "3", "--level", "none", "--load", "0.1 N, 0.3 N", "--boundary", "periodic",
+         "--young", "210 GPa", "--poisson", "0.3", "--yield-strength", "1 GPa", "--json", *more]
     )  # fmt: skip
     told = json.loads(capsys.readouterr().out)
     values = []

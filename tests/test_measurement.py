@@ -189,7 +189,7 @@ def test_intervals_hold_the_surface_and_repeat_to_the_bit() -> None:
     assert whole.summary()["uncertainty"]["intervals"]["contact_fraction"]["low"] == area.low
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
     surface, rng = rough(256), np.random.default_rng(3)
     coarse, fine = Instrument(resolution=20 * UM), Instrument(resolution=5 * UM)
@@ -218,7 +218,7 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
         result.uncertainty(also=parts)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_number_of_the_surface_has_the_scatter_of_samples_of_it() -> None:
     image, tool = measured(64)
     result = pressed(image)

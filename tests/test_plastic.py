@@ -197,7 +197,7 @@ def test_stress_by_pressure_against_love() -> None:
         np.testing.assert_allclose(found[1, row, column], exact, atol=4e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_displacement_by_strain_against_betti() -> None:
     shape, pixel = (32, 30), (0.25, 0.2)
     thickness = [0.3, 0.2, 0.25, 0.3]

@@ -94,6 +94,7 @@ def test_passes_end_with_one_that_adds_no_plastic_strain(to_and_fro: bool, tmp_p
     assert rc.read_result(tmp_path / "passes.nc").requested == 1000
 
 
+@pytest.mark.slow
 def test_each_step_is_shown_once_and_in_order(
     found: rc.results.RollingResult, seen: list[tuple[int, int, float]]
 ) -> None:
@@ -136,6 +137,7 @@ def test_profiles_turn_with_the_direction(found: rc.results.RollingResult) -> No
     np.testing.assert_allclose(aside.residual_across, there.residual_along, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_passes_are_loaded_as_they_were_saved(
     found: rc.results.RollingResult, folder: Path
 ) -> None:
@@ -359,6 +361,7 @@ def test_a_run_of_more_than_a_day_has_to_be_wanted(
     assert app.main([*words, "--yes"]) == 0
 
 
+@pytest.mark.slow
 @needs_reader
 def test_a_measured_map_is_run_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, kept = measurement("x3p-2.x3p"), tmp_path / "rolled.nc"

@@ -80,7 +80,7 @@ def hardened() -> rc.ElastoplasticResult:
     return solve_elastoplastic(**sphere(4, 12, HARDENING), load=4 * FIRST)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_loads_that_are_asked_for_are_reached_in_steps(hardened: rc.ElastoplasticResult) -> None:
     one = solve_elastoplastic(**sphere(4, 12, HARDENING), loads=[4 * FIRST])
     assert one.increments == hardened.increments
@@ -110,7 +110,7 @@ def test_steps_become_smaller_where_the_error_asks_for_it(
     assert finer.step_error < hardened.step_error
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_error_is_told(chosen: rc.ElastoplasticResult, tmp_path: Path) -> None:
     assert "of approach and contact area" in phrases.step_error(chosen)
     assert quantity_of(contact_fields.VOLUME, "step_error").value(chosen) == chosen.step_error

@@ -114,7 +114,7 @@ def test_a_stopped_run_ends_with_the_same_bits(arguments, stop, tmp_path: Path) 
         resumed.bodies[0].plastic_strain[...] = 0
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_every_step_is_the_end_of_its_own_run(tmp_path: Path) -> None:
     # And nothing is solved again where all is there.
     arguments = dict(material=SWIFT, depth=8e-6, boundary="periodic", tolerance=1e-3)
@@ -266,7 +266,7 @@ def test_damage_in_the_folder_is_named(tmp_path: Path) -> None:
     assert bits(solve_elastoplastic(ball(), folder=folder, **arguments)) == bits(whole)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_state_that_is_not_as_it_was_written_is_refused(tmp_path: Path) -> None:
     arguments = dict(material=SWIFT, increments=1, loads=[0.02], depth=8e-6)
     solve_elastoplastic(ball(), folder=tmp_path / "run", **arguments)

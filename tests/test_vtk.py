@@ -156,7 +156,7 @@ def test_the_volume_is_a_grid_of_graded_layers(
             np.testing.assert_array_equal(found, np.stack(expected, axis=-1), err_msg=name)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_stress_in_the_file_is_in_equilibrium(tmp_path: Path) -> None:
     # By the file alone: what the pressure on one side of a plane x = const brings in leaves through
     # that plane and through the far end of the body. The rule of the trapezium along x is good to a

@@ -16,7 +16,7 @@ import atlas_cases
 from roughcontact.request.tasks import LOCAL
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_cases_come_back_from_other_processes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -116,7 +116,7 @@ def channel_of_kinetic_theory(rarefaction: float, cells: int = 100) -> float:
     return float(2 / rarefaction**2 * ((psi * np.diff(edges)).sum() - rarefaction / 2))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_plane_channel_has_the_flow_of_kinetic_theory() -> None:
     # From Kn = 100 to 0.03, where the cells are wider than a free path; the fits are to 0.7 %.
     for knudsen in (100, 30, 10, 3, 1.5, 1, 0.7, 0.4, 0.3, 0.2, 0.1, 0.05, 0.03):

@@ -81,7 +81,7 @@ def test_work_is_what_is_stored_and_dissipated(control: str) -> None:
     assert order < -1
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_cycles_dissipate_once() -> None:
     # A closed loop between two loads: all of its area is dissipated in the first cycle.
     surface = rc.Surface(*rc.reference_map(32))

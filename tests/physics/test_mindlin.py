@@ -135,7 +135,7 @@ def errors(results):
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_periods_converge_to_mindlin() -> None:
     more = dict(isolated=True, workspace=Workspace(2))
     measured = []

@@ -40,7 +40,7 @@ def strain(result: rc.ElastoplasticResult) -> NDArray[np.float64]:
     return result.bodies[0].plastic_strain
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_slides_along_yields_once() -> None:
     """A flat that stays elastic leaves the roller under the same load, at the same place in it."""
     alone = solved(LINE.flat, ROLLER, there((0,)), "counter_material")

@@ -73,7 +73,7 @@ def test_periodic_traction(shape: tuple[int, int], direction: float) -> None:
     np.testing.assert_allclose(found(pressure, "periodic", pull), expected, atol=1e-12)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("direction", [0.0, 90.0, 217.0])
 def test_free_traction(direction: float) -> None:
     y, x = (np.mgrid[:96, :80] - np.array([47.5, 39.5])[:, None, None]) * 0.1
