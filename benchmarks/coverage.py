@@ -4,6 +4,7 @@
     python benchmarks/coverage.py --cases 40 --first 100
     python benchmarks/coverage.py --cases 10 --also
     python benchmarks/coverage.py --cases 10 --part
+    python benchmarks/coverage.py --measured ../shared/measurements/*.x3p
 
 Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
 shortest waves of 8 to 32 points, slope 0.1; a third isotropic, a third with a lay, a third with
@@ -16,7 +17,9 @@ the surface on 768² points, elastic and with a ceiling, with the same constants
 
 With ``--also`` the map is optical with λ50 of 24 to 40 points of the surface, and three windows of
 1/16 of its area are measured with 3.5 points as well. With ``--part`` a quarter of the area is
-measured, and the intervals are those of the surface.
+measured, and the intervals are those of the surface. With ``--measured`` the surfaces are maps of
+instruments: the middle 512² points, without waves below four points, measured again on 128² points
+with λ50 of 12 to 20 points of the map, pressed free.
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +61,7 @@ class Case:
     shortest_wave: float
     load: float
     ceiling: float
+    boundary: str = "periodic"
     also: tuple[tuple[rc.Surface, Instrument], ...] = ()
 
 
@@ -92,7 +97,33 @@ def drawn(number: int, finer: bool = False) -> Case:
     return Case(
         ("tip" if tip else "optical", kind), heights, found.filled().leveled(), stated, wave,
         unit * 0.008 * 10 ** rng.random() * side**2, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
-        also,
+        also=also,
+    )  # fmt: skip
+
+
+def of_file(path: Path, number: int) -> Case:
+    """Return a case of which the surface is a measured map."""
+    rng = np.random.default_rng([37, number])
+    surface = rc.read_surface(path).filled(1.0).without_outliers().filled(1.0).leveled()
+    side = min(POINTS, *surface.shape)
+    corner = [(points - side) // 2 for points in surface.shape]
+    surface = surface.cropped(*((start, start + side) for start in corner)).leveled()
+    edge = float(np.mean(surface.pixel))
+    shape = (POINTS, POINTS)
+    size = tuple(side * pixel / POINTS for pixel in surface.pixel)
+    heights = filters.resample(surface.heights, shape, "spline")
+    edge = float(np.mean(size))
+    wave = max(4 * edge, 4 * max(surface.pixel))
+    surface = rc.Surface(heights, (size[0], size[1])).filtered(wave)
+    true = Instrument("optical", resolution=rng.uniform(12, 20) * edge, noise=0.005 * surface.Sq)
+    image = true.measure(surface, points=(MEASURED, MEASURED), rng=rng)
+    stated = true.changed(resolution=math.exp(-0.15 * rng.standard_normal()))
+    unit = surface.Sdq * rc.contact_modulus(MATERIAL, rc.RIGID)
+    area = math.prod(surface.size)
+    return Case(
+        ("measured", path.stem), surface.heights, image.filled().leveled(), stated, wave,
+        unit * 0.008 * 10 ** rng.random() * area, unit * 0.06 * (0.4 / 0.06) ** rng.random(),
+        "free",
     )  # fmt: skip
 
 
@@ -136,11 +167,14 @@ def told(
 ) -> tuple[dict[str, float], Uncertainty]:
     """Return the numbers of the surface, and the intervals from its map."""
     problem = {
-        "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": "periodic",
+        "material": MATERIAL, "load": case.load, "ceiling": ceiling, "boundary": case.boundary,
         "calibrated": False, "on_failure": "return",
     }  # fmt: skip
-    edge = PIXEL * POINTS / TRUTH
-    fine = rc.Surface(filters.resample(case.surface, (TRUTH, TRUTH)), (edge, edge))
+    edges = [
+        edge * points / TRUTH for edge, points in zip(case.map.pixel, case.map.shape, strict=True)
+    ]
+    method = "bandlimited" if case.boundary == "periodic" else "spline"
+    fine = rc.Surface(filters.resample(case.surface, (TRUTH, TRUTH), method), (edges[0], edges[1]))
     true = rc.solve(fine, **problem, tolerance=1e-4)
     numbers = {name: number.of(true) for name, number in NUMBERS.items()}
     if not part:
@@ -174,10 +208,16 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--part", action="store_true", help="a quarter of each surface")
     parser.add_argument("--also", action="store_true", help="a coarse map and three finer ones")
+    parser.add_argument("--measured", type=Path, nargs="+", default=[], help="maps of instruments")
     options = parser.parse_args()
     rows = defaultdict(list)
-    for number in range(options.first, options.first + options.cases):
-        began, case = time.process_time(), drawn(number, options.also)
+    last = len(options.measured) or options.first + options.cases
+    for number in range(options.first, last):
+        began = time.process_time()
+        if options.measured:
+            case = of_file(options.measured[number], number)
+        else:
+            case = drawn(number, options.also)
         for ceiling in (None, case.ceiling):
             try:
                 true, known = told(case, ceiling, options.part)
