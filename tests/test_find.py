@@ -234,3 +234,12 @@ def test_a_project_shows_the_contact_under_the_largest_load_found(
     told = json.loads(capsys.readouterr().out)["contacts"][0]["told"]
     assert told["last"]["load"] == max(one["load"] for one in told["answers"])
     assert len((tmp_path / "out" / "part.csv").read_text("utf-8").splitlines()) == 3
+
+
+def test_shares_are_given_in_per_cent_too() -> None:
+    surface, steel = rc.Surface(*rc.reference_map(32)), rc.Material(210e9, 0.3)
+    found = rc.find_load(surface, material=steel, contact_fraction="2 %, 5 %")
+    same = rc.find_load(surface, material=steel, contact_fraction=[0.02, 0.05])
+    assert [answer.load for answer in found.answers] == [answer.load for answer in same.answers]
+    with pytest.raises(rc.InputError, match="per cent"):
+        rc.find_load(surface, material=steel, contact_fraction="2")

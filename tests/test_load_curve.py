@@ -447,3 +447,10 @@ def test_curve_on_disk(tmp_path: Path) -> None:
         curve.save(tmp_path / "curve.xls")
     with pytest.raises(rc.InputError, match="name must be one of"):
         curve.column("area")
+
+
+def test_loads_are_given_in_one_text_too() -> None:
+    surface, steel = rc.Surface(*rc.reference_map(32)), rc.Material(210e9, 0.3)
+    found = rc.sweep(surface, material=steel, loads="5 MPa, 10 MPa")
+    same = rc.sweep(surface, material=steel, loads=["5 MPa", "10 MPa"])
+    assert found.column("load").tolist() == same.column("load").tolist()

@@ -60,6 +60,7 @@ Quantities = Sequence[Quantity] | WithUnit
 
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan)\b", re.IGNORECASE)
+_SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _CELSIUS = re.compile(r"([+-]?\d+(?:\.\d*)?)\s*(?:°C|degC)")
 _ZERO_CELSIUS = 273.15
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d")
@@ -127,6 +128,19 @@ def parse(
             value=text,
         )
     return value
+
+
+def shares(text: str, argument: str) -> tuple[float, ...]:
+    """Return shares above 0 and up to 1, given in per cent with commas between them."""
+    matches = [_SHARE.fullmatch(part) for part in text.split(",")]
+    result = tuple(float(match[1]) / 100 for match in matches if match)
+    if len(result) < len(matches) or not all(0 < share <= 1 for share in result):
+        raise InputError(
+            f"must be above 0 and up to 100 per cent, such as '5 %' or '1 %, 5 %', got {text!r}",
+            argument=argument,
+            value=text,
+        )
+    return result
 
 
 def quantity(value: Any, dimension: str, name: str) -> Any:

@@ -159,16 +159,21 @@ def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, un
     _named(axes, title(name), symbol)
 
 
+_ROUNDING = 1e-9
+
+
 def _limit(axes: Axes, comparison: Comparison, name: str, values: Sequence[Any], up: float) -> None:
     """Show the maps whatever the interval of two of them: it may be many times as wide."""
     every = np.concatenate(values)
     ends = [comparison.mean(index, name) for index in range(len(values))]
     reach = [x for item in ends for x in (item.low, item.high) if not math.isnan(x)]
     low, high = float(min([*every, *reach])), float(max([*every, *reach]))
-    spread = float(np.ptp(every)) or abs(float(every[0])) or 1.0
+    # Maps that are one differ by rounding.
+    scale = abs(high) or 1.0
+    spread = float(np.ptp(every)) if np.ptp(every) > _ROUNDING * scale else scale
     low = max(low, float(every.min()) - 1.5 * spread)
     high = min(high, float(every.max()) + 1.5 * spread)
-    margin = 0.08 * ((high - low) or abs(high) or 1.0)
+    margin = 0.08 * (high - low if high - low > _ROUNDING * scale else scale)
     axes.set_ylim((low - margin) * up, (high + margin) * up)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from roughcontact import units
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
 from roughcontact.request.options import ANY_OF, TABLES, Option, Panel, Rule, file, flag
@@ -14,12 +15,12 @@ from roughcontact.request.task import Question, Task
 
 CONTACT = Option(
     "contact-fraction", Panel.BODIES, "SHARES",
-    'Contact fraction(s) to reach: "1 %, 5 %".', parsing.shares, None,
+    'Contact fraction(s) to reach: "1 %, 5 %".', units.shares, None,
 )  # fmt: skip
 SATURATED = Option(
     "saturated-fraction", Panel.BODIES, "SHARES",
     'Saturated part of the contact to reach: "1 %".',
-    parsing.shares, None,
+    units.shares, None,
 )  # fmt: skip
 APPROACH = Option(
     "approach", Panel.BODIES, "LENGTHS",

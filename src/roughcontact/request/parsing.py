@@ -32,7 +32,6 @@ class Hardening(NamedTuple):
 
 # A group, its name in double quotes or not, and the files.
 _GROUP = re.compile(r'\s*("(?:[^"]|"")*"\s*|[^="]*)=(.*)', re.DOTALL)
-_SHARE = re.compile(r"\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)\s*%\s*")
 _NO_FORCE = re.compile(r"0+(\.0*)?\s*\w*N")
 _DATA = re.compile(r"([0-9]+(?:\.[0-9]*)?)\s*(|[kMGT]|[KMGT]i)B")
 
@@ -271,19 +270,6 @@ def offset(text: str, argument: str) -> tuple[float, float]:
 def lengths(text: str, argument: str) -> tuple[float, ...]:
     """Return positive lengths, given with commas between them."""
     return tuple(units.parse(part.strip(), "length", argument) for part in text.split(","))
-
-
-def shares(text: str, argument: str) -> tuple[float, ...]:
-    """Return shares above 0 and up to 1, given in per cent with commas between them."""
-    matches = [_SHARE.fullmatch(part) for part in text.split(",")]
-    result = tuple(float(match[1]) / 100 for match in matches if match)
-    if len(result) < len(matches) or not all(0 < share <= 1 for share in result):
-        raise InputError(
-            f"must be above 0 and up to 100 per cent, such as '5 %' or '1 %, 5 %', got {text!r}",
-            argument=argument,
-            value=text,
-        )
-    return result
 
 
 def window(text: str, argument: str) -> tuple[slice, slice]:

@@ -237,7 +237,7 @@ def sweep(
     surface: Surface,
     *,
     material: Material,
-    loads: Quantities | Sequence[Quantity | Load] | None = None,
+    loads: str | Quantities | Sequence[Quantity | Load] | None = None,
     approaches: Quantities | None = None,
     counter_material: Material = RIGID,
     counter_surface: CounterSurface | None = None,
@@ -258,7 +258,7 @@ max_iterations, precision
         As for `solve`. With ``"calibrated"`` every load has its own ceiling.
     loads : sequence of float, str, quantity of pint, or `Load`
         Normal loads W, ascending: numbers in N, or in any form that `solve` takes, as ``"1 N"`` or
-        ``"20 MPa"``; give either this or ``approaches``.
+        ``"20 MPa, 50 MPa"``; give either this or ``approaches``.
     approaches : sequence of float, str or quantity of pint
         Approaches ω [m], ascending.
     folder : path, optional
@@ -505,7 +505,9 @@ def spaced(first: float, last: float, number: int, spacing: str = "log") -> list
 
 
 def _listed(pair: Pair, loads: Any) -> list[Any]:
-    """Return loads one by one; a quantity of pint may hold all of them."""
+    """Return loads one by one; a text or a quantity of pint may hold all of them."""
+    if isinstance(loads, str):
+        return [part.strip() for part in loads.split(",")]
     if not hasattr(loads, "m_as"):
         return list(loads)
     return list(quantity(loads, pair.load_dimension, "loads"))

@@ -34,7 +34,7 @@ from roughcontact.result import Result
 from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
 from roughcontact.surface import roughness
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantities, Quantity, engineering, percent, quantity
+from roughcontact.units import Quantities, Quantity, engineering, percent, quantity, shares
 
 CONTACT, SATURATED, APPROACH, GAP, YIELD = (
     "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
@@ -280,8 +280,8 @@ def find_load(
     surface: Surface,
     *,
     material: Material,
-    contact_fraction: float | Sequence[float] | None = None,
-    saturated_fraction: float | Sequence[float] | None = None,
+    contact_fraction: float | str | Sequence[float] | None = None,
+    saturated_fraction: float | str | Sequence[float] | None = None,
     approach: Quantity | Quantities | None = None,
     mean_gap: Quantity | Quantities | None = None,
     first_yield: bool = False,
@@ -300,9 +300,9 @@ def find_load(
     surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
 max_iterations
         As for `solve`.
-    contact_fraction : float or sequence of float, optional
-        Share of the map that touches, between 0 and 1.
-    saturated_fraction : float or sequence of float, optional
+    contact_fraction : float, str or sequence of float, optional
+        Share of the map that touches, between 0 and 1, or as ``"1 %, 5 %"``.
+    saturated_fraction : float, str or sequence of float, optional
         Share of the contact area that is at the ceiling.
     approach, mean_gap : float, str, quantity of pint, or sequence of these, optional
         Approach of the bodies from the first touch, mean open gap [m].
@@ -621,6 +621,8 @@ def _targets(
 def _shares(name: str, specified: Any) -> list[Target]:
     """Return targets from one share or several."""
     argument = _ARGUMENTS[name]
+    if isinstance(specified, str):
+        specified = shares(specified, argument)
     result = [] if specified is None else list(specified) if np.ndim(specified) else [specified]
     for share in result:
         if not 0 < share <= 1:
