@@ -333,3 +333,12 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     # At 95 % there are two misses of 45, and more than six in one of a hundred runs.
     assert len(held) > 40
     assert held.count(False) <= 6
+
+
+def test_a_structured_surface_is_remarked_on() -> None:
+    image, tool = measured()
+    heights = image.heights - image.heights.min()
+    tracks = rc.Surface(np.where(np.arange(64) % 8 < 1, 5, 1) * heights, image.pixel)
+    for surface, is_skewed in ((image, False), (tracks, True)):
+        known = pressed(surface).uncertainty(tool, 8 * UM, draws=4)
+        assert any("skewed" in remark for remark in known.remarks) == is_skewed

@@ -506,6 +506,9 @@ def _student(degrees: int) -> float:
     return float(stdtrit(degrees, 0.975))
 
 
+# Skewness from which a surface is not as random as those that the intervals were tried on.
+_SKEWED = 1.0
+
 # Share of the difference of the corrections where it is two half widths of either.
 _DISAGREEING = 0.8
 
@@ -535,5 +538,11 @@ def _remarks(
         yield Sentence("The noise was taken as zero. Give ", ArgumentRef("noise"), ".")
     if any(item.budget.get(Cause.CORRECTIONS, 0.0) > _DISAGREEING for item in intervals):
         yield "The two ways of correcting the map disagree. Do not use the intervals."
+    skewness = result.surface.roughness()["Ssk"]
+    if abs(skewness) > _SKEWED:
+        yield (
+            f"The heights are skewed (Ssk {skewness:.2g}), as on structured surfaces. The "
+            "intervals are too narrow there."
+        )
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
