@@ -131,7 +131,7 @@ def contact(inputs: Inputs, arrays: Mapping[str, Array], tolerance: float) -> rc
     )  # fmt: skip
     if not body.coating:
         found = judge.judge(result)
-        assert found.certificate < 2 * LOOSE, f"certificate {found.certificate:.1e}"
+        assert found.certificate < 2 * tolerance, f"certificate {found.certificate:.1e}"
     return result
 
 
