@@ -92,7 +92,7 @@ def exact(value: float, unit: str, accept: float = 0.01) -> Answer:
 UNITS = {
     "contact_area": "m²", "saturated_area": "m²", "max_pressure": "Pa", "approach": "m",
     "mean_gap": "m", "pressure": "Pa", "tilt": "1", "stick_area": "m²", "shift": "m",
-    "traction": "Pa", "constriction_length": "m", "resistance": "Ω",
+    "traction": "Pa",
 }  # fmt: skip
 
 
