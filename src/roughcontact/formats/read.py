@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
-from roughcontact.formats import instruments, matrices, netcdf, source, spreadsheets
+from roughcontact.formats import containers, instruments, matrices, netcdf, source, spreadsheets
 from roughcontact.formats.source import Asked, Channel, InputFormat, check_scale, existing
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
@@ -23,11 +23,20 @@ if TYPE_CHECKING:
     from roughcontact.elastoplastic.rolling import RollingResult
 
 
+def _read_container(path: Path, name: str, requested: Asked) -> Surface:
+    return containers.read(path, requested, _format_of)
+
+
+def _container_channels(path: Path, name: str) -> tuple[Channel, ...]:
+    return containers.channels(path, _format_of)
+
+
 FORMATS: tuple[InputFormat, ...] = (
     InputFormat("netcdf", (".nc",), netcdf.read, netcdf.channels),
     InputFormat("npy", (".npy",), matrices.read_arrays, matrices.array_channels),
     InputFormat("npz", (".npz",), matrices.read_arrays, matrices.array_channels),
     InputFormat("xlsx", (".xlsx",), spreadsheets.read, spreadsheets.channels),
+    InputFormat(containers.NAME, (".zip",), _read_container, _container_channels),
     InputFormat("hdf5", (".h5", ".hdf5"), matrices.read, matrices.channels),
     InputFormat(
         "text", (".csv", ".txt", ".asc", ".xyz", ".hfm"), matrices.read_text, matrices.text_channels
@@ -63,13 +72,13 @@ def read_surface(
     path : str or path
         Instrument file, matrix of numbers (``.npy``, ``.npz``, ``.h5``, ``.xlsx``, ``.csv``,
         ``.txt``, ``.asc``), points x, y, z on a grid (``.xyz``), NetCDF file of this program or of
-        SurfaceTopography; packed by gzip or not.
+        SurfaceTopography, container of contact.engineering (``.zip``); packed by gzip or not.
     format : str, optional
         Name of the format or one of its suffixes, see `SUFFIXES`; by default that of the
         suffix of the file, unless its content is plainly another.
     channel : str or int, optional
-        Name or index of the height channel; by default the default channel of the file, or its
-        first height channel.
+        Name or index of the height channel, or of a measurement of a container; by default the
+        default channel of the file, or its first height channel.
     unit : str, optional
         Unit of the heights, such as ``"um"``, for files without one. It replaces the unit of a
         text of another program, and is rejected for other files with a unit. Sides or
@@ -177,7 +186,7 @@ def _read(file: Path, known: InputFormat, wanted: str | None, requested: Asked) 
     return replace(surface, provenance=replace(about, origin=origin, operations=()))
 
 
-def _format_of(path: Path, wanted: str | None, piped: bool) -> InputFormat:
+def _format_of(path: Path, wanted: str | None = None, piped: bool = False) -> InputFormat:
     if wanted is not None:
         name = wanted.lower().removeprefix(".")
         for known in FORMATS:

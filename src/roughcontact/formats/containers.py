@@ -1,0 +1,223 @@
+"""Containers of contact.engineering: the maps of one or more surfaces in a ZIP archive.
+
+Röttger et al. 2022, doi:10.1088/2051-672X/ac860a; layout as in SurfaceTopography 1.27. A text
+``index.json``, in older containers ``meta.yml``, lists surfaces and their measurements. Data files
+are ``original`` as uploaded, or ``squeezed-netcdf``, the heights after the preparation that the
+site shows. The latter are read where they exist, as they need no other reader.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact import memory
+from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.formats import matrices, source
+from roughcontact.formats.source import Asked, Channel, InputFormat, one_line, unit_in_meters
+from roughcontact.surface.provenance import Operation
+from roughcontact.surface.surface import Surface
+
+NAME = "container"
+"""Name of the format."""
+
+_INDEX, _YAML = "index.json", "meta.yml"
+_SQUEEZED, _ORIGINAL = "squeezed-netcdf", "original"
+
+# Formats of arrays, of which SurfaceTopography takes the first axis for x, and this program for y.
+_BARE = "npy", "npz", "hdf5"
+
+FormatOf = Callable[[Path], InputFormat]
+
+
+@dataclass(frozen=True)
+class _Measurement:
+    """A measurement as the container describes it."""
+
+    name: str
+    member: str  # Data file in the archive
+    is_squeezed: bool
+    size: tuple[float, ...]  # Along x and y, or of a line scan, in `unit`
+    unit: str
+    channel: int  # Index in the data file
+    scale: float  # Factor of the heights of the data file
+    instrument: str
+
+    @property
+    def is_map(self) -> bool:
+        """Whether it is no line scan."""
+        return len(self.size) != 1
+
+
+def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
+    """Return one map of a container."""
+    with _refused(path):
+        measurements = _measurements(path)
+        maps = [name for name, item in measurements.items() if item.is_map]
+        names = maps if maps and requested.channel is None else list(measurements)
+        item = measurements[matrices.chosen(path, names, requested.channel)]
+        if not item.is_map:
+            raise InputError(
+                f"{item.name!r} of {path.name} is a line scan; unpack {item.member} and read it",
+                argument="channel",
+            )
+        if item.unit:
+            source.refuse_unit(path, requested)
+            if item.size and requested.size is not None and not requested.override_size:
+                source.asked_pixel(path, (1.0, 1.0), (1, 1), requested)
+        with _unpacked(path, item.member, format_of) as (file, known):
+            surface = _read(path, file, known, item, requested)
+    if item.is_squeezed:
+        note = "heights as prepared by contact.engineering"
+    else:
+        surface = replace(surface, heights=surface.heights * item.scale)
+        note = f"heights times {item.scale:g}, as the container states" if item.scale != 1 else ""
+    about = replace(
+        surface.provenance,
+        source=path.name,
+        channel=item.name if len(measurements) > 1 else "",
+        instrument=item.instrument or surface.provenance.instrument,
+    )
+    return replace(surface, provenance=about.then(Operation.note(note)) if note else about)
+
+
+def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
+    """Return the measurements of a container; line scans are no maps."""
+    result = []
+    with _refused(path):
+        for item in _measurements(path).values():
+            if not item.is_map:
+                result.append(Channel(item.name, item.unit, False, ()))
+                continue
+            with _unpacked(path, item.member, format_of) as (file, known):
+                inside = known.channels(file, known.name)[item.channel]
+            result.append(replace(inside, name=item.name, unit=inside.unit or item.unit))
+    return tuple(result)
+
+
+def _read(
+    path: Path, file: Path, known: InputFormat, item: _Measurement, requested: Asked
+) -> Surface:
+    """Return the map in a data file, with unit and size of the container where it has none."""
+    if known.name in _BARE:
+        raise FormatError(
+            f"{path.name} holds {item.member}, whose first axis may be x or y; unpack it and read "
+            "that"
+        )
+    inside = known.channels(file, known.name)
+    channel = item.channel if len(inside) > 1 else None
+    requested = replace(requested, channel=channel)
+    if not inside[item.channel].unit and item.unit:
+        requested = replace(requested, unit=item.unit)
+    try:
+        return known.read(file, known.name, requested)
+    except FormatError:
+        raise
+    except InputError:
+        # Files that have a size themselves do not take another.
+        if requested.size is not None or not item.size or not item.unit:
+            raise
+        metre = unit_in_meters(path, item.unit)
+        along_x, along_y = item.size
+        size = along_y * metre, along_x * metre
+        return known.read(file, known.name, replace(requested, size=size))
+
+
+def _measurements(path: Path) -> dict[str, _Measurement]:
+    """Return what a container lists, by names that differ."""
+    with zipfile.ZipFile(path) as archive:
+        name = next((name for name in (_INDEX, _YAML) if name in archive.namelist()), None)
+        if name is None:
+            raise FormatError(
+                f"{path.name} holds neither {_INDEX} nor {_YAML} of contact.engineering; unpack it "
+                "and read a file with a map"
+            )
+        member = archive.getinfo(name)
+        source.check_method(path, member)
+        if member.file_size > memory.TEXT:
+            raise FormatError(f"{path.name} holds {name} of {member.file_size} bytes, too long")
+        text = archive.read(member).decode()
+    surfaces = (json.loads(text) if name == _INDEX else _from_yaml(path, text))["surfaces"]
+    listed = [
+        (f"{surface['name']}: " if len(surfaces) > 1 else "", item)
+        for surface in surfaces
+        for item in surface["topographies"]
+    ]
+    names = [before + str(item.get("name") or index) for index, (before, item) in enumerate(listed)]
+    result = {}
+    for index, (name, (_, item)) in enumerate(zip(names, listed, strict=True)):
+        if names.count(name) > 1:
+            name = f"{name} ({index})"
+        result[name] = _described(name, item)
+    return result
+
+
+def _described(name: str, item: dict[str, Any]) -> _Measurement:
+    files = item["datafile"]
+    squeezed = files.get(_SQUEEZED)
+    return _Measurement(
+        name,
+        str(squeezed or files[_ORIGINAL]),
+        is_squeezed=bool(squeezed),
+        size=tuple(map(float, item.get("size") or ())),
+        unit=str(item.get("unit") or ""),
+        channel=0 if squeezed else int(item.get("data_source") or 0),
+        scale=float(item.get("height_scale") or 1),
+        instrument=str((item.get("instrument") or {}).get("name") or ""),
+    )
+
+
+def _from_yaml(path: Path, text: str) -> Any:
+    """Return the content of a text in YAML, in which some containers have tuples of Python."""
+    try:
+        import yaml
+    except ImportError as error:
+        raise FormatError(
+            f"{path.name} needs PyYAML, which cannot be imported ({one_line(error)}); run pip "
+            "install 'roughcontact[io]'"
+        ) from None
+
+    loader: Any = type("Loader", (yaml.SafeLoader,), {})
+    loader.add_constructor("tag:yaml.org,2002:python/tuple", loader.construct_sequence)
+    return yaml.load(text, loader)
+
+
+@contextmanager
+def _unpacked(path: Path, name: str, format_of: FormatOf) -> Iterator[tuple[Path, InputFormat]]:
+    """Give a data file of a container under its own name, and its format."""
+    with tempfile.TemporaryDirectory(prefix="roughcontact-") as folder:
+        file = Path(folder) / Path(name).name
+        with zipfile.ZipFile(path) as archive:
+            member = archive.getinfo(name)
+            source.check_method(path, member)
+            size = member.file_size
+            memory.require_size(f"{name} in {path.name}", size, packed=path.stat().st_size)
+            with archive.open(member) as packed, file.open("xb") as copy:
+                shutil.copyfileobj(packed, copy, source.BLOCK)
+        known = format_of(file)
+        if known.name == NAME:
+            # One that contains itself would be unpacked for ever.
+            raise FormatError(f"{path.name} holds {name}, another archive; unpack it and read that")
+        yield file, known
+
+
+@contextmanager
+def _refused(path: Path) -> Iterator[None]:
+    """Turn what goes wrong with a container into one error."""
+    try:
+        yield
+    except RoughcontactError:
+        raise
+    # Damaged ones raise BadZipFile, KeyError, YAMLError, ValueError and more.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as a container of contact.engineering "
+            f"({one_line(error)}); download it again"
+        ) from None

@@ -1,0 +1,220 @@
+"""Containers of contact.engineering: several maps of a surface in one archive."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import netcdf_file
+
+from reading import HEIGHTS, needs_reader, refused
+from roughcontact import memory
+from roughcontact.errors import InputError
+from roughcontact.formats.read import channels, read_surface
+from roughcontact.formats.source import Channel
+
+TEXT = "\n".join(" ".join(map(str, row)) for row in HEIGHTS)
+# Sides x, y [µm], as the container has them.
+SIZE = [6.0, 4.0]
+
+
+def squeezed(folder: Path) -> bytes:
+    """Return a map as the site stores it: first index along x, missing points in a mask."""
+    path = folder / "squeezed.nc"
+    with netcdf_file(path, "w") as file:
+        for axis, points, side in zip("xy", HEIGHTS.T.shape, SIZE, strict=True):
+            file.createDimension(axis, points)
+            along = file.createVariable(axis, "f8", (axis,))
+            along[:] = (np.arange(points) + 0.5) * side / points
+            along.length, along.unit = side, "um"
+        values = file.createVariable("heights", "f8", ("x", "y"))
+        values[:] = np.nan_to_num(HEIGHTS.T)
+        values.unit = "um"
+        file.createVariable("mask", "i1", ("x", "y"))[:] = np.isnan(HEIGHTS.T)
+    return path.read_bytes()
+
+
+def measurement(name: str, **more: Any) -> dict[str, Any]:
+    described = {"name": name, "size": SIZE, "unit": "um", "height_scale": 2.0}
+    return described | {"datafile": {"original": f"{name}.txt"}} | more
+
+
+def container(path: Path, *surfaces: list[dict[str, Any]], **files: str | bytes) -> Path:
+    """Write a container with measurements of some surfaces and their files."""
+    described = {
+        "surfaces": [
+            {"name": f"part {number}", "topographies": topographies}
+            for number, topographies in enumerate(surfaces)
+        ]
+    }
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("index.json", json.dumps(described))
+        for name, content in files.items():
+            archive.writestr(name.replace("__", "."), content)
+    return path
+
+
+def test_one_map_needs_no_name(tmp_path: Path) -> None:
+    prepared = {"datafile": {"original": "a.txt", "squeezed-netcdf": "a.nc"}}
+    instrument = {"instrument": {"name": "AFM 3"}}
+    path = container(
+        tmp_path / "c.zip", [measurement("a", **prepared, **instrument)],
+        a__txt="lost", a__nc=squeezed(tmp_path),
+    )  # fmt: skip
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-12)
+    assert surface.pixel == pytest.approx((4e-6 / 3, 6e-6 / 4))
+    about = surface.provenance
+    assert (about.source, about.instrument, about.channel) == ("c.zip", "AFM 3", "")
+    assert "heights as prepared by contact.engineering" in about.in_words()
+    assert channels(path) == (Channel("a", "um", True, (3, 4)),)
+
+
+def test_an_original_takes_scale_unit_and_size_of_the_container(tmp_path: Path) -> None:
+    path = container(tmp_path / "c.zip", [measurement("a")], a__txt=TEXT)
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, 2 * HEIGHTS * 1e-6, rtol=1e-12)
+    assert surface.pixel == pytest.approx((4e-6 / 3, 6e-6 / 4))
+    assert "heights times 2, as the container states" in surface.provenance.in_words()
+    # A wrong size is replaced as that of any file.
+    larger = read_surface(path, size="40 um x 60 um", override_size=True)
+    assert larger.size == pytest.approx((40e-6, 60e-6))
+    refused(path, "c.zip gives its unit itself", kind=InputError, unit="nm")
+    refused(path, "c.zip gives its size itself", kind=InputError, size="1 mm x 2 mm")
+
+
+def test_several_maps_are_chosen_by_name(tmp_path: Path) -> None:
+    scan = measurement("line", size=[6.0])
+    path = container(
+        tmp_path / "c.zip", [measurement("a"), scan], [measurement("a"), measurement("a")],
+        a__txt=TEXT,
+    )  # fmt: skip
+    names = ["part 0: a", "part 0: line", "part 1: a (2)", "part 1: a (3)"]
+    assert [channel.name for channel in channels(path)] == names
+    assert [channel.is_height for channel in channels(path)] == [True, False, True, True]
+    refused(path, "c.zip holds", *(repr(n) for n in names if "line" not in n), kind=InputError)
+    assert read_surface(path, channel="part 0: a").provenance.channel == "part 0: a"
+    assert read_surface(path, channel=2).provenance.channel == "part 1: a (2)"
+    refused(path, "'part 0: line' of c.zip is a line scan", kind=InputError, channel=1)
+    # Of a map and a line scan the map is meant.
+    only = container(tmp_path / "d.zip", [scan, measurement("a")], a__txt=TEXT)
+    assert read_surface(only).provenance.channel == "a"
+
+
+def test_older_containers_are_yaml(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    path = tmp_path / "c.zip"
+    described = """
+surfaces:
+- name: part
+  topographies:
+  - name: 2
+    datafile: {original: a.txt}
+    size: !!python/tuple [6.0, 4.0]
+    unit: um
+"""
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("meta.yml", described)
+        archive.writestr("a.txt", TEXT)
+    surface = read_surface(path)
+    np.testing.assert_allclose(surface.heights, HEIGHTS * 1e-6, rtol=1e-12)
+    assert surface.size == pytest.approx((4e-6, 6e-6))
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("meta.yml", "surfaces: !!python/object/apply:os.getcwd []")
+    refused(path, "c.zip cannot be read as a container", "python/object")
+
+
+def test_what_cannot_be_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "c.zip"
+    for name, words in {
+        "notes.txt": "holds neither index.json",
+        "index.json": "cannot be read",
+    }.items():
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr(name, '{"surfaces": [{}]}')
+        refused(path, "c.zip", words)
+    path.write_bytes(b"PK\3\4" + b"x" * 100)
+    refused(path, "c.zip cannot be read as a container")
+    container(path, [measurement("a")])
+    refused(path, "c.zip cannot be read as a container", "no item named 'a.txt'")
+    container(path, [measurement("a", datafile={})])
+    refused(path, "c.zip cannot be read as a container")
+    container(path, [measurement("a", datafile={"original": "b.zip"})], b__zip=path.read_bytes())
+    refused(path, "c.zip holds b.zip, another archive")
+    array = measurement("a", datafile={"original": "a.h5"})
+    container(path, [array], a__h5=b"\x89HDF\r\n\x1a\n")
+    refused(path, "c.zip holds a.h5, whose first axis may be x or y")
+    container(path, [measurement("a", unit=None)], a__txt=TEXT)
+    refused(path, "a.txt gives no unit", kind=InputError)
+    assert read_surface(path, unit="um", size="4 um x 6 um").size == pytest.approx((4e-6, 6e-6))
+    monkeypatch.setattr(memory, "_SMALL", 10)
+    monkeypatch.setattr(memory, "_PACKED", 1)
+    container(path, [measurement("a")], a__txt="0 " * 10000)
+    refused(path, "a.txt in c.zip holds", "packed")
+
+
+def test_damaged_containers_are_refused_or_read_as_they_were(tmp_path: Path) -> None:
+    whole = container(tmp_path / "c.zip", [measurement("a")], a__txt=TEXT).read_bytes()
+    path, expected = tmp_path / "d.zip", read_surface(tmp_path / "c.zip")
+    rng = np.random.default_rng(0)
+    refusals = 0
+    for _ in range(150):
+        content = bytearray(whole)
+        for place in rng.integers(len(content), size=rng.integers(1, 4)):
+            content[place] = rng.integers(256)
+        path.write_bytes(
+            content[: rng.integers(1, len(content))] if rng.random() < 0.2 else content
+        )
+        try:
+            surface = read_surface(path)
+        except InputError:
+            refusals += 1
+        else:
+            np.testing.assert_array_equal(surface.heights, expected.heights)
+            assert surface.pixel == expected.pixel
+    assert 50 < refusals < 150
+
+
+# What the library of the site writes, in a process: it warns on import.
+PEER = """
+import sys
+import numpy as np
+from SurfaceTopography import Topography
+from SurfaceTopography.Container.IO import read_container
+from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContainer
+rng = np.random.default_rng(0)
+masked = np.ma.masked_less(rng.random((5, 7)), 0.2)
+maps = [
+    Topography(masked, (5.0, 14.0), unit="nm", info={"name": "fine"}),
+    Topography(rng.random((4, 3)), (1.0, 2.0), unit="mm", periodic=True, info={"name": "wide"}),
+]
+InMemorySurfaceContainer(maps).to_zip(sys.argv[1])
+for number, map in enumerate(read_container(sys.argv[1])[0]):
+    heights = np.ma.filled(np.ma.asarray(map.heights(), float), np.nan)
+    np.save(f"{sys.argv[2]}/{number}.npy", heights)
+    print(map.unit, *map.physical_sizes)
+"""
+
+
+@needs_reader
+@pytest.mark.process
+def test_heights_units_and_sizes_are_those_of_the_library(tmp_path: Path) -> None:
+    path = tmp_path / "c.zip"
+    printed = subprocess.run(
+        [sys.executable, "-c", PEER, str(path), str(tmp_path)],
+        check=True, capture_output=True, text=True,
+    ).stdout.splitlines()  # fmt: skip
+    assert [channel.name for channel in channels(path)] == ["fine", "wide"]
+    for number, line in enumerate(printed):
+        unit, x, y = line.split()
+        metre = {"nm": 1e-9, "mm": 1e-3}[unit]
+        surface = read_surface(path, channel=number)
+        expected = np.load(tmp_path / f"{number}.npy").T * metre
+        np.testing.assert_allclose(surface.heights, expected, rtol=1e-12)
+        assert surface.size == pytest.approx((float(y) * metre, float(x) * metre))
