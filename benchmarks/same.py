@@ -422,7 +422,7 @@ def find(folder: Path) -> dict[str, Any]:
     )
     for suffix in ("csv", "json"):
         found.save(folder / f"loads.{suffix}")
-    return {"": found, "answers": [answer for answer in found.answers]}
+    return {"": found, "answers": list(found.answers)}
 
 
 @case
