@@ -62,7 +62,7 @@ figure_indented.colorbar(image, label="permanent indentation [nm]")
 # place leaves its load to others at the next: running-in takes many passes, and each of them
 # finds less to flatten.
 
-counter_heights, _ = rc.reference_map(POINTS, seed=7)
+counter_heights, _ = rc.reference_map(POINTS, rng=7)
 counter = rc.Surface(0.3 * counter_heights, pixel)
 places, rounds = 8, 3
 count = places * rounds
