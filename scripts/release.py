@@ -108,8 +108,7 @@ def release(version: str, dry: bool, files: bool) -> None:
         with tempfile.TemporaryDirectory() as scratch:
             for path in build(ROOT, Path(scratch) if dry else ROOT / "dist"):
                 print(f"{'would keep' if dry else 'made'} {path.name}, {path.stat().st_size} bytes")
-    print("To publish:")
-    print(f"  git push origin HEAD v{version}\n  python -m twine upload dist/*{version}*")
+    print(f"To publish by .github/workflows/release.yml:\n  git push origin HEAD v{version}")
 
 
 def main(words: list[str] | None = None) -> int:
