@@ -186,7 +186,7 @@ def made(drawn: Map) -> Surface:
         hurst=drawn.hurst,
         Ssk=drawn.Ssk,
         Sku=drawn.Sku,
-        seed=drawn.seed,
+        rng=drawn.seed,
     )
     stretched = (pixel, pixel / drawn.Str)
     slope = roughness.rms_gradient(alike.heights, stretched)

@@ -383,8 +383,7 @@ def judged_again(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return stored rows with what both ceilings give now."""
     found, left = [], list(rows)
     for case in cases(quick=False):
-        for _ in case.seen:
-            found.append(judged(case, left.pop(0)))
+        found += [judged(case, left.pop(0)) for _ in case.seen]
     return found
 
 

@@ -90,7 +90,7 @@ def rough(points: int = 32, seed: int = 1, shortest: float | None = None) -> rc.
     side = 1e-4
     return rc.generate(
         (points, points), (side / points,) * 2, Sq=4e-7, rolloff_wavelength=side / 3,
-        cutoff_wavelength=shortest, seed=seed,
+        cutoff_wavelength=shortest, rng=seed,
     )  # fmt: skip
 
 
@@ -638,7 +638,7 @@ def slip_of_gases(asked: Asked) -> Found:
 )  # fmt: skip
 def filled_gaps(asked: Asked) -> Found:
     side, points = 6.4e-5, 32 if asked.quick else 48
-    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, seed=1)
+    surface = rc.generate((points, points), (side / points,) * 2, Sq=4e-7, Sal=8e-6, rng=1)
     result = rc.solve(
         surface, material=rc.Material(206e9, 0.3, 0.3e9), load=rc.NominalPressure(2e7),
         boundary="periodic",

@@ -307,10 +307,10 @@ def _memory(peak: bool = False) -> int:
     """Return what the process holds, or held at most since it was asked last [bytes]."""
     word = b"VmHWM:" if peak else b"VmRSS:"
     try:
-        with open("/proc/self/status", "rb") as stream:
+        with Path("/proc/self/status").open("rb") as stream:
             lines = stream.read().splitlines()
         if not peak:
-            with open("/proc/self/clear_refs", "w") as stream:
+            with Path("/proc/self/clear_refs").open("w") as stream:
                 stream.write("5")
     except OSError:
         return 0

@@ -91,7 +91,7 @@ def turned(points: int) -> None:
     for seed in (0, 1, 2):
         surface = rc.generate(
             (points, points), (edge, edge), Sq="0.6 um", turning=("0.1 mm", "0.8 mm"), lay=0.0,
-            rolloff_wavelength="50 um", cutoff_wavelength=8 * edge, seed=seed,
+            rolloff_wavelength="50 um", cutoff_wavelength=8 * edge, rng=seed,
         )  # fmt: skip
         for boundary in ("periodic", "periodic-x"):
             for pressure in (25e6, 50e6, 100e6, 200e6):

@@ -209,7 +209,7 @@ def settled() -> int:
 
 def status(name: str) -> int:
     """Return a size that Linux keeps of this process, in bytes."""
-    with open("/proc/self/status", encoding="ascii") as lines:
+    with Path("/proc/self/status").open(encoding="ascii") as lines:
         return next(1024 * int(line.split()[1]) for line in lines if line.startswith(name))
 
 

@@ -116,9 +116,9 @@ def _files() -> Iterator[Path]:
     named = re.compile(rf"roughcontact\.({'|'.join(WINGS)})\b")
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         near = path.parent.name in ("tests", "physics")
-        if near and path.stem.removeprefix("test_") not in ELSEWHERE:
-            if named.search(path.read_text(encoding="utf-8")):
-                yield path
+        own = near and path.stem.removeprefix("test_") not in ELSEWHERE
+        if own and named.search(path.read_text(encoding="utf-8")):
+            yield path
 
 
 def _surroundings(tree: Path, folder: Path) -> dict[str, str]:
@@ -164,9 +164,9 @@ def _annotations(module: str) -> tuple[tuple[tuple[int, int], tuple[int, int]], 
             found.append(node.annotation)
         elif isinstance(node, ast.FunctionDef):
             found.append(node.returns)
-        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            found.append(node)
-        elif isinstance(node, ast.MatchOr):
+        elif isinstance(node, ast.MatchOr) or (
+            isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+        ):
             found.append(node)
     return tuple(
         ((node.lineno, node.col_offset), (node.end_lineno, node.end_col_offset))  # type: ignore[attr-defined]

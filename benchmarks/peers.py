@@ -210,7 +210,7 @@ def worker(program: str, case: str, folder: Path, tolerance: float | None) -> No
     else:
         mode = program.partition("-")[2]
         pressure, seconds, more = run_aspher(heights, load, mode, tolerance or 0)
-    answer(folder, points, pressure, seconds, before, more, module)
+    return answer(folder, points, pressure, seconds, before, more, module)
 
 
 def answer(

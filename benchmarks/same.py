@@ -422,7 +422,7 @@ def find(folder: Path) -> dict[str, Any]:
     )
     for suffix in ("csv", "json"):
         found.save(folder / f"loads.{suffix}")
-    return {"": found, "answers": [answer for answer in found.answers]}
+    return {"": found, "answers": list(found.answers)}
 
 
 @case
@@ -450,7 +450,7 @@ def estimate(folder: Path) -> dict[str, Any]:
 def generation(folder: Path) -> dict[str, Any]:
     pixel = (2e-6, 2e-6)
     return {
-        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, seed=2),
+        "ground": rc.generate((48, 32), pixel, Sq=4e-7, Sal=1.2e-5, Str=0.3, lay=30.0, rng=2),
         "honed": rc.generate(128, pixel, Sq=4e-7, Sal=1.2e-5, honing=40.0),
         "plateau": rc.generate(48, pixel, Sq=4e-7, Sal=1.2e-5, Ssk=-0.8),
         "turned": rc.generate(48, pixel, Sq=4e-7, rolloff_wavelength=4e-5, turning=(2.4e-5, 8e-4)),

@@ -69,9 +69,12 @@ def dead(folder: Path) -> list[str]:
             target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
             if not target.exists():
                 told.append(f"{path.relative_to(folder.resolve())}: {link} does not exist")
-            elif target in pages and parts.fragment:
-                if unquote(parts.fragment) not in pages[target].places:
-                    told.append(f"{path.relative_to(folder.resolve())}: no place {link}")
+            elif (
+                target in pages
+                and parts.fragment
+                and unquote(parts.fragment) not in pages[target].places
+            ):
+                told.append(f"{path.relative_to(folder.resolve())}: no place {link}")
         if mark := re.search(r"\{[\w:]+\}`[^`<]*`", path.read_text(encoding="utf-8")):
             told.append(f"{path.relative_to(folder.resolve())}: {mark[0]} is shown as it is typed")
     return told

@@ -1,7 +1,7 @@
-"""Make a release: version, changelog, commit, tag and files, from one number.
+"""Make a release: version, changelog, commit and tag, from one number.
 
-    python scripts/release.py 0.2.0 --dry-run   # shows what would be done, changes nothing
-    python scripts/release.py 0.2.0             # does it; nothing is published
+    python scripts/release.py 0.3.0 --dry-run   # shows what would be done, changes nothing
+    python scripts/release.py 0.3.0             # does it; nothing is published
 
 The version stands in ``src/roughcontact/_version.py``; the citation files are written from it.
 """
@@ -13,7 +13,6 @@ import datetime
 import re
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -76,19 +75,12 @@ def changed(root: Path, version: str, date: datetime.date) -> dict[Path, str]:
     return texts
 
 
-def build(root: Path, folder: Path) -> list[Path]:
-    """Build wheel and source package; return them."""
-    command = [sys.executable, "-m", "build", "--outdir", str(folder), str(root)]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return sorted(folder.iterdir())
-
-
 def _git(*words: str) -> str:
     run = subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True, text=True)
     return run.stdout.strip()
 
 
-def release(version: str, dry: bool, files: bool) -> None:
+def release(version: str, dry: bool) -> None:
     """Make a release, or show what it would be."""
     texts = changed(ROOT, version, datetime.datetime.now(datetime.UTC).date())
     if not dry and _git("status", "--porcelain"):
@@ -104,12 +96,7 @@ def release(version: str, dry: bool, files: bool) -> None:
     else:
         _git("commit", "-am", f"Release {version}")
         _git("tag", "-a", f"v{version}", "-m", f"roughcontact {version}")
-    if files:
-        with tempfile.TemporaryDirectory() as scratch:
-            for path in build(ROOT, Path(scratch) if dry else ROOT / "dist"):
-                print(f"{'would keep' if dry else 'made'} {path.name}, {path.stat().st_size} bytes")
-    print("To publish:")
-    print(f"  git push origin HEAD v{version}\n  python -m twine upload dist/*{version}*")
+    print(f"To publish by .github/workflows/release.yml:\n  git push origin HEAD v{version}")
 
 
 def main(words: list[str] | None = None) -> int:
@@ -117,10 +104,9 @@ def main(words: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("version", help="of the release, such as 0.2.0")
     parser.add_argument("--dry-run", action="store_true", help="show it, change nothing")
-    parser.add_argument("--no-files", action="store_true", help="build no wheel and no sdist")
     given = parser.parse_args(words)
     try:
-        release(given.version, given.dry_run, not given.no_files)
+        release(given.version, given.dry_run)
     except RefusedError as error:
         print(f"Error: {error}", file=sys.stderr)
         return 2

@@ -92,12 +92,9 @@ def made(folder: Path) -> Iterator[Sample]:
         content = (folder / name).read_bytes()
         # Superblock and headers, then the heap of texts and references.
         fields = [(0, 1000), (1000, 2000), (2000, 3000)]
-        for number in {
-            found.start()
-            for edge in plain.pixel
-            for found in re.finditer(re.escape(struct.pack("<d", edge)), content)
-        }:
-            fields.append((number, number + 8))  # fmt: skip
+        edges = (re.escape(struct.pack("<d", edge)) for edge in set(plain.pixel))
+        starts = {found.start() for edge in edges for found in re.finditer(edge, content)}
+        fields += [(start, start + 8) for start in starts]
         yield Sample(name, content, plain_netcdf(content, plain), tuple(fields))
 
     if importlib.util.find_spec("SurfaceTopography") is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +24,10 @@ BALL = ("--body", "sphere 1 mm", "--points", "24", "--size", "60 um", "--young",
 
 @pytest.mark.parametrize("name", deprecated.NAMES)
 def test_an_old_name_of_the_package_warns_and_works(name: str) -> None:
-    with pytest.warns(DeprecationWarning, match=f"roughcontact.{name} is"):
+    with pytest.warns(DeprecationWarning, match=f"roughcontact.{name} is") as warned:
         assert getattr(rc, name) is not None
+    # By default Python shows such a warning only where the script itself is to blame.
+    assert warned[0].filename == __file__
 
 
 def test_every_new_name_exists() -> None:
@@ -38,6 +41,43 @@ def test_every_new_name_exists() -> None:
             offered = command.by_name
             assert not set(table) & set(offered), command.name
             assert not name or set(table.values()) <= set(offered)
+
+
+@pytest.mark.parametrize(
+    ("function", "old"),
+    [(function, old) for function, table in deprecated.ARGUMENTS.items() for old in table],
+)
+def test_an_old_argument_warns_its_caller(function: str, old: str) -> None:
+    called = getattr(rc.mpi if function == "read_slab" else rc, function)
+    with (
+        pytest.raises((TypeError, rc.InputError)),
+        pytest.warns(DeprecationWarning, match=rf"{function}\({old}=\) is") as warned,
+    ):
+        called(**{old: None}, nonsense=None)
+    assert warned[0].filename == __file__
+
+
+class Result(deprecated.Renamed):
+    """A result whose new names are set."""
+
+
+def classes() -> set[type]:
+    """Return what has had other names, of all that the face returns."""
+    found = {getattr(rc.results, name) for name in dir(rc.results) if name[0].isupper()}
+    modules = [sys.modules[kind.__module__] for kind in (*found, rc.Material)]
+    every = {kind for module in modules for kind in vars(module).values() if inspect.isclass(kind)}
+    return {kind for kind in every if issubclass(kind, deprecated.Renamed)}
+
+
+@pytest.mark.parametrize("old", deprecated.ATTRIBUTES)
+def test_an_old_attribute_warns_its_reader(old: str) -> None:
+    new = deprecated.ATTRIBUTES[old]
+    assert any(hasattr(kind, new) or new in kind.__annotations__ for kind in classes())
+    result = Result()
+    setattr(result, new, 1)
+    with pytest.warns(DeprecationWarning, match=f"Result.{old} is {new}") as warned:
+        assert getattr(result, old) == 1
+    assert warned[0].filename == __file__
 
 
 def test_an_old_argument_and_value_warn_and_work() -> None:

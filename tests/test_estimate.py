@@ -99,7 +99,7 @@ def test_the_tables_of_the_page_are_those_of_the_stored_cases() -> None:
 @pytest.mark.long
 def test_a_map_that_is_solved_lies_in_the_interval() -> None:
     surface = rc.generate(
-        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, seed=77
+        (256, 256), (1e-6, 1e-6), Sq=0.4e-6, Sdq=0.1, rolloff_wavelength=36e-6, hurst=0.7, rng=77
     )
     for pressure, ceiling in (("2 GPa", None), ("400 MPa", "auto")):
         result = rc.solve(
@@ -284,7 +284,7 @@ def test_intervals_of_measured_maps_hold_maps_that_did_not_widen_them() -> None:
 @pytest.mark.slow
 def test_kurtosis_moves_contact_area_as_solved_maps_say() -> None:
     spectrum = {"shape": (256, 256), "pixel": (1e-6, 1e-6), "Sq": 0.4e-6, "Sdq": 0.1,
-                "rolloff_wavelength": 36e-6, "hurst": 0.7, "seed": 7}  # fmt: skip
+                "rolloff_wavelength": 36e-6, "hurst": 0.7, "rng": 7}  # fmt: skip
     for kurtosis in (2.0, 6.0):
         surface = rc.generate(**spectrum, Sku=kurtosis)
         result = rc.solve(

@@ -94,9 +94,17 @@ def test_a_map_that_shows_what_was_asked_is_left_as_it_is() -> None:
 
 
 def test_the_same_seed_gives_the_same_bits_and_another_another_map() -> None:
-    first, again, other = made(), made(), made(seed=1)
+    first, again, other = made(), made(), made(rng=1)
     assert first.heights.tobytes() == again.heights.tobytes()
     assert abs(np.corrcoef(first.heights.ravel(), other.heights.ravel())[0, 1]) < 0.2
+
+
+def test_a_generator_draws_the_seed_that_is_recorded() -> None:
+    surface = made(rng=np.random.default_rng(5))
+    assert surface.provenance.origin is not None
+    seed = surface.provenance.origin.arguments["seed"]
+    assert np.array_equal(made(rng=seed).heights, surface.heights)
+    assert (made(rng=None).heights != made(rng=None).heights).any()
 
 
 def test_a_seed_is_one_body_on_every_grid() -> None:
@@ -189,7 +197,7 @@ def test_a_lay_turned_half_around_is_the_same() -> None:
         ({"honing": 180.0}, "honing must be an angle"),
         ({"hurst": 1.2}, "hurst must lie in"),
         ({"cutoff_wavelength": 1e-6}, "cutoff_wavelength must be at least two pixels"),
-        ({"seed": -1}, "seed must be a whole number"),
+        ({"rng": -1}, "rng must be a whole number"),
         ({"Sq": -1.0}, "Sq must be positive"),
         ({"turning": (5e-5, 1e-3)}, "Sal does not go with turning"),
         ({"Sal": None, "turning": (5e-5, 1e-3), "Ssk": 1.0}, "Ssk does not go with turning"),
@@ -232,7 +240,7 @@ def test_a_narrow_spectrum_is_said_with_its_ends() -> None:
 
 @pytest.mark.long
 def test_its_provenance_says_how_to_make_it_again() -> None:
-    surface = made(Ssk=-0.5, Str=0.5, lay=20.0, seed=7)
+    surface = made(Ssk=-0.5, Str=0.5, lay=20.0, rng=7)
     about = surface.provenance
     assert provenance.from_text(provenance.to_text(about)) == about
     assert about.source == "generated rough surface, seed 7"
@@ -303,7 +311,7 @@ def test_the_command_prints_both_and_writes_every_format(tmp_path: Path, capsys:
     assert "Sal" in shown
     assert "96 × 128 points" in shown
     assert figure.stat().st_size > 1000
-    expected = made((96, 128), Ssk=-0.5, seed=4).heights
+    expected = made((96, 128), Ssk=-0.5, rng=4).heights
     for path in files[:3]:
         assert rc.read_surface(path).heights.tobytes() == expected.tobytes()
     assert app.main([*words, "--json"]) == app.SOLVED

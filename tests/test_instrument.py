@@ -77,7 +77,7 @@ def test_a_tip_draws_a_spike_as_itself() -> None:
 
 
 def test_noise_from_two_maps_and_from_a_plateau() -> None:
-    surface = rc.generate(128, UM, Sq="0.3 um", Sal="10 um", seed=2)
+    surface = rc.generate(128, UM, Sq="0.3 um", Sal="10 um", rng=2)
     tool = Instrument(resolution=0.0, noise="5 nm")
     maps = [tool.measure(surface, periodic=True, rng=np.random.default_rng(k)) for k in range(2)]
     repeated = Instrument.from_repeats(*maps, resolution=2 * UM)

@@ -76,6 +76,9 @@ def test_who_cites_gets_the_licence_and_the_words_of_the_package() -> None:
     cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     meta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
     assert f"\nlicense: {project['license']}\n" in cited
+    names = [author["name"] for author in project["authors"]]
+    assert names == [author["name"] for author in meta["author"]]
+    assert all(f"  - name: {name}\n" in cited for name in names)
     assert meta["license"].endswith(project["license"])
     assert meta["description"] == project["description"]
     assert meta["keywords"] == project["keywords"]
@@ -103,7 +106,7 @@ def test_a_release_changes_version_changelog_and_citation(
 def test_a_version_that_is_none_or_no_later_is_refused(
     release: ModuleType, version: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert release.main([version, "--dry-run", "--no-files"]) == 2
+    assert release.main([version, "--dry-run"]) == 2
     assert words in capsys.readouterr().err
 
 
@@ -116,7 +119,7 @@ def test_a_dry_run_tells_and_changes_nothing(
     release: ModuleType, checkout: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = (checkout / "CHANGELOG.md").read_bytes()
-    assert release.main(["99.1.0", "--dry-run", "--no-files"]) == 0
+    assert release.main(["99.1.0", "--dry-run"]) == 0
     told = capsys.readouterr().out
     assert "would write CHANGELOG.md" in told
     assert "would commit 'Release 99.1.0' and tag it v99.1.0" in told

@@ -573,7 +573,7 @@ def test_the_decks_hold_friction_and_elastic_slip(tmp_path: Path) -> None:
 
 def test_the_backbone_is_that_of_the_solved_contact() -> None:
     # Ridges along x: along them and across them the stiffness differs by a third.
-    ridged = rc.generate(128, "2 um", Sq="0.4 um", Sal="10 um", Str=0.1, seed=1)
+    ridged = rc.generate(128, "2 um", Sq="0.4 um", Sal="10 um", Str=0.1, rng=1)
     steel = {"material": "42CrMo4", "counter_material": "42CrMo4", "boundary": "periodic"}
     pressures = [rc.NominalPressure(p) for p in ("10 MPa", "60 MPa", "200 MPa", "300 MPa")]
     contacts = [rc.solve(ridged, load=p, **steel) for p in pressures]

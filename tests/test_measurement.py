@@ -173,9 +173,9 @@ def test_intervals_hold_the_surface_and_repeat_to_the_bit() -> None:
     surface = rough(128)
     image, tool = measured(64, noise=1e-9)
     result = pressed(image)
-    known = result.uncertainty(tool, 4 * UM, draws=6, seed=2)
+    known = result.uncertainty(tool, 4 * UM, draws=6, rng=2)
     assert isinstance(known, Uncertainty)
-    assert result.uncertainty(tool, 4 * UM, draws=6, seed=2).summary() == known.summary()
+    assert result.uncertainty(tool, 4 * UM, draws=6, rng=2).summary() == known.summary()
     truth = pressed(surface)
     for item in known.intervals:
         assert item.low <= item.value <= item.high

@@ -112,7 +112,7 @@ def _place(value: object) -> int:
 def between() -> Counter[tuple[str, str]]:
     """Return how many imports lead from one wing to another, but for those of the ground."""
     known = floors()
-    name = {room: _GROUND for room in known[_GROUND]} | {wing: wing for wing in known}
+    name = dict.fromkeys(known[_GROUND], _GROUND) | {wing: wing for wing in known}
     found: Counter[tuple[str, str]] = Counter()
     for room, path in house.rooms().items():
         for other in set(house.imports(path)):

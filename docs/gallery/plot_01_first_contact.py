@@ -45,3 +45,4 @@ share_at_ceiling = result.saturated_fraction / result.contact_fraction
 area_under_ceiling = result.load / steel.ceiling / (surface.size[0] * surface.size[1])
 print(f"{100 * share_at_ceiling:.0f} % of the contact is saturated")
 print(f"{100 * area_under_ceiling:.2f} % of the map under the ceiling alone would carry 1 N")
+assert abs(area_under_ceiling - 1 / 30) < 1e-9

@@ -104,3 +104,4 @@ inside = r < 0.9 * a_hertz
 exact = hertz.pressure(r, a_hertz, p_hertz)
 pressure_error = float(np.abs(results[1.0].pressure - exact)[inside].max() / p_hertz)
 print(f"{100 * pressure_error:.2f} % of the peak pressure on {POINTS} × {POINTS} points")
+assert pressure_error < 0.005

@@ -111,3 +111,4 @@ axes.legend(frameon=False, fontsize=9)
 
 width_error = float(np.max(np.abs(np.array(widths) - exact)))
 print(f"{100 * width_error:.2f} % of the wavelength; a pixel is {100 / POINTS:.2f} %")
+assert width_error < 2 / POINTS  # a pixel at either edge

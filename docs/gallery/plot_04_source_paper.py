@@ -87,6 +87,7 @@ figure_histogram = plots.pressure_histogram(
 inside = float((elastic.contact & limited.contact).sum() / elastic.contact.sum())
 ratio = limited.contact_area / elastic.contact_area
 print(f"{100 * inside:.1f} % of the elastic contact lies inside the other")
+assert inside > 0.99
 print(f"area with the ceiling / elastic area = {ratio:.2f}")
 
 row, column = np.unravel_index(np.argmax(elastic.pressure), elastic.pressure.shape)

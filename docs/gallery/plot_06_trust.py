@@ -77,3 +77,4 @@ panels[0].legend(frameon=False, fontsize=9)
 steady = {name: found.independent("corrected_fraction") for name, found in studies.items()}
 for name, answer in steady.items():
     print(f"contact area of the {name}: {'independent of' if answer else 'depends on'} the grid")
+assert list(steady.values()) == [True, False, True]

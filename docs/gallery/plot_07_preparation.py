@@ -72,6 +72,7 @@ radius_error = abs(found["radius"] / radius - 1)
 print(
     f"radius {found['radius'] * 1e3:.3f} mm, true {radius * 1e3:.3f} mm: {100 * radius_error:.2f} % off"
 )
+assert radius_error < 0.02
 print(f"roughness Sq {whole.Sq * 1e9:.1f} nm, true {roughness.std() * 1e9:.1f} nm")
 
 # %%

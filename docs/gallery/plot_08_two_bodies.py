@@ -103,3 +103,4 @@ for rms, name in finishes.items():
 
 radius_error = abs(math.sqrt(results[1e-9].perimeter_corrected_area / math.pi) / a_hertz - 1)
 print(f"contact radius within {100 * radius_error:.1f} % of Hertz")
+assert radius_error < 0.04  # half a pixel

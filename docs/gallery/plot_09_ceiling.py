@@ -116,3 +116,4 @@ contact, saturated = persson.persson_fractions(0.1, 1.0, 10.0, 3.0)
 print(f"index 1:   {100 * mild:.1f} % of the contact saturated")
 print(f"index 10:  {100 * middle:.1f} %, Persson's theory {100 * saturated / contact:.1f} %")
 print(f"index 100: {100 * steep:.1f} %")
+assert steep > 0.85

@@ -111,3 +111,4 @@ print(f"elastic stress beyond the yield strength in {below.yielded_volume * 1e18
 
 ratio = stresses[0.0].max_von_mises / p_hertz
 print(f"largest von Mises stress / peak pressure = {ratio:.3f}")
+assert abs(ratio - 0.62) < 0.01  # Johnson 1985, sec. 4.2

@@ -349,4 +349,5 @@ print(f"all of this page took {time.perf_counter() - began:.0f} s")
 plateau = balls[chosen].mean_pressure_ratio[-1]
 excess = balls[chosen].excess("mean_pressure")[three, -1]
 print(f"mean pressure {plateau:.2f} σ_Y; three yield strengths are {100 * excess:.0f} % high")
+assert abs(plateau - 2.2) < 0.25  # a contact of five pixels in radius is rough
 print(f"rough map: area {rough_error:+.0f} % with three, {rough_better:+.0f} % as recommended")

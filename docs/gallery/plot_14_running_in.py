@@ -29,7 +29,7 @@ LENGTH, RADIUS, HERTZ = 200e-6, 2e-3, 1.5e9
 
 grid = {"shape": (POINTS // 4, POINTS), "pixel": (LENGTH / POINTS, LENGTH / POINTS)}
 ground = rc.generate(
-    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, seed=4
+    **grid, Sq=0.2e-6, Sal=6e-6, cutoff_wavelength=9e-6, Str=0.3, lay=90.0, Ssk=-0.5, rng=4
 )
 roller = nominal_bodies.cylinder(radius=RADIUS, angle=90.0, **grid)
 steel = rc.Material(young=210e9, poisson=0.3, hardening=rc.hardening.Linear("1.7 GPa", "20 GPa"))
@@ -45,8 +45,8 @@ rolled = rc.roll(
 )  # fmt: skip
 before = ground.roughness()
 left = {name: getattr(rolled.passes[-1], name) / before[name] for name in ("Sq", "Spk")}
-spk_left = left["Spk"]
 print(f"left of Sq {left['Sq']:.0%}, of Spk {left['Spk']:.0%}")
+assert 0.25 < left["Spk"] < 0.55  # the peaks that stood out go on the first pass
 print(rolled)
 
 # %%

@@ -66,6 +66,7 @@ handles, names = panels[0].get_legend_handles_labels()
 panels[0].legend(handles[:2], names[:2], frameon=False, loc="upper left")
 held_share = float(np.mean(held))
 print(f"{sum(held)} of {len(held)} intervals hold the number of the surface")
+assert held_share >= 0.8
 
 # %%
 # As measured, the maps differ from the surface and from each other. Corrected, the intervals of all

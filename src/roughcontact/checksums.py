@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,7 @@ def of_arrays(arrays: Mapping[str, ArrayLike]) -> str:
 
 def of_file(path: str | os.PathLike[str]) -> str:
     """Return the checksum of a file as it stands on the disk."""
-    with open(path, "rb") as stream:
+    with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Iterable
 from importlib import import_module
@@ -55,12 +56,13 @@ ARGUMENTS = {
         "body": "conductor", "counter_body": "counter_conductor", "film": "electrical_film",
     },
     "contact_modulus": {"first": "material", "second": "counter_material"},
+    "generate": {"seed": "rng"},
     "find_load": {"contact": "contact_fraction", "saturated": "saturated_fraction"},
     "interface_law": {"body": "conductor", "counter_body": "counter_conductor"},
     "first_yield_load": {"start": "initial_load"},
     "leakage": {"direction": "flow_axis"},
     "read_slab": {"holes_masked": "mask_missing"},
-    "reference_map": {"rng_seed": "seed"},
+    "reference_map": {"rng_seed": "rng"},
     "roll": {
         "way": "travel", "to_and_fro": "reciprocating", "each": "on_step",
         "centered": "start_at_center",
@@ -77,13 +79,14 @@ ATTRIBUTES = {
     "below": "bracket_low", "beside": "with_coarser_grid",
     "centre_of_pressure": "center_of_pressure",
     "corrected_contact_area": "perimeter_corrected_area", "film_ratio": "gap_ratio",
-    "flow": "strain_added", "flowed": "yielded", "found": "messages", "gain": "strain_net",
-    "given": "specified_load", "least_strain": "strain_threshold", "place": "max_von_mises_at",
+    "first_pressure": "preload_pressure", "flow": "strain_added", "flowed": "yielded",
+    "found": "messages", "gain": "strain_net", "given": "specified_load",
+    "least_strain": "strain_threshold", "place": "max_von_mises_at", "pull": "traction",
     "recommended": "calibration", "remarks": "extra_cautions", "shaken_down": "is_elastic_now",
     "smooth": "hertz", "to_and_fro": "reciprocating", "travelled": "has_moved",
     "unsealed": "without_checksums",
 }  # fmt: skip
-"""Of any result that has the new attribute: old attribute to new attribute."""
+"""Of any result, material or point of a path that has the new attribute: old to new one."""
 
 
 class Renamed:
@@ -158,7 +161,11 @@ def current_command_line(arguments: Iterable[str], warn: Warn) -> list[str]:
 
 def _warn(text: str) -> None:
     """Warn of an old name where the caller of the package uses it."""
-    warnings.warn(f"{text}; the old name works until 0.4", DeprecationWarning, stacklevel=4)
+    frame, level = sys._getframe(), 1
+    # Frames of the package itself differ in number between versions of Python, too.
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(f"{text}; the old name works until 0.4", DeprecationWarning, stacklevel=level)
 
 
 def renamed(name: str) -> Any:

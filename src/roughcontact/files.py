@@ -233,24 +233,26 @@ def _copy(pipe: Path, target: Path) -> None:
     size, written_to = 0, False
     end = time.monotonic() + _PATIENCE
     # With O_NONBLOCK a named pipe opens at once, and reading tells whether anybody writes to it.
-    with os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source:
-        with target.open("xb") as copy:
-            while size <= MOST:
-                block = source.read(_BLOCK)
-                if block:
-                    size += copy.write(block)
-                elif block is None:
-                    written_to = True
-                    select.select([source], [], [])
-                elif size or written_to:
-                    return
-                elif time.monotonic() > end:
-                    raise FormatError(
-                        f"{pipe} is a pipe that nobody writes to; start what writes to it, or "
-                        "give a file"
-                    )
-                else:
-                    time.sleep(0.01)
+    with (
+        os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source,
+        target.open("xb") as copy,
+    ):
+        while size <= MOST:
+            block = source.read(_BLOCK)
+            if block:
+                size += copy.write(block)
+            elif block is None:
+                written_to = True
+                select.select([source], [], [])
+            elif size or written_to:
+                return
+            elif time.monotonic() > end:
+                raise FormatError(
+                    f"{pipe} is a pipe that nobody writes to; start what writes to it, or "
+                    "give a file"
+                )
+            else:
+                time.sleep(0.01)
     raise FormatError(
         f"{pipe} is a pipe that gives more than {MOST / 2**30:.0f} GiB; write that into a file"
     )

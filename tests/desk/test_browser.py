@@ -139,7 +139,7 @@ def test_a_measured_file_from_drop_to_download(
     page.mouse.move(x - 40, y - 30 if y > 360 else y + 30, steps=5)
     page.mouse.up()
     seat.wait_for_title("at the points nearest to it")
-    assert re.search(r"^line = \[", (served.folder / seat.key / "project.toml").read_text(), re.M)
+    assert "\nline = [" in (served.folder / seat.key / "project.toml").read_text()
     # What is taken away is, to the last digit, what the command line gives.
     result = seat.take("result (.nc)", tmp_path)
     report = seat.take("report", tmp_path)
@@ -306,7 +306,7 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
 def controls_of(page: Any) -> list[str]:
     """Return the controls of a page as those are told who do not see it."""
     kinds = r"- (?:textbox|combobox|button|slider|checkbox|radio|spinbutton|tab|link)\b"
-    return re.findall(rf"^\s*{kinds}.*$", page.locator("body").aria_snapshot(), re.M)
+    return re.findall(rf"^\s*{kinds}.*$", page.locator("body").aria_snapshot(), re.MULTILINE)
 
 
 def nameless(controls: list[str]) -> list[str]:

@@ -47,7 +47,7 @@ def work(tmp_path: Path) -> SavedProject:
 @pytest.fixture
 def page(work: SavedProject, tmp_path: Path) -> Iterator[Page]:
     bench = WorkerPool(spare=False)
-    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [])
+    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, list)
     made = Page(visit)
     made._document = Loop()
     yield made
@@ -126,7 +126,7 @@ def test_two_pages_on_one_work_follow_each_other(
 ) -> None:
     bench = WorkerPool(spare=False)
     seen: list[Visit] = []
-    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, lambda: [], lambda: seen)
+    visit = Visit(work, None, tmp_path, bench, 2**20, lambda: None, list, lambda: seen)
     first = Page(visit)
     first._document = Loop()
     seen.append(page._visit)
@@ -285,7 +285,7 @@ def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) ->
 def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
     bench = WorkerPool(spare=False)
-    made = Page(Visit(work, None, tmp_path, bench, 1, lambda: gone.append(True), lambda: []))
+    made = Page(Visit(work, None, tmp_path, bench, 1, lambda: gone.append(True), list))
     made._bring._about_works()[1].value = "remove"
     assert gone == [True]
     assert "removed" in text_of(made.root[0])

@@ -254,7 +254,7 @@ def filled(result: rc.ContactResult, local: np.ndarray, resistivity: float) -> f
 
 @pytest.mark.long
 def test_what_fills_the_gap_adds_as_if_both_were_solved_together() -> None:
-    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, seed=1)
+    surface = rc.generate((96, 96), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, rng=1)
     metal = rc.Material(206e9, 0.3, 0.3e9)
     steel, aluminium = rc.Conductor(conductivity=42.6), rc.Conductor(conductivity=167)
     resistivity = 1 / 42.6 + 1 / 167

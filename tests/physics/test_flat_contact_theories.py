@@ -46,7 +46,7 @@ def test_summits_are_those_that_one_counts() -> None:
     n, pixel = 1024, 1e-6
     surface = rc.generate(
         (n, n), (pixel, pixel), Sq=1e-6, rolloff_wavelength=24 * pixel,
-        cutoff_wavelength=16 * pixel, seed=5,
+        cutoff_wavelength=16 * pixel, rng=5,
     )  # fmt: skip
     z: NDArray[np.float64] = surface.heights
     m0 = float(np.mean(z * z))

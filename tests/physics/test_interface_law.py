@@ -138,7 +138,7 @@ def test_unloading_starts_where_loading_ended_and_meets_the_history() -> None:
 @pytest.mark.long
 def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
     # 20 MPa after 80 MPa on a ground face; the contact by the load history, apart from the law.
-    surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, seed=1)
+    surface = rc.generate((128, 128), (2e-6, 2e-6), Sq=0.4e-6, Sal=8e-6, Str=0.2, rng=1)
     pressures, metal = [20e6, 80e6], rc.Conductor(conductivity=40)
     contacts = pressed(surface, pressures, SOFT)
     law = rc.interface_law(
@@ -160,7 +160,7 @@ def test_a_joint_that_was_pressed_harder_conducts_more() -> None:
 def test_inside_its_rim_a_free_map_has_the_law_of_a_periodic_one(ratio: float) -> None:
     # The same map, free and periodic, the latter looked at in the same window so that only the
     # boundary differs.
-    surface = rc.generate((256, 256), (1e-6, 1e-6), Sq=0.5e-6, Sal=6e-6, Str=ratio, seed=3)
+    surface = rc.generate((256, 256), (1e-6, 1e-6), Sq=0.5e-6, Sal=6e-6, Str=ratio, rng=3)
     free = rc.interface_law(pressed(surface, [30e6, 300e6, 1e9, 3e9], boundary="free"))
     (inside,) = free.maps
     assert inside.window is not None

@@ -336,7 +336,8 @@ class _Run:
                 task, f"{changed} changed while the project ran; run it again"
             )
         if task.piece:
-            return self._collect(task, answer)
+            self._collect(task, answer)
+            return
         try:
             for part in task.parts if changed is not None else ():
                 self._entries[part.number].summary.unlink(missing_ok=True)

@@ -355,7 +355,7 @@ def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     )
     if ranks.is_parallel_run():
         return _carry_out_on_ranks(request, display)
-    _carry_out_here(request(), display)
+    return _carry_out_here(request(), display)
 
 
 def _carry_out_here(request: Request, display: Display, world: Ranks | None = None) -> None:

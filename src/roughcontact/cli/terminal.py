@@ -37,7 +37,7 @@ def open_streams() -> None:
         os.close(null)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
     for stream in (sys.stdout, sys.stderr):
         # File names need not be text in the encoding of the terminal.
         with contextlib.suppress(AttributeError, ValueError):

@@ -443,7 +443,7 @@ class ContactResult(Result):
         shortest_wave: Quantity | None = None,
         material: Mapping[str, float] | None = None,
         draws: int = 8,
-        seed: int = 0,
+        rng: int | np.random.Generator | None = 0,
         also: Sequence[Any] = (),
         of: str = "map",
         progress: Tell = None,
@@ -463,8 +463,8 @@ class ContactResult(Result):
             ``"yield"`` of the ceiling, 0.05 by default.
         draws : int
             Number of draws of the surface, at least 4.
-        seed : int
-            Seed of the draws. Equal seeds give equal intervals.
+        rng : int, numpy.random.Generator or None
+            Seed of the draws; a generator draws one. Equal seeds give equal intervals.
         also : sequence of Surface or of (Surface, Instrument or str)
             Finer maps of the same surface, in the same orientation, filled and leveled, with what
             measured each; estimated from the map by default. Their spectra continue that of the
@@ -487,5 +487,5 @@ class ContactResult(Result):
             If the map or the contact gets no intervals.
         """
         return face().uncertainty(
-            self, instrument, shortest_wave, material, draws, seed, also, of, progress
+            self, instrument, shortest_wave, material, draws, rng, also, of, progress
         )

@@ -198,7 +198,7 @@ def state_folder() -> Path:
     else:
         # https://specifications.freedesktop.org/basedir-spec: what is no absolute path is ignored.
         base = os.environ.get("XDG_STATE_HOME") or ""
-        base = base if os.path.isabs(base) else str(Path.home() / ".local" / "state")
+        base = base if Path(base).is_absolute() else str(Path.home() / ".local" / "state")
     return Path(base) / "roughcontact" / "desk"
 
 

@@ -539,10 +539,8 @@ class Receive(web.RequestHandler):
         self._abandon()
 
     def _abandon(self) -> None:
-        try:
+        with contextlib.suppress(_Abandoned):
             self._ends.__exit__(_Abandoned, _Abandoned(), None)
-        except _Abandoned:
-            pass
 
     def _refuse(self, status: int, sentence: str) -> None:
         self.set_status(status)

@@ -18,6 +18,7 @@ from roughcontact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import rim_excess
+from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic.plastic_body import (
     DepthProfile,
     DepthSection,
@@ -34,7 +35,7 @@ from roughcontact.units import Quantities, Quantity, quantity
 
 
 @dataclass(frozen=True)
-class PathPoint:
+class PathPoint(Renamed):
     """A point of the path of a contact.
 
     Parameters

@@ -582,10 +582,7 @@ def _pressed(
 ) -> ContactResult:
     """Return the contact that the solver found on a displaced surface."""
     solution = solver.solution
-    if solution is None:
-        gap = solver.initial_gap + displacement - solver.approach
-    else:
-        gap = solution.gap
+    gap = solver.initial_gap + displacement - solver.approach if solution is None else solution.gap
     gap = gap[solver.inside].copy()
     gap[np.isinf(gap)] = np.nan
     carried = float(solver.pressure.sum()) * pair.pixel[0] * pair.pixel[1]

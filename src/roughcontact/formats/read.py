@@ -263,5 +263,5 @@ def read_result(
         return archive.load_result(path, dataset, verify=verify)
     passes = rolling.load_rolling(path, dataset)
     if verify:
-        archive.verified(passes.result).require(os.path.basename(path))
+        archive.verified(passes.result).require(Path(path).name)
     return passes

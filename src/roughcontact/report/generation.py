@@ -124,7 +124,7 @@ def _narrow(result: Mapping[str, Any]) -> Iterator[Caution]:
 
 def _why(item: Parameter, surface: Surface, result: Mapping[str, Any]) -> Caution:
     """Return the note on a parameter that is missed."""
-    size, seed, cutoff = ArgumentRef("size"), ArgumentRef("seed"), ArgumentRef("cutoff_wavelength")
+    size, seed, cutoff = ArgumentRef("size"), ArgumentRef("rng"), ArgumentRef("cutoff_wavelength")
     text: tuple[Part, ...]
     said = (
         f"{_name(item)} is {_value_text(item.name, item.measured)}, requested "

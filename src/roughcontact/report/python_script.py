@@ -175,6 +175,7 @@ class _Script:
             words = [_literal(path), *_named({k: v for k, v in specified.items() if v is not None})]
             return f"rc.read_surface({', '.join(words)})"
         if created.method == "generate":
+            specified["rng"] = specified.pop("seed")
             return f"rc.generate({self.arguments(generate, specified)})"
         if created.method == "reference_map":
             return f"rc.Surface(*rc.reference_map({', '.join(_named(specified))}))"

@@ -32,7 +32,7 @@ POINTS = Option(
 SEED = Option(
     "seed", Panel.MAP, "NUMBER",
     "Random seed; each seed gives another surface; default: 0.",
-    parsing.counted(0, _LARGEST_SEED), 0,
+    parsing.counted(0, _LARGEST_SEED), 0, arguments=("rng",),
 )  # fmt: skip
 SQ = Option(
     "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None,
@@ -101,7 +101,7 @@ OUTPUT = files(
 )
 FIGURE = file("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
 _PARAMETERS: tuple[Option[Any], ...] = (
-    SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
+    SEED, SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
 )  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
     pixel = pixel_of(requested[SIZE], shape)
     say("generating the surface")
     arguments = {(item.arguments or (item.argument,))[0]: requested[item] for item in _PARAMETERS}
-    surface = generate(shape, pixel, seed=requested[SEED], **arguments)
+    surface = generate(shape, pixel, **arguments)
     files: list[Writing] = [
         (path, _drawn(surface) if option is FIGURE else partial(export.save_surface, surface))
         for option, path in places
@@ -156,5 +156,5 @@ Example:
 roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 \\
     --output honed.x3p
 """,
-    (SIZE, POINTS, SEED, *_PARAMETERS, OUTPUT, FIGURE, *options.SHOWN),
+    (SIZE, POINTS, *_PARAMETERS, OUTPUT, FIGURE, *options.SHOWN),
 )

@@ -102,7 +102,7 @@ def check_name(path: Path, argument: str) -> None:
     """Raise `InputError` if the file system takes no name of that length."""
     whole = path.absolute()
     # A folder that is missing would be all that the system looks at.
-    there = next(folder for folder in whole.parents if os.path.isdir(folder))
+    there = next(folder for folder in whole.parents if os.path.isdir(folder))  # noqa: PTH112
     for place in (*(there / part for part in whole.relative_to(there).parts), whole):
         try:
             place.lstat()

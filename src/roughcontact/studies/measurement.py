@@ -45,6 +45,7 @@ from roughcontact.studies.reconstruction import Reconstruction
 from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval, Uncertainty
 from roughcontact.surface import filters, resolution
 from roughcontact.surface.instrument import Instrument
+from roughcontact.surface.random_surfaces import seed_of
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, engineering, percent, quantity
 
@@ -105,7 +106,7 @@ def uncertainty(
     shortest_wave: Quantity | None = None,
     material: Mapping[str, float] | None = None,
     draws: int = 8,
-    seed: int = 0,
+    rng: int | np.random.Generator | None = 0,
     also: Sequence[Surface | tuple[Surface, Instrument | str]] = (),
     of: str = "map",
     progress: Tell = None,
@@ -119,6 +120,7 @@ def uncertainty(
             raise InputError("is needed with ", ArgumentRef(name), argument="instrument")
     wave = quantity(shortest_wave, "length", "shortest_wave")
     require_count(4, 1000, draws=draws)
+    seed = seed_of(rng)
     known = _material(result, material)
     _check(result)
     measured = _reconstruction(result, instrument, wave, also)

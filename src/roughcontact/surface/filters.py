@@ -183,11 +183,8 @@ def _check_cutoff(shape: tuple[int, ...], pixel: tuple[float, float], cutoff: fl
 def _weights(length: int, cutoff: float) -> Array:
     """Return weights at 0, 1, … pixels from the centre; the cut-off is in pixels."""
     distance = np.arange(min(length, math.ceil(_REACH * cutoff) + 1), dtype=np.float64)
-    if cutoff > 8:
-        # The copies of the spectrum meet the cut-off with 2^-(cutoff - 1)² of their amplitude.
-        width = ALPHA * cutoff
-    else:
-        width = _matched_width(cutoff)
+    # Above 8 the copies of the spectrum meet the cut-off with 2^-(cutoff - 1)² of their amplitude.
+    width = ALPHA * cutoff if cutoff > 8 else _matched_width(cutoff)
     weights: Array = np.exp(-math.pi * np.square(distance / width))
     weights /= 2 * weights.sum() - 1
     return weights

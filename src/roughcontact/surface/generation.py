@@ -18,7 +18,6 @@ from roughcontact.errors import (
     ArgumentRef,
     InputError,
     input_error,
-    require_count,
     require_positive,
 )
 from roughcontact.halfspace import fft
@@ -111,7 +110,6 @@ _CAUTIOUS = 0.8
 _GAIN, _LEAST, _MOST = 0.5, 0.5, 4 * height_distribution.LARGEST_KURTOSIS
 # Range of wavelengths, of roll-off over cut-off, that shows a Hurst exponent.
 _SPAN = 1.5
-_LARGEST_SEED = 2**63 - 1
 
 
 @dataclass(frozen=True)
@@ -155,7 +153,7 @@ def generate(
     Sku: float | None = None,
     honing: float | None = None,
     turning: Quantities | None = None,
-    seed: int = 0,
+    rng: int | np.random.Generator | None = 0,
 ) -> Surface:
     """Return a random rough surface with given parameters.
 
@@ -191,9 +189,10 @@ def generate(
     turning : (float, float), optional
         Feed and radius of the nose of the tool [m] of a turned surface, with grooves along the
         lay; see `turned`. Random roughness supplies the rest of Sq.
-    seed : int
+    rng : int, numpy.random.Generator or None
         Seed of ``numpy.random.default_rng``, 0 or more. It gives the same surface, to rounding,
-        on every machine.
+        on every machine. A generator draws a seed, None another one in every call; the surface
+        records it.
 
     Returns
     -------
@@ -225,14 +224,14 @@ def generate(
 
     Examples
     --------
-    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, seed=3)
+    >>> made = generate((256, 256), (1e-6, 1e-6), Sq="0.4 um", Sal="8 um", Ssk=-0.8, rng=3)
     >>> found = made.roughness()
     >>> [float(f"{found[name]:.2g}") for name in ("Sq", "Sal", "Ssk")]
     [4e-07, 8e-06, -0.8]
     """
     shape, edges = both(shape, "shape"), both(quantity(pixel, "length", "pixel"), "pixel")
     require_grid(shape, edges, grid.TRANSLATED)
-    require_count(0, _LARGEST_SEED, seed=seed)
+    seed = random_surfaces.seed_of(rng)
     specified = _in_metres(
         Sq=Sq, Sal=Sal, Sdq=Sdq, hurst=hurst, rolloff_wavelength=rolloff_wavelength,
         cutoff_wavelength=cutoff_wavelength, Str=Str, lay=lay, Ssk=Ssk, Sku=Sku, honing=honing,

@@ -209,7 +209,7 @@ class Instrument:
         points: tuple[int, int] | None = None,
         missing: ArrayLike | None = None,
         periodic: bool = False,
-        rng: np.random.Generator,
+        rng: int | np.random.Generator | None,
     ) -> Surface:
         """Return the map that this instrument measures of a surface.
 
@@ -224,8 +224,8 @@ class Instrument:
             Points without a height on the map.
         periodic : bool
             Whether the surface continues periodically; else it is mirrored at its edges.
-        rng : numpy.random.Generator
-            Source of the noise.
+        rng : int, numpy.random.Generator or None
+            Seed or source of the noise; None gives another noise in every call.
 
         Returns
         -------
@@ -244,7 +244,7 @@ class Instrument:
             heights = np.pad(heights, [(0, n) for n in heights.shape], "symmetric")
         whole = tuple(n // step for n, step in zip(heights.shape, steps, strict=True))
         image = self.image(heights, surface.pixel, whole)[: shape[0], : shape[1]]
-        image = image + self.noise * rng.standard_normal(image.shape)
+        image = image + self.noise * np.random.default_rng(rng).standard_normal(image.shape)
         if missing is not None:
             image[np.asarray(missing, dtype=bool)] = np.nan
         pixel = surface.pixel[0] * steps[0], surface.pixel[1] * steps[1]

@@ -184,10 +184,7 @@ def shifted(
     if _is_nominal(surface):
         for axis in {0, 1} - set(periodic_axes):
             whole[axis], rest[axis] = 0, pixels[axis]
-    if any(rest):
-        heights = _by_parts(surface, rest, periodic_axes)
-    else:
-        heights = surface.heights
+    heights = _by_parts(surface, rest, periodic_axes) if any(rest) else surface.heights
     for axis, count in enumerate(whole):
         heights = _rolled(heights, count, axis, periodic=axis in periodic_axes)
     step = f"moved by {lengths(way)} along y and x"

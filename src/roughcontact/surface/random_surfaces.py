@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 # What rounding of a side over a number of waves is forgiven.
 _SLACK = 1e-9
+# Of the seeds, as many as a signed integer of 64 bits holds.
+_SEEDS = 2**63
 
 
 @checked
@@ -42,7 +44,7 @@ def self_affine(
     rolloff_wavelength: Quantity,
     cutoff_wavelength: Quantity,
     hurst: float = 0.8,
-    rng: np.random.Generator,
+    rng: int | np.random.Generator | None,
 ) -> Array:
     """Return a periodic, isotropic, Gaussian self-affine map.
 
@@ -60,8 +62,8 @@ def self_affine(
         Shortest wavelength [m] in the map, at least two pixels.
     hurst : float
         Hurst exponent H, in [0, 1].
-    rng : numpy.random.Generator
-        Source of the amplitudes.
+    rng : int, numpy.random.Generator or None
+        Seed or source of the amplitudes; None gives other ones in every call.
 
     Returns
     -------
@@ -93,8 +95,8 @@ def self_affine(
     Examples
     --------
     >>> body = dict(rms_height=1e-7, rolloff_wavelength=2e-5, cutoff_wavelength=4e-6)
-    >>> coarse = self_affine((64, 64), (1e-6, 1e-6), **body, rng=np.random.default_rng(1))
-    >>> fine = self_affine((128, 128), (5e-7, 5e-7), **body, rng=np.random.default_rng(1))
+    >>> coarse = self_affine((64, 64), (1e-6, 1e-6), **body, rng=1)
+    >>> fine = self_affine((128, 128), (5e-7, 5e-7), **body, rng=1)
     >>> bool(np.allclose(fine[::2, ::2], coarse, rtol=0, atol=1e-20))
     True
     """
@@ -105,19 +107,22 @@ def self_affine(
     require_grid(shape, edges, grid.GENERATED)
     require_positive(rms_height=Sq)
     check_waves(edges, longest, shortest, hurst)
-    return _heights(_spectrum(shape, edges, longest, shortest, hurst, rng), shape[1], Sq)
+    waves = _spectrum(shape, edges, longest, shortest, hurst, np.random.default_rng(rng))
+    return _heights(waves, shape[1], Sq)
 
 
 @checked
-def reference_map(n: int, seed: int = 0) -> tuple[Array, tuple[float, float]]:
+def reference_map(
+    n: int, rng: int | np.random.Generator | None = 0
+) -> tuple[Array, tuple[float, float]]:
     """Return the rough test problem R(n): side 0.1 mm, RMS height 0.2 µm, Hurst exponent 0.8.
 
     Parameters
     ----------
     n : int
         Grid points per side, at least 32; the cut-off is at n/8 waves per side, the roll-off at 4.
-    seed : int
-        Seed of the amplitudes.
+    rng : int, numpy.random.Generator or None
+        Seed of the amplitudes. A generator draws one; None gives another one in every call.
 
     Returns
     -------
@@ -142,7 +147,6 @@ def reference_map(n: int, seed: int = 0) -> tuple[Array, tuple[float, float]]:
     >>> round(float(heights.std() * 1e6), 6)
     0.2
     """
-    require_count(0, 2**63 - 1, seed=seed)
     side = 1e-4
     pixel = (side / n, side / n) if n > 0 else (0.0, 0.0)
     heights = self_affine(
@@ -152,9 +156,17 @@ def reference_map(n: int, seed: int = 0) -> tuple[Array, tuple[float, float]]:
         rolloff_wavelength=side / 4,
         cutoff_wavelength=8 * pixel[0],
         hurst=0.8,
-        rng=np.random.default_rng(seed),
+        rng=seed_of(rng),
     )
     return heights, pixel
+
+
+def seed_of(rng: int | np.random.Generator | None) -> int:
+    """Return a seed to record: a whole number itself, or one that a generator draws."""
+    if rng is None or isinstance(rng, np.random.Generator):
+        return int(np.random.default_rng(rng).integers(_SEEDS))
+    require_count(0, _SEEDS - 1, rng=rng)
+    return int(rng)
 
 
 def random_amplitudes(
