@@ -32,6 +32,7 @@ from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions
 from roughcontact.surface.form import level
+from roughcontact.surface.random_surfaces import generator_of
 from roughcontact.surface.roughness import rms_height
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantity, quantity
@@ -244,7 +245,7 @@ class Instrument:
             heights = np.pad(heights, [(0, n) for n in heights.shape], "symmetric")
         whole = tuple(n // step for n, step in zip(heights.shape, steps, strict=True))
         image = self.image(heights, surface.pixel, whole)[: shape[0], : shape[1]]
-        image = image + self.noise * np.random.default_rng(rng).standard_normal(image.shape)
+        image = image + self.noise * generator_of(rng).standard_normal(image.shape)
         if missing is not None:
             image[np.asarray(missing, dtype=bool)] = np.nan
         pixel = surface.pixel[0] * steps[0], surface.pixel[1] * steps[1]

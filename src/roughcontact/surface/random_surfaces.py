@@ -107,7 +107,7 @@ def self_affine(
     require_grid(shape, edges, grid.GENERATED)
     require_positive(rms_height=Sq)
     check_waves(edges, longest, shortest, hurst)
-    waves = _spectrum(shape, edges, longest, shortest, hurst, np.random.default_rng(rng))
+    waves = _spectrum(shape, edges, longest, shortest, hurst, generator_of(rng))
     return _heights(waves, shape[1], Sq)
 
 
@@ -167,6 +167,13 @@ def seed_of(rng: int | np.random.Generator | None) -> int:
         return int(np.random.default_rng(rng).integers(_SEEDS))
     require_count(0, _SEEDS - 1, rng=rng)
     return int(rng)
+
+
+def generator_of(rng: int | np.random.Generator | None) -> np.random.Generator:
+    """Return the generator of a seed, or the one given."""
+    if not (rng is None or isinstance(rng, np.random.Generator)):
+        require_count(0, _SEEDS - 1, rng=rng)
+    return np.random.default_rng(rng)
 
 
 def random_amplitudes(
