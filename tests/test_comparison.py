@@ -1,174 +1,352 @@
+"""Maps beside each other: means, differences, what is surface and what is instrument."""
+
+from __future__ import annotations
+
+import html
 import json
-import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.elastoplastic import ceiling_comparison
-from roughcontact.surface import shapes
-from roughcontact.theory import hertz
+from roughcontact import statistics
+from roughcontact.cautions import Kind
+from roughcontact.cli import app
+from roughcontact.errors import ArgumentRef
+from roughcontact.report import comparison
+from roughcontact.surface import form
 
-pytestmark = pytest.mark.long
+STEEL = rc.Material(210e9, 0.3, 1e9)
+PIXEL = (1e-6, 1e-6)
+PRESSURE = 200e6
+MAPS = [rc.Surface(*rc.reference_map(64, seed)) for seed in range(6)]
+SMOOTH = [rc.Surface(0.5 * one.heights, one.pixel) for one in MAPS[3:]]
 
-STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
-MODULUS = rc.contact_modulus(STEEL, rc.RIGID)
-RADIUS = 0.01
-
-
-def ball(points: int = 32) -> tuple[rc.Surface, float]:
-    """Return a ball whose contact fills a third of the map at twelve times first yield."""
-    first = hertz.first_yield_load(RADIUS, MODULUS, STEEL.first_yield_pressure)
-    side = 6 * hertz.contact_radius(12 * first, RADIUS, MODULUS)
-    pixel = (side / points, side / points)
-    heights = shapes.paraboloid((points, points), pixel, RADIUS)
-    return rc.Surface(heights, pixel), first
+Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture(scope="module")
-def compared() -> rc.results.ModelComparison:
-    surface, first = ball()
-    return rc.compare_models(
-        surface,
-        material=STEEL,
-        increments=1,
-        loads=[0.5 * first, 4 * first, 12 * first],
-        factors=[1.6, 1.8, 2.0, 2.4, 3.0],
+def patches(count: int, side: int, rms: float, rolloff: float, seed: int) -> list[rc.Surface]:
+    """Return square parts of random surfaces, each leveled, in no order.
+
+    Parts of one surface are not quite independent: the whole of it has the RMS height asked for.
+    """
+    found: list[rc.Surface] = []
+    for number in range(count):
+        heights = rc.self_affine(
+            (512, 512), PIXEL, rms_height=rms, rolloff_wavelength=rolloff,
+            cutoff_wavelength=4e-6, rng=np.random.default_rng([seed, number]),
+        )  # fmt: skip
+        step = side + 16
+        found += [
+            rc.Surface(form.level(heights[i : i + side, j : j + side]), PIXEL)
+            for i in range(0, 512 - side + 1, step)
+            for j in range(0, 512 - side + 1, step)
+        ]
+        if len(found) >= count:
+            break
+    order = np.random.default_rng(seed).permutation(len(found))
+    return [found[at] for at in order[:count]]
+
+
+def fraction(surface: rc.Surface) -> float:
+    load = PRESSURE * surface.size[0] * surface.size[1]
+    return rc.solve(surface, material=STEEL, load=load, tolerance=1e-4).contact_fraction
+
+
+@pytest.mark.slow
+def test_intervals_hold_over_groups_of_contacts() -> None:
+    rng = np.random.default_rng(0)
+    rough = np.array([fraction(one) for one in patches(60, 32, 0.3e-6, 12e-6, 1)])
+    smooth = np.array([fraction(one) for one in patches(60, 32, 0.2e-6, 16e-6, 2)])
+    means = differences = 0
+    # Drawn from few maps, but often: 4000 leave a third of a per cent to chance.
+    for _ in range(4000):
+        a, b = rng.choice(rough, 4), rng.choice(smooth, 5)
+        found = statistics.mean(a)
+        means += found.low <= rough.mean() <= found.high
+        apart = statistics.differences([a, b])[0, 1]
+        differences += apart.low <= smooth.mean() - rough.mean() <= apart.high
+    assert 0.93 <= means / 4000 <= 0.97
+    assert 0.93 <= differences / 4000 <= 0.97
+
+
+@pytest.mark.slow
+def test_intervals_of_the_command_hold_over_400_groups_of_maps() -> None:
+    rough, smooth = patches(1600, 48, 0.3e-6, 12e-6, 1), patches(2000, 48, 0.2e-6, 24e-6, 2)
+    found = [
+        rc.compare(
+            {"rough": rough[4 * n : 4 * n + 4], "smooth": smooth[5 * n : 5 * n + 5]},
+            material=STEEL, pressure=PRESSURE, steps=1, tolerance=1e-4,
+        )
+        for n in range(400)
+    ]  # fmt: skip
+    for name in ("contact_fraction", "mean_gap", "Sq"):
+        values = [
+            [value for one in found for value in one.groups[at].values(name)] for at in (0, 1)
+        ]
+        first, second = (float(np.mean(one)) for one in values)
+        means = [one.mean(0, name) for one in found]
+        apart = [one.differences(name)[0, 1] for one in found]
+        held = sum(one.low <= first <= one.high for one in means)
+        assert 0.93 <= held / 400 <= 0.97, name
+        held = sum(one.low <= second - first <= one.high for one in apart)
+        assert 0.93 <= held / 400 <= 0.97, name
+
+
+def test_every_number_is_that_of_a_solve_under_the_same_nominal_pressure() -> None:
+    wide = rc.Surface(np.tile(MAPS[2].heights, 2), MAPS[2].pixel)
+    found = rc.compare([MAPS[0], wide], material=STEEL, pressure="100 MPa", steps=3)
+    assert found.pressures == pytest.approx((1e6, 1e7, 1e8))
+    (group,) = found.groups
+    for surface, sample in zip([MAPS[0], wide], group.samples, strict=True):
+        alone = rc.solve(surface, material=STEEL, load=1e8 * surface.size[0] * surface.size[1])
+        for name in ("contact_fraction", "saturated_fraction", "max_pressure", "approach"):
+            assert sample.numbers[name] == pytest.approx(getattr(alone, name), rel=1e-3), name
+        assert sample.numbers["Sq"] == surface.Sq
+        assert sample.over_pressure("mean_gap")[-1] == sample.numbers["mean_gap"]
+    both = [one.numbers["mean_gap"] for one in group.samples]
+    assert found.mean(0, "mean_gap").value == pytest.approx(np.mean(both))
+    assert found.curve(0, "mean_gap")[-1] == found.mean(0, "mean_gap")
+    (sizes,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_SIZE)
+    assert sizes.numbers["smallest"] == pytest.approx(1e-8)
+    assert sizes.numbers["largest"] == pytest.approx(2e-8)
+
+
+def test_the_smoother_surface_touches_more_and_the_interval_says_so() -> None:
+    found = rc.compare({"rough": MAPS[:3], "smooth": SMOOTH}, material=STEEL, pressure=1e8, steps=1)
+    apart = found.differences("contact_fraction")[0, 1]
+    assert apart.excludes_zero
+    assert apart.value > 0
+    values = [group.values("contact_fraction") for group in found.groups]
+    assert apart == statistics.differences(values)[0, 1]
+    assert "smooth against rough" in " ".join(repr(found).split())
+    pairs = replace(found, paired=True)
+    assert pairs.differences("Sdq")[0, 1] == statistics.paired(
+        *(group.values("Sdq") for group in found.groups)
     )
+    split = found.components("contact_fraction")
+    assert split is not None
+    assert 0.5 < split.share < 1
+    kinds = [caution.kind for caution in found.cautions]
+    # Holm: the smallest p of all numbers counts as often as there are numbers.
+    smallest = min(found.differences(name)[0, 1].p for name in found.names)
+    assert min(found.corrected.values()) == pytest.approx(len(found.names) * smallest)
+    assert not {Kind.FEW_MAPS, Kind.UNLIKE_PIXEL, Kind.UNLIKE_SIZE} & {*kinds}
 
 
-def test_below_first_yield_both_are_elastic(compared: rc.results.ModelComparison) -> None:
-    for name in ceiling_comparison.QUANTITIES:
-        assert compared.excess(name)[:, 0] == pytest.approx(0, abs=1e-4)
-        # No ceiling is felt: none is better than another.
-        assert math.isnan(compared.best_factor(name)[0])
-    assert compared.map_error()[:, 0] == pytest.approx(0, abs=1e-4)
-    assert compared.volume[0].max_plastic_strain == 0
+@pytest.mark.slow
+@pytest.mark.long
+def test_three_groups_are_compared_in_pairs() -> None:
+    groups = {"a": MAPS[:2], "b": MAPS[2:4], "c": MAPS[4:]}
+    found = rc.compare(groups, material=STEEL, pressure=1e8, steps=1)
+    assert list(found.differences("Sdq")) == [(0, 1), (0, 2), (1, 2)]
+    told = {caution.kind: caution for caution in found.cautions}
+    assert len(found.corrected) == 14 * 3
+    assert told[Kind.FEW_MAPS].numbers == {"maps": 2}
+    assert "of a, b, c" in told[Kind.FEW_MAPS].text
+    assert len(comparison.differences(found)[1]) == 42
 
 
-def test_the_ceiling_is_too_high_in_the_transition(compared: rc.results.ModelComparison) -> None:
-    # Perfectly plastic spheres: 1.90 yield strengths at twelve loads of first yield (the page of
-    # assumptions); the contact of five pixels in radius is known to some per cent.
-    assert compared.mean_pressure_ratio[2] == pytest.approx(1.9, rel=0.06)
-    assert compared.excess("mean_pressure")[-1, 2] == pytest.approx(0.31, abs=0.08)
-    # On so coarse a grid the areas at four loads of first yield may have as many pixels.
-    assert (compared.excess("mean_pressure")[-1] >= 0).all()
-    assert (compared.excess("contact_area")[-1] <= 0).all()
-    assert np.diff(compared.mean_pressure_ratio).min() > 0
+def test_before_and_after_a_first_loading_are_pairs() -> None:
+    found = rc.compare(
+        MAPS[:3], material=STEEL, pressure="50 MPa", steps=1, preload_pressure="400 MPa"
+    )
+    before, after = found.groups
+    assert (before.name, after.name, found.paired) == ("before", "after", True)
+    history = rc.history(MAPS[0], [4e8 * 1e-8, 0.0], material=STEEL)
+    assert after.samples[0].numbers["Sq"] == history.residual.Sq
+    change = found.differences("contact_fraction")[0, 1]
+    values = (group.values("contact_fraction") for group in found.groups)
+    assert change == statistics.paired(*values)
+    # Flattened summits bear the smaller load on more area, and below the ceiling.
+    assert change.value > 0
+    assert after.values("saturated_fraction") == [0, 0, 0]
+    assert found.components("Sq") is None
 
 
-def test_a_higher_ceiling_has_less_area_and_approach(compared: rc.results.ModelComparison) -> None:
-    for name, sign in (("contact_area", -1), ("approach", -1), ("plateau_pressure", 1)):
-        steps = sign * np.diff(compared.column("ceiling", name)[:, 2])
-        assert (steps >= 0).all()
-        assert steps.sum() > 0
+def test_other_pixels_and_other_waves_are_told() -> None:
+    coarse = MAPS[1].resampled((32, 32))
+    found = rc.compare([MAPS[0], coarse], material=STEEL, pressure=1e8, steps=1)
+    (pixels,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    assert pixels.numbers["largest"] == pytest.approx(3.125e-6)
+    assert ArgumentRef("pixel") in pixels.parts
+    smoothed = MAPS[1].filtered(s="40 um")
+    found = rc.compare([MAPS[0], smoothed], material=STEEL, pressure=1e8, steps=1)
+    (waves,) = (c for c in found.cautions if c.kind == Kind.UNLIKE_PIXEL)
+    assert ArgumentRef("s") in waves.parts
 
 
-def test_the_best_factor_is_where_the_error_changes_sign(
-    compared: rc.results.ModelComparison,
+def test_what_cannot_be_compared_is_refused() -> None:
+    with pytest.raises(rc.InputError, match="single map") as caught:
+        rc.compare([MAPS[0]], material=STEEL, pressure=1e8)
+    assert caught.value.argument == "maps"
+    with pytest.raises(rc.InputError, match="group without maps"):
+        rc.compare({"a": MAPS[:2], "b": []}, material=STEEL, pressure=1e8)
+    with pytest.raises(rc.InputError, match="two groups of as many maps"):
+        rc.compare({"a": MAPS[:2], "b": MAPS[:1]}, material=STEEL, pressure=1e8, paired=True)
+    with pytest.raises(rc.InputError, match="one group of maps"):
+        rc.compare(
+            {"a": MAPS[:1], "b": MAPS[1:2]}, material=STEEL, pressure=1e8, preload_pressure=1
+        )
+    soft = rc.Material(70e9, 0.3, 1e8)
+    with pytest.raises(rc.InputError, match="indents the counter-body"):
+        rc.compare(
+            MAPS[:2], material=STEEL, counter_material=soft, pressure=1e6, preload_pressure=1e8
+        )
+    for pressure in ("1 N", 0, -1.0):
+        with pytest.raises(rc.InputError) as caught:
+            rc.compare(MAPS[:2], material=STEEL, pressure=pressure)
+        assert caught.value.argument == "pressure"
+
+
+def test_a_map_is_cut_into_equal_parts() -> None:
+    surface = rc.Surface(MAPS[0].heights[:, :50], PIXEL)
+    parts = rc.partition(surface, 3, "none")
+    assert [part.shape for part in parts] == [(21, 16)] * 9
+    assert np.array_equal(parts[5].heights, surface.heights[21:42, 32:48])
+    tilted = rc.Surface(np.add.outer(np.arange(64.0), np.arange(64.0)), PIXEL)
+    assert all(np.abs(part.heights).max() < 1e-9 for part in rc.partition(tilted))
+    holes = MAPS[0].heights.copy()
+    holes[:32, :20] = np.nan
+    left = rc.partition(rc.Surface(holes, PIXEL).masked())
+    assert len(left) == 3
+    with pytest.raises(rc.InputError, match="16 points") as caught:
+        rc.partition(surface, 4)
+    assert caught.value.argument == "divisions"
+
+
+# The command
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name, surface in zip(("g1", "g2", "g3", "h1", "h2", "h3"), [*MAPS[:3], *SMOOTH],
+                             strict=True):  # fmt: skip
+        np.save(tmp_path / f"{name}.npy", surface.heights * 1e6)
+    return tmp_path
+
+
+OPTIONS = (
+    "--unit", "um", "--size", "0.1 mm x 0.1 mm", "--young", "210 GPa", "--poisson", "0.3",
+    "--yield-strength", "1 GPa", "--load", "100 MPa",
+)  # fmt: skip
+
+
+@pytest.mark.long
+def test_the_command_compares_groups(folder: Path, capsys: Capture) -> None:
+    words = [
+        "compare", "--group", f"ground={folder / 'g1.npy'},{folder / 'g2.npy'}",
+        "--group", f"ground={folder / 'g3.npy'}", "--group", f"honed={folder}/h*.npy", *OPTIONS,
+    ]  # fmt: skip
+    assert app.main([*words, "--steps", "1"]) == app.SOLVED
+    shown = capsys.readouterr().out
+    assert shown.startswith("3 ground and 3 honed maps, ")
+    assert "honed against ground" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    places = {kind: folder / f"out.{kind}" for kind in ("csv", "html")}
+    written = ["--output", str(places["csv"]), "--report", str(places["html"])]
+    assert app.main([*words, "--steps", "2", *written, "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert [len(group["maps"]) for group in told["groups"]] == [3, 3]
+    contact = told["differences"][0]
+    assert (contact["quantity"], contact["first"], contact["second"], contact["excludes_zero"]) == (
+        "contact_fraction", "ground", "honed", True
+    )  # fmt: skip
+    assert len(told["groups"][0]["curves"]["mean_gap"]) == 2
+    head, *lines = places["csv"].read_text("utf-8").splitlines()
+    assert head.startswith("quantity [1],unit [1],group [1],maps [1],mean [1]")
+    row = next(line.split(",") for line in lines if "honed − ground" in line)
+    assert row[0] == "contact_fraction"
+    assert float(row[4]) == contact["value"]
+    report = places["html"].read_text("utf-8")
+    assert "Honed − ground: significant (95 %, Holm) in" in report
+    assert report.count("<figure") == 2
+    told = " ".join(html.unescape(re.sub(r"<[^>]+>", " ", report)).split())
+    for words in (
+        "honed − ground difference 95 % interval relative significant",
+        "Young's modulus E 210 GPa rigid",
+        "yield strength σ_Y 1 GPa",
+        "Contact modulus E* 230.8 GPa",
+        "3 GPa, three times the yield strength",
+        "free: the body ends at the map edge",
+        "leveled: least-squares plane subtracted",
+        "The model assumes In this case Matters if",
+        "rms slope",
+    ):
+        assert words.lower() in told.lower(), words
+
+
+@pytest.mark.long
+def test_quarters_and_the_area_that_is_needed(folder: Path, capsys: Capture) -> None:
+    files = [str(folder / name) for name in ("g1.npy", "h1.npy")]
+    words = ["compare", *files, *OPTIONS, "--quarters", "--sampling", "--steps", "1", "--json"]
+    assert app.main(words) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert [group["name"] for group in told["groups"]] == ["g1.npy", "h1.npy"]
+    assert [len(group["maps"]) for group in told["groups"]] == [4, 4]
+    assert 0 <= told["components"]["Sq"]["share"] <= 1
+    assert [study["source"] for study in told["sampling"]] == ["g1.npy", "h1.npy"]
+    kinds = [caution["kind"] for caution in told["cautions"]]
+    assert kinds.count(Kind.PARTS) == 1
+    # One map has a mean, and no interval.
+    alone = ["compare", "--group", f"a={files[0]}", "--group", f"b={files[1]}", *OPTIONS]
+    assert app.main([*alone, "--steps", "1", "--json"]) == app.SOLVED
+    told = json.loads(capsys.readouterr().out)
+    assert told["groups"][0]["means"]["Sq"]["low"] is None
+    assert told["differences"][0]["excludes_zero"] is False
+    assert told["components"] == {}
+
+
+def test_what_the_command_cannot_compare_ends_in_one_sentence(
+    folder: Path, capsys: Capture
 ) -> None:
-    for name in ("contact_area", "approach"):
-        error = compared.excess(name)[:, 2]
-        best = compared.best_factor(name)[2]
-        assert error[0] > 0 > error[-1]
-        assert np.interp(best, compared.factors, error) == pytest.approx(0, abs=1e-12)
-    # The area of so few pixels gives the factor to some per cent.
-    assert compared.best_factor("contact_area")[2] == pytest.approx(1.9, abs=0.15)
-    # Most of the error of the map of pressures goes with a ceiling that fits.
-    error = compared.map_error()[:, 2]
-    assert error.min() < 0.5 * error[-1]
-    assert compared.factors[int(error.argmin())] in (1.8, 2.0, 2.4)
+    first, second = str(folder / "g1.npy"), str(folder / "g2.npy")
+    profile = folder / "trace.txt"
+    np.savetxt(profile, np.column_stack([np.arange(64.0), 1e3 * MAPS[0].heights[0] * 1e3]))
+    for words, said in (
+        (["compare", first, *OPTIONS], "or --quarters for its four quarters, or --sampling"),
+        (["compare", first, second, *OPTIONS[:-2]], "--load is needed: a nominal pressure"),
+        (["compare", first, second, *OPTIONS[:-1], "1 N"], "--load needs a nominal pressure"),
+        (["compare", "--group", first, *OPTIONS], "--group must be a name and files"),
+        (["compare", "--group", f"a={first}", "--group", f"b={second}", "--quarters", *OPTIONS],
+         "--quarters goes without --group and --paired"),
+        (["compare", first, second, "--paired", *OPTIONS], "--paired needs two groups"),
+        (["compare", *OPTIONS], "FILE is missing"),
+        (["compare", str(profile), str(profile), "--unit", "um, um", *OPTIONS[4:]],
+         "is a profile; a comparison needs a map"),
+    ):  # fmt: skip
+        assert app.main(words) == app.BAD_INPUT, words
+        told = capsys.readouterr().err
+        assert told.count("\n") == 1
+        assert said in told
 
 
-def test_outside_of_the_factors_the_nearest_is_best() -> None:
-    surface, first = ball(16)
-    both = rc.compare_models(
-        surface, material=STEEL, increments=1, loads=[12 * first], factors=[2.6, 3.0]
+@pytest.mark.slow
+@pytest.mark.process
+def test_a_project_compares_groups(folder: Path, capsys: Capture) -> None:
+    project = folder / "project.toml"
+    text = (
+        'folder = "out"\nwrite = ["csv", "svg"]\n[defaults]\nunit = "um"\n'
+        'size = "0.1 mm x 0.1 mm"\nyoung = "210 GPa"\npoisson = 0.3\nload = "100 MPa"\n'
+        '[[contact]]\nname = "finish"\ntask = "compare"\nsteps = 1\n'
+        '[contact.groups]\nground = ["g1.npy", "g2.npy"]\nhoned = ["h1.npy", "h2.npy"]\n'
     )
-    assert both.best_factor("contact_area") == pytest.approx([2.6])
-    alone = rc.compare_models(surface, material=STEEL, increments=1, loads=[12 * first])
-    assert alone.factors == (3.0,)
-    assert alone.best_factor("approach") == pytest.approx([3.0])
-    assert alone.excess("approach") == pytest.approx(both.excess("approach")[1:], rel=1e-5)
-
-
-def test_columns_are_those_of_the_results(compared: rc.results.ModelComparison) -> None:
-    assert compared.column("elastoplastic", "approach")[1] == compared.volume[1].contact.approach
-    last = compared.ceiling[-1][2]
-    assert compared.column("ceiling", "max_pressure")[-1, 2] == last.max_pressure
-    assert compared.column("elastoplastic", "mean_pressure") == pytest.approx(
-        compared.loads / compared.column("elastoplastic", "contact_area")
-    )
-    pressure = last.pressure[last.contact]
-    assert compared.column("ceiling", "plateau_pressure")[-1, 2] == pytest.approx(
-        np.average(pressure, weights=pressure)
-    )
-    alone = rc.solve(last.surface, material=STEEL, load=compared.loads[2])
-    assert last.approach == pytest.approx(alone.approach, rel=1e-5)
-    assert alone.ceiling == last.ceiling
-
-
-def test_rims_that_flowed_are_no_elastic_rims(compared: rc.results.ModelComparison) -> None:
-    elastic, _, plastic = compared.volume
-    assert elastic.perimeter_corrected_area == elastic.contact.perimeter_corrected_area
-    assert plastic.yielded.any()
-    assert (
-        plastic.contact.perimeter_corrected_area
-        < plastic.perimeter_corrected_area
-        <= plastic.contact.contact_area
-    )
-
-
-def test_it_is_written(compared: rc.results.ModelComparison, tmp_path: Path) -> None:
-    compared.save(tmp_path / "c.json")
-    read = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
-    assert read["mean_pressure_ratio"] == compared.mean_pressure_ratio.tolist()
-    assert read["approach_excess"] == compared.excess("approach").tolist()
-    assert len(read["elastoplastic_contact_area"]) == 3
-    with pytest.raises(rc.InputError, match=r"\.json"):
-        compared.save(tmp_path / "c.csv")
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"material": rc.Material(210e9, 0.3)}, "no body has a yield strength"),
-        ({"loads": []}, "loads must be positive and ascend"),
-        ({"loads": [1.0, 0.5]}, "loads must be positive and ascend"),
-        ({"loads": [0.0, 1.0]}, "loads must be positive and ascend"),
-        ({"loads": [[1.0]]}, "loads must be a list of quantities"),
-        ({"loads": [{}]}, "loads must be a list of quantities"),
-        ({"loads": ["1 m"]}, "loads needs a force with its unit"),
-        ({"loads": None}, "loads must be a list of quantities"),
-        ({"loads": [1.0, 1e9]}, "more than the surface can carry"),
-        ({"factors": []}, "factors must be positive and ascend"),
-        ({"factors": [3.0, 2.0]}, "factors must be positive and ascend"),
-        ({"factors": [3.0, math.nan]}, "factors must be positive and ascend"),
-        ({"factors": [3.0, math.inf]}, "factors must be positive and ascend"),
-        ({"material": None}, "material must be a Material"),
-        ({"counter_material": "steel"}, "is not in the catalog"),
-        ({"factors": [1e-9, 3.0]}, "more than the surface can carry"),
-    ],
-)
-def test_bad_input_is_refused_before_anything_runs(change: dict, message: str) -> None:
-    with pytest.raises(rc.InputError, match=message):
-        rc.compare_models(ball()[0], **{"material": STEEL, "loads": [1.0], **change})
-
-
-def test_progress_numbers_the_loads() -> None:
-    surface, first = ball(16)
-    told: list[rc.Progress] = []
-    loads = [0.5 * first, 2 * first]
-    rc.compare_models(surface, material=STEEL, increments=1, loads=loads, progress=told.append)
-    assert sorted({(at.number, at.count, at.step.load) for at in told}) == [
-        (1, 2, loads[0]),
-        (2, 2, loads[1]),
-    ]
-
-
-def test_unknown_names(compared: rc.results.ModelComparison) -> None:
-    with pytest.raises(rc.InputError, match="model must be"):
-        compared.column("elastic", "approach")
-    with pytest.raises(rc.InputError, match="name must be one of"):
-        compared.column("elastoplastic", "gap")
+    project.write_text(text, encoding="utf-8")
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    (contact,) = json.loads(capsys.readouterr().out)["contacts"]
+    assert [group["name"] for group in contact["told"]["groups"]] == ["ground", "honed"]
+    left = {path.name for path in (folder / "out").iterdir()}
+    assert left == {"finish.json", "finish.csv", "finish.svg", "finish.pieces"}
+    assert app.main(["run", str(project), "--json"]) == app.SOLVED
+    assert json.loads(capsys.readouterr().out)["contacts"][0]["state"] == "solved before"
+    for old, new, said in (
+        ('["g1.npy", "g2.npy"]', '"g1.npy"', "groups must be a table of lists of files"),
+        ("[contact.groups]", "[contact.sets]", "unknown key sets"),
+        ('task = "compare"\n', 'task = "compare"\nfile = "g1.npy"\n', "file needs task"),
+    ):
+        project.write_text(text.replace(old, new), encoding="utf-8")
+        assert app.main(["run", str(project)]) == app.BAD_INPUT
+        assert said in capsys.readouterr().err

@@ -16,7 +16,7 @@ import roughcontact as rc
 from roughcontact.errors import FormatError, InputError
 from roughcontact.solvers.progress import Progress
 from roughcontact.surface import nominal_bodies
-from test_steps import StopError, bits
+from test_elastoplastic_checkpoints import StopError, bits
 
 ROOT = Path(__file__).parents[1]
 GRID = dict(shape=(8, 16), pixel=(1e-6, 1e-6))
@@ -95,7 +95,7 @@ def test_other_paths_are_refused(tmp_path: Path) -> None:
 CHILD = """
 import sys
 sys.path.insert(0, sys.argv[2])
-import test_going
+import test_rolling_checkpoints
 test_going.rolled(sys.argv[1])
 """
 
