@@ -267,7 +267,8 @@ async def passed(served: Served, path: Path, visits: int, together: int) -> None
         some = [visitor(served, path) for _ in range(min(together, visits - first))]
         for one in some:
             await one.enter()
-            await one.picture()
+        await asyncio.gather(*(one.idle(2.0) for one in some))
+        for one in some:
             await one.slide(1)
         for one in some:
             await one.leave()
