@@ -325,11 +325,12 @@ export function render({ model, el }) {
   const ask = () => { waits = waits || requestAnimationFrame(draw); };
 
   function takeHeights() {
+    map = shown = film = null;
+    for (const part of [scene, below]) part.hidden = model.heights.length == 0;
     if (model.heights.length == 0) return;
     map = JSON.parse(model.heights[0]);
     drawn.heights(new Float32Array(model.heights[1]), map.nx, map.ny);
     note.textContent = map.note;
-    shown = film = null;
   }
   function takeColors() {
     if (model.colors.length == 0) return;

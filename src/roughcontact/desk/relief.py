@@ -7,6 +7,7 @@ import io
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -21,7 +22,7 @@ from roughcontact.desk import rasters, style, workers
 from roughcontact.desk.controls import Run, Working, escaped
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
-from roughcontact.desk.session import Session
+from roughcontact.desk.session import LOADS, Session, State
 from roughcontact.desk.widgets import View
 from roughcontact.errors import ConvergenceError, RoughcontactError
 from roughcontact.plots.style import prefixed, prefixed_window
@@ -70,7 +71,7 @@ class Canvas(JSComponent):  # type: ignore[misc]
 .scene:focus-visible {{ outline: 2px solid var(--accent, {style.ACCENT}); }}
 canvas {{ position: absolute; inset: 0; width: 100%; height: 100%; }}
 .below {{ display: flex; flex-wrap: wrap; gap: 6px 20px; align-items: center; }}
-.below [hidden] {{ display: none; }}
+[hidden] {{ display: none !important; }}
 label {{ display: flex; gap: 8px; align-items: center; }}
 input {{ accent-color: var(--accent, {style.ACCENT}); margin: 0; }}
 output {{ min-width: 50px; font-variant-numeric: tabular-nums; }}
@@ -121,6 +122,7 @@ class Relief(View):
         self._session, self._folder, self._offer, self._figures = session, folder, offer, figures
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
+        self._filmed: State | None = None
         self._pictures: list[bytes] = []
         self._saved = 0
         self._canvas = Canvas(sizing_mode="stretch_both", min_height=420, margin=0)
@@ -145,10 +147,12 @@ class Relief(View):
             self._working.refuse("A profile has no third dimension: its section shows all of it.")
             surface = result = None
         changes: dict[str, Any] = {}
+        if self._filmed != _without_load(session.state):
+            changes["film"] = []
         if surface is not self._surface:
             self._surface = surface
-            changes |= {"heights": [] if surface is None else _heights(surface), "film": []}
-        if surface is not None and (changes or result is not self._result):
+            changes["heights"] = [] if surface is None else _heights(surface)
+        if surface is not None and ("heights" in changes or result is not self._result):
             changes |= self._colors(surface, result)
         self._result = result
         self._canvas.param.update(**changes)
@@ -181,18 +185,18 @@ class Relief(View):
         except RoughcontactError as error:
             self._working.refuse_error(error)
             return
+        self._filmed = _without_load(state)
         self._working.begin(film, self._play, requests[-1], requests)
 
     def _play(self, pictures: list[Picture]) -> None:
-        if self._result is None or self._surface is None:
+        if self._result is None or self._filmed != _without_load(self._session.state):
+            # Another contact came meanwhile.
             return
         bar = self._figures[PRESSURE].right[0]
         factor = np.float32(result_scales(self._result)[PRESSURE].factor)
-        shape = _whole(self._surface).shape
-        if any(picture.pressure.shape != shape for picture in pictures):
-            # Another map came meanwhile.
-            return
-        heads = [_head(PRESSURE, bar, shape, _words(picture)) for picture in pictures]
+        heads = [
+            _head(PRESSURE, bar, picture.pressure.shape, _words(picture)) for picture in pictures
+        ]
         levels = [_levels(picture.pressure * factor, bar.color_mapper) for picture in pictures]
         self._canvas.film = [json.dumps(heads), np.stack(levels).tobytes()]
 
@@ -226,6 +230,11 @@ def gif(pictures: Sequence[bytes]) -> bytes:
         stream, "gif", save_all=True, append_images=frames[1:], duration=durations, loop=0
     )
     return stream.getvalue()
+
+
+def _without_load(state: State) -> State:
+    """Return what a film depends on: all but the load, and what is only looked at."""
+    return replace(state.without(*LOADS), pinned=None, line=None)
 
 
 def _whole(surface: Surface) -> rasters.Window:
