@@ -2,6 +2,7 @@
 
     python benchmarks/desk.py                     # every row; some minutes on two idle cores
     python benchmarks/desk.py --points 512 --steps 60
+    python benchmarks/desk.py --visits 200        # and the memory over so many pages
     python benchmarks/desk.py --quick             # a small map, a few steps
 
 A step is one arrow key on the slider of the load. It ends with the second frame that the browser
@@ -45,14 +46,20 @@ _WATCH = """() => {
   const source = map.renderers.find((one) => one.glyph.type == "Image").data_source;
   let begun = 0;
   window.waited = [];
+  window.pictures = 0;
   document.addEventListener("input", () => { begun = performance.now(); }, true);
   source.properties.data.change.connect(() => {
+    requestAnimationFrame(() => requestAnimationFrame(() => window.pictures++));
     const from = begun;
     begun = 0;
     if (from) requestAnimationFrame(() => requestAnimationFrame(
       () => window.waited.push(performance.now() - from)));
   });
 }"""
+
+
+DRAG = 4.0
+"""Seconds of a drag."""
 
 
 def made(folder: Path, points: int) -> Path:
@@ -91,6 +98,23 @@ def waited(seat: Seat, count: int) -> list[float]:
         "(count) => window.waited.length >= count", arg=count, timeout=1000 * PATIENCE
     )
     return [one / 1000 for one in seat.page.evaluate("window.waited")]
+
+
+def dragged(seat: Seat, seconds: float) -> int:
+    """Return how many pictures a drag of the slider over its middle half shows."""
+    at = seat.page.get_by_role("slider").bounding_box()
+    assert at is not None
+    before = seat.page.evaluate("window.pictures")
+    x, y = at["x"], at["y"] + at["height"] / 2
+    seat.page.mouse.move(x + at["width"] / 4, y)
+    seat.page.mouse.down()
+    start = time.perf_counter()
+    while (share := (time.perf_counter() - start) / seconds) < 1:
+        seat.page.mouse.move(x + at["width"] * (1 + 2 * share) / 4, y)
+        time.sleep(0.02)
+    pictures = int(seat.page.evaluate("window.pictures")) - before
+    seat.page.mouse.up()
+    return pictures
 
 
 def slid(seat: Seat, steps: int) -> tuple[list[float], list[str]]:
@@ -173,6 +197,7 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
                 path = made(folder, points)
                 seat = pressed(started, served, path)
                 times, loads = slid(seat, given.steps)
+                row(f"pictures in a drag of {DRAG:g} s, {points}²", str(dragged(seat, DRAG)))
                 seat.page.close()
                 solves = alone(path, loads)
                 middle = statistics.median(times)
@@ -187,6 +212,10 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
             with ThreadPoolExecutor(1) as beside_it:
                 visits = visited(served, made(folder, given.points[0]), given.pages)
                 beside_it.submit(asyncio.run, visits).result()
+                if given.visits:
+                    path = made(folder, given.points[0])
+                    closing = passed(served, path, given.visits, given.pages)
+                    beside_it.submit(asyncio.run, closing).result()
         finally:
             served.kill()
 
@@ -221,18 +250,46 @@ def beside(started: Any, served: Served, path: Path, pages: int) -> None:
     )
 
 
-async def visited(served: Served, path: Path, pages: int) -> None:
-    """Print the rows of several pages at a time whose browsers draw nothing."""
+def visitor(served: Served, path: Path) -> Visitor:
+    """Return a visitor of a new project with a contact on a map."""
     state = State().bringing(path)
     for name, value in (("material", "100Cr6"), ("boundary", "free"), ("load", "20 MPa")):
         state = state.having(name, value)
-    works = ProjectStore(served.folder)
+    work = ProjectStore(served.folder).create()
+    work.project.write_text(state.script, encoding="utf-8")
+    return Visitor(f"{served.home}&work={work.key}")
+
+
+async def passed(served: Served, path: Path, visits: int, together: int) -> None:
+    """Print the memory of the server while many pages are opened, used and closed."""
+    found = []
+    for first in range(0, visits, together):
+        some = [visitor(served, path) for _ in range(min(together, visits - first))]
+        for one in some:
+            await one.enter()
+        await asyncio.gather(*(one.idle(2.0) for one in some))
+        for one in some:
+            await one.slide(1)
+        for one in some:
+            await one.leave()
+        while list(served.folder.glob("*/page-*")):
+            await asyncio.sleep(1.0)
+        found.append(memory(served))
+    # What is made once, such as caches of plans, is there after some pages.
+    quarter = len(found) // 4
+    row(
+        f"memory over {visits} pages opened and closed",
+        f"after {quarter * together} pages {found[quarter]:.0f} MB, "
+        f"after all {found[-1]:.0f} MB: {found[-1] / found[quarter] - 1:+.1%}",
+    )
+
+
+async def visited(served: Served, path: Path, pages: int) -> None:
+    """Print the rows of several pages at a time whose browsers draw nothing."""
     visitors = []
     with knocking(served.port) as knocks:
         for _ in range(pages):
-            work = works.create()
-            work.project.write_text(state.script, encoding="utf-8")
-            visitors.append(Visitor(f"{served.home}&work={work.key}"))
+            visitors.append(visitor(served, path))
             await visitors[-1].enter()
         await asyncio.gather(*(one.idle(3.0) for one in visitors))
     row(
@@ -258,6 +315,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, nargs="+", default=[512, 1024])
     parser.add_argument("--steps", type=int, default=60)
     parser.add_argument("--pages", type=int, default=10, help="side by side")
+    parser.add_argument("--visits", type=int, default=0, help="one after the other")
     parser.add_argument("--quick", action="store_true")
     given = parser.parse_args()
     missing = lacking()

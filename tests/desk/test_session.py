@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import shlex
 import tempfile
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +15,9 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import roughcontact as rc
 from roughcontact.batch import project
+from roughcontact.cli import app
 from roughcontact.desk.live_solver import Failed, Live, Prepared
-from roughcontact.desk.session import PINNED, Session, from_script
+from roughcontact.desk.session import CONTACT, PINNED, Session, State, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
@@ -232,7 +235,11 @@ def test_undo_goes_back_step_by_step(session: Session, tmp_path: Path) -> None:
 
 
 class Desk(RuleBasedStateMachine):
-    """Whatever one does in whatever order: no unhandled error, and the file holds the state."""
+    """Whatever one does in whatever order, on one visit or more: no unhandled error.
+
+    All visits, the project file and the command agree: on the state after each step, and on the
+    contact to the bit.
+    """
 
     @initialize()
     def begin(self) -> None:
@@ -246,11 +253,49 @@ class Desk(RuleBasedStateMachine):
         ]
         (self.root / "text.npz").write_text("no map")
         self.maps.append(self.root / "text.npz")
+        # Where the entries of the project file write.
+        (self.root / "results").mkdir()
         self.unhandled: list[BaseException] = []
         self.hook = threading.excepthook
         threading.excepthook = lambda failed: self.unhandled.append(failed.exc_value)
         self.heard = Heard()
-        self.session = Session(self.root / "project.toml", self.heard)
+        self.visits: list[Session] = []
+        self.enter()
+
+    def enter(self) -> None:
+        """Open the project once more, as the server does: what one visit does, the others hear."""
+        own: list[Session] = []
+
+        def share(state: State) -> None:
+            for visit in self.visits:
+                if visit not in own:
+                    visit.adopt(state)
+
+        own.append(Session(self.root / "project.toml", self.heard, share=share))
+        self.session = own[0]
+        self.visits.append(self.session)
+        self.session.solve()
+
+    @rule()
+    @precondition(lambda self: len(self.visits) < 3)
+    def visit_again(self) -> None:
+        self.enter()
+
+    @rule(number=st.integers(0, 2))
+    def turn_to(self, number: int) -> None:
+        self.session = self.visits[number % len(self.visits)]
+
+    @rule()
+    @precondition(lambda self: len(self.visits) > 1)
+    def leave(self) -> None:
+        self.visits.remove(self.session)
+        self.session.close()
+        self.session = self.visits[0]
+
+    @rule(number=st.sampled_from([0, 2]), load=st.sampled_from(["1 mN", "20 MPa"]))
+    def press(self, number: int, load: str) -> None:
+        self.session.bring(self.maps[number])
+        self.session.give_all({**GIVEN, "load": load})
 
     @rule(number=st.integers(0, 4), name=st.text(max_size=8))
     def bring(self, number: int, name: str) -> None:
@@ -321,41 +366,67 @@ class Desk(RuleBasedStateMachine):
         self.session.draw_line(ends)
 
     @rule()
-    def restart(self) -> None:
+    def reload(self) -> None:
+        self.visits.remove(self.session)
         self.session.close()
-        self.session = Session(self.session.project, self.heard)
-        self.session.solve()
+        self.enter()
 
     @rule()
     def look(self) -> None:
         assert self.session.wait(PATIENCE)
         state = self.session.state
+        self.compare_contacts()
         if state.missing:
             assert self.session.outcome is None
         else:
             assert (self.session.outcome is None) != (self.session.failure is None)
 
+    def compare_contacts(self) -> None:
+        """Solve by the command and by the project file, and compare the bits."""
+        outcome = self.session.outcome
+        if outcome is None or outcome.contact is None or not outcome.converged:
+            return
+        if "model" in self.session.state.specified:
+            return
+        # The files stand under the names that the program gave them.
+        words = shlex.split(replace(self.session.request, names={}).command)
+        output = self.root / "own.nc"
+        assert app.main([*words[1:], "--output", str(output), "--quiet"]) == app.SOLVED
+        entries = {entry.name: entry for entry in project.load(self.session.project)}
+        from_file = run(entries[CONTACT].request, lambda _: None).contact
+        assert from_file is not None
+        for other in (rc.read_result(output), from_file):
+            for name in ("pressure", "gap"):
+                own = getattr(outcome.contact, name)
+                assert own.tobytes() == getattr(other, name).tobytes()
+            assert (other.load, other.approach) == (outcome.contact.load, outcome.contact.approach)
+
     @invariant()
-    def the_project_file_holds_the_state(self) -> None:
+    def all_agree_on_the_state(self) -> None:
         path = self.session.project
+        for visit in self.visits:
+            assert visit.state == self.session.state
         if path.exists():
             assert from_script(path.read_text("utf-8"), path.parent) == self.session.state
         assert not self.unhandled
 
     def teardown(self) -> None:
         if hasattr(self, "session"):
-            assert self.session.wait(PATIENCE) or self.unhandled
-            self.session.close()
+            for visit in self.visits:
+                assert visit.wait(PATIENCE) or self.unhandled
+            self.compare_contacts()
+            for visit in self.visits:
+                visit.close()
             threading.excepthook = self.hook
             assert not self.unhandled
             self.folder.cleanup()
 
 
 Desk.TestCase.settings = settings(
-    max_examples=25, stateful_step_count=20, deadline=None,
+    max_examples=100, stateful_step_count=20, deadline=None,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip
-TestDesk = Desk.TestCase
+TestDesk = pytest.mark.long(Desk.TestCase)
 
 
 @pytest.mark.slow

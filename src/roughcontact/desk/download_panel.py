@@ -12,6 +12,7 @@ from roughcontact.desk import controls, style, workers
 from roughcontact.desk.analysis_jobs import draw
 from roughcontact.desk.controls import Run, Working
 from roughcontact.desk.projects import suffix_of
+from roughcontact.desk.saved_page import save
 from roughcontact.desk.session import Session
 from roughcontact.desk.widgets import View
 from roughcontact.errors import RoughcontactError
@@ -21,6 +22,7 @@ from roughcontact.report import python_script
 from roughcontact.request.outcome import Outcome
 
 _REPORT, _FIGURES, _MAP = "report (.html)", "figures (.zip)", "the map itself"
+_PAGE = "page with maps (.html)"
 _STEM = "contact"
 
 Offer = Callable[[Path], str]
@@ -37,6 +39,7 @@ class DownloadPanel(View):
         self._downloads: dict[str, str] = {}
         names = [
             _REPORT,
+            _PAGE,
             _FIGURES,
             *(f"result ({suffix})" for suffix in export.suffixes(Kind.CONTACT)),
         ]
@@ -74,7 +77,8 @@ class DownloadPanel(View):
         suffix = kind[kind.index("(") + 1 : -1]
         # A file that is offered stays as it is, whatever is made after it.
         path = self._folder / f"{_STEM}-{len(self._downloads) + 1}{suffix}"
-        wanted = {_REPORT: {"report": str(path)}, _FIGURES: {}}.get(kind, {"output": str(path)})
+        name = "report" if kind == _REPORT else "output"
+        wanted = {} if kind in (_FIGURES, _PAGE) else {name: str(path)}
         try:
             request = self._session.state.request(**wanted)
         except RoughcontactError as error:
@@ -82,6 +86,8 @@ class DownloadPanel(View):
             return
         if kind == _FIGURES:
             self._working.begin(draw, self._show, request, self._folder, path)
+        elif kind == _PAGE:
+            self._working.begin(save, self._show, request, path)
         else:
             self._working.begin(workers.carry_out, self._show, request)
 
@@ -91,7 +97,7 @@ class DownloadPanel(View):
         elif not outcome.converged:
             self._working.refuse(controls.spelled(outcome.shortfall))
         for path in outcome.written:
-            self._downloads[path.name] = self._offer(path)
+            self._add(path, path.name)
         self._list()
 
     def _give_map(self) -> None:
@@ -104,8 +110,11 @@ class DownloadPanel(View):
             self._folder / f"map-{len(self._downloads) + 1}{suffix_of(state.file.name) or '.map'}"
         )
         shutil.copyfile(state.file, path)
-        self._downloads[state.name_of(state.file)] = self._offer(path)
+        self._add(path, state.name_of(state.file))
         self._list()
+
+    def _add(self, path: Path, name: str) -> None:
+        self._downloads[f"{name} ({path.stat().st_size / 1e6:.1f} MB)"] = self._offer(path)
 
     def _list(self) -> None:
         items = "".join(

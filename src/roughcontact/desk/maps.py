@@ -340,7 +340,7 @@ class Maps:
         columns = ("x", "y", "dw", "dh")
         self.heights: Any = style.source(*columns, HEIGHTS, "told")
         self.contact: Any = style.source(*columns, *_RESULT_COLUMNS, "told")
-        self.mappers = _mappers()
+        self.mappers = color_mappers()
         crosshair = [models.Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
                           syncable=False) for d in ("width", "height")]  # fmt: skip
         self.figures = {key: self._figure(key, crosshair) for key in NAMES}
@@ -602,7 +602,8 @@ class Maps:
             plot.js_on_event("mouseleave", leave)
 
 
-def _mappers() -> dict[str, Any]:
+def color_mappers() -> dict[str, Any]:
+    """Return the colors of the maps, without their limits."""
     from matplotlib import colormaps
 
     steps = np.linspace(0, 1, 256)

@@ -85,6 +85,7 @@ class Page:
                 "Joint": self._joint,
                 "Compare": self._compare,
                 "Download": self._take_away,
+                "3-D": self._relief,
             },
         )
         self._answer = 0
@@ -306,6 +307,15 @@ class Page:
             self._tell_missing()
 
     # What is imported when it is looked at, lest the first page wait for it.
+
+    def _relief(self) -> Any:
+        from roughcontact.desk.relief import Relief
+
+        visit = self._visit
+        return Relief(
+            self.session, self._bench, self._run, visit.folder, visit.offer,
+            self.sight.maps.figures,
+        )  # fmt: skip
 
     def _ask(self) -> Any:
         from roughcontact.desk.analysis_panel import Ask

@@ -83,6 +83,12 @@ def window(
     return Window(spans[0], spans[1], (blocks[0], blocks[1]))
 
 
+def whole(shape: tuple[int, int], dots: int) -> Window:
+    """Return the window on all of a map, its longer side in no more cells than dots."""
+    block = math.ceil(max(shape) / dots)
+    return Window((0, shape[0]), (0, shape[1]), (block, block))
+
+
 def extent(view: Window, pixel: tuple[float, float]) -> Box:
     """Return where the cells of a window lie [m]; the last ones may reach beyond the map."""
     (top, bottom), (left, right) = (

@@ -1,0 +1,277 @@
+"""The saved page: linked maps, numbers, cautions, command and script of a contact in one file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from bokeh import models
+from bokeh.embed import json_item
+from bokeh.plotting import figure
+from bokeh.resources import Resources
+from numpy.typing import NDArray
+
+from roughcontact import files
+from roughcontact._version import __version__
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import controls, rasters, style
+from roughcontact.desk.controls import escaped, table
+from roughcontact.desk.maps import (
+    GAP,
+    HEIGHTS,
+    NAMES,
+    PRESSURE,
+    RESIDUAL,
+    TOUCH,
+    Scale,
+    color_mappers,
+    headlines,
+    height_scale,
+    result_scales,
+)
+from roughcontact.errors import InputError
+from roughcontact.plots.style import (
+    CLOSED,
+    ELASTIC,
+    MISSING,
+    NEUTRAL,
+    OPEN,
+    OVER,
+    SATURATED,
+    prefixed_window,
+)
+from roughcontact.report import kinds, python_script, uncertainty
+from roughcontact.report.kind import TRUST
+from roughcontact.request.outcome import Outcome
+from roughcontact.request.request import Request
+from roughcontact.request.run import run
+from roughcontact.solvers.progress import Progress
+from roughcontact.units import engineering
+
+_DOTS = 512
+"""Cells along the longer side: larger maps are reduced to them, so that the file stays small."""
+
+_FRAME = 280
+"""Dots of the longer side of a frame."""
+
+_COLORS = 4096
+"""Colors of a map, each for as many codes."""
+
+_FIRST, _LAST = 2**16 // _COLORS, 2**16 - 1
+"""Codes of the smallest and the largest value; those below are for no value."""
+
+
+class Layer(NamedTuple):
+    """A map as whole numbers: a value is the lowest one and so many steps; 0 is no value."""
+
+    codes: NDArray[np.uint16]
+    low: float  # [SI]
+    step: float  # [SI]
+
+
+def save(tell: Callable[[Progress | str], None], request: Request, path: Path) -> Outcome:
+    """Solve a contact and write its page; a job for a `WorkerPool`."""
+    outcome = run(request, tell, tell)
+    if outcome.contact is None:
+        return outcome
+    tell("writing the page")
+    files.write(path, page(outcome.contact, request))
+    return replace(outcome, written=(path,))
+
+
+def page(result: ContactResult, request: Request) -> str:
+    """Return the page of a contact as the text of an HTML file, which needs nothing else."""
+    if result.surface.is_profile:
+        raise InputError("a profile has no maps: take its report instead")
+    maps, legend = _maps(result)
+    # What a browser would take for the end of the script.
+    item = json.dumps(json_item(maps, "maps")).replace("</", "<\\/")
+    scripts = "".join(
+        f"<script>{text}</script>\n"
+        for text in Resources(mode="inline", components=["bokeh"]).js_raw
+    )
+    source = escaped(result.surface.provenance.source)
+    ends = uncertainty.ends(result)
+    rows = [
+        (row.title, row.text, ends.get(row.key, ""), row.meaning)
+        for row in (*kinds.rows(result), *kinds.rows(result, TRUST))
+    ]
+    return f"""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{source}: contact</title>
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<style>{_SHEET}</style>
+{scripts}</head><body>
+<h1>Contact of {source}</h1>
+<p class="quiet">Saved by roughcontact {__version__}. Wheel: zoom. Drag: move. Double click: \
+reset.</p>
+<div class="maps"><div id="maps"></div>
+<aside><div id="readout">Point at a map to read its values.</div>{legend}</aside></div>
+<h2>Cautions</h2>{controls.cautions(result.cautions)}
+<h2>Numbers</h2>{table(rows, ("", "value", "interval", ""))}
+<h2>Command</h2><pre>{escaped(request.command)}</pre>
+<h2>Python</h2><pre>{escaped(python_script.repeating(result))}</pre>
+<script type="application/json" id="item">{item}</script>
+<script>Bokeh.embed.embed_item(JSON.parse(document.getElementById("item").textContent))</script>
+</body></html>
+"""
+
+
+def _maps(result: ContactResult) -> tuple[Any, str]:
+    """Return the five maps with one view, and what explains their colors and values."""
+    surface = result.surface
+    view = rasters.whole(surface.shape, _DOTS)
+    height, mean = height_scale(surface)
+    part = rasters.pressed(result, view)
+    scales = {HEIGHTS: height, **result_scales(result)}
+    layers = {
+        HEIGHTS: _layer(rasters.heights(surface, view, mean)),
+        PRESSURE: _layer(rasters.pressure(part)),
+        GAP: _layer(rasters.gap(part)),
+        RESIDUAL: _layer(rasters.residual(part)),
+    }
+    box = rasters.extent(view, surface.pixel)
+    factor, unit = prefixed_window(0.0, max(surface.size))
+    tall, wide = (side * factor for side in surface.size)
+    source = models.ColumnDataSource({
+        "x": [0.0], "y": [0.0], "dw": [box.right * factor], "dh": [box.bottom * factor],
+        **{key: [layer.codes] for key, layer in layers.items()},
+        TOUCH: [rasters.contact(part)], "cover": [rasters.cover(part)],
+    })  # fmt: skip
+    ranges = {
+        name: models.Range1d(start=start, end=end, reset_start=start, reset_end=end)
+        for name, start, end in (("x_range", 0, wide), ("y_range", tall, 0))
+    }
+    cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted")
+                        for d in ("width", "height")]  # fmt: skip
+    side = _FRAME / max(tall, wide)
+    titles = headlines(result)
+    named = [[NAMES[key], key, layer.low * scales[key].factor, layer.step * scales[key].factor,
+              scales[key].unit] for key, layer in layers.items()]  # fmt: skip
+    read = models.CustomJS(args={"source": source, "named": named, "unit": unit}, code=_READ)
+    reset = models.CustomJS(args=ranges, code=_RESET)
+    mappers, plots = color_mappers(), []
+    for key, name in NAMES.items():
+        wheel = models.WheelZoomTool(zoom_on_axis=False)
+        plot: Any = figure(
+            title=", ".join(filter(None, (name, titles.get(key)))), **ranges,
+            frame_width=max(round(wide * side), 60), frame_height=max(round(tall * side), 60),
+            tools=[models.PanTool(), wheel, models.BoxZoomTool(match_aspect=True),
+                   models.ResetTool(), models.CrosshairTool(overlay=cross)],
+            active_scroll=wheel, toolbar_location="above", styles={"flex": "none"},
+        )  # fmt: skip
+        style.quiet(plot)
+        plot.grid.visible = False
+        plot.xaxis.axis_label = f"x, y [{unit}]"
+        _draw(plot, key, source, layers.get(key), scales.get(key), mappers.get(key))
+        plot.js_on_event("mousemove", read)
+        plot.js_on_event("doubletap", reset)
+        plots.append(plot)
+    row: Any = models.Row(
+        *plots, stylesheets=[":host { flex-wrap: wrap; gap: 8px; }"], sizing_mode="stretch_width"
+    )
+    return row, _legend(view, layers, scales)
+
+
+def _draw(
+    plot: Any, key: str, source: Any, layer: Layer | None, scale: Scale | None, mapper: Any
+) -> None:
+    """Draw a map, with its color bar if it has one."""
+    place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
+    if layer is None or scale is None:
+        plot.image_rgba(image=key, **place)
+        return
+    low, high = scale.limits.low, scale.limits.high
+    share = (layer.low + layer.step * _FIRST * (np.arange(_COLORS) - 0.5) - low) / (high - low)
+    colors = [*mapper.palette, mapper.high_color or mapper.palette[-1]]
+    steps = np.clip(share * len(mapper.palette), 0, len(mapper.palette)).astype(int)
+    palette = [mapper.nan_color, *(colors[step] for step in steps[1:])]
+    coded = models.LinearColorMapper(palette=palette, low=0, high=_LAST + 1)
+    plot.image(image=key, color_mapper=coded, **place)
+    if key == GAP:
+        plot.image_rgba(image="cover", **place)
+    bar = style.bar_of(mapper)
+    style.set_bar(bar, low * scale.factor, high * scale.factor, scale.unit)
+    plot.add_layout(bar, "right")
+
+
+def _layer(values: NDArray[np.float32]) -> Layer:
+    """Return values [SI] as whole numbers, in the smallest steps that 16 bits allow."""
+    there = ~np.isnan(values)
+    if not there.any():
+        return Layer(np.zeros(values.shape, np.uint16), 0.0, 0.0)
+    low, high = float(values[there].min()), float(values[there].max())
+    step = (high - low) / (_LAST - _FIRST)
+    codes = np.zeros(values.shape, np.uint16)
+    codes[there] = _FIRST + np.rint((values[there].astype(float) - low) / (step or 1.0))
+    return Layer(codes, low, step)
+
+
+def _legend(view: rasters.Window, layers: dict[str, Layer], scales: dict[str, Scale]) -> str:
+    """Return what the colors mean, and how exact the values are."""
+    rows, columns = view.shape
+    block = view.blocks[0]
+    cells = f"{rows} × {columns} points."
+    if block > 1:
+        cells = (
+            f"{rows} × {columns} cells of {block} × {block} points: mean height, largest "
+            "pressure, mean gap, deepest indentation."
+        )
+    steps = ", ".join(
+        f"{NAMES[key].lower()} {engineering(layer.step, 'Pa' if key == PRESSURE else 'm', 2)}"
+        for key, layer in layers.items()
+        if layer.step
+    )
+    patches = "".join(
+        f"<div>{style.patch(*entry)}</div>"
+        for entry in (
+            (OPEN, "no contact"), (ELASTIC, "elastic"), (SATURATED, "saturated"),
+            (CLOSED, "closed, in the gap"), (MISSING, "missing"),
+            (OVER, "pressure above the scale"),
+        )
+    )  # fmt: skip
+    return f"{patches}<p>{escaped(cells)} Values are in steps of {escaped(steps)}.</p>"
+
+
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; font-src data:"
+)
+_SHEET = f"""
+body {{ margin: 16px; font: 13px/1.4 {style.FONT}; color: {style.INK}; background: white; }}
+h1 {{ font-size: 18px; }} h2 {{ font-size: 14px; margin: 20px 0 6px; }}
+.maps {{ display: flex; gap: 16px; }} #maps {{ flex: 1; min-width: 0; }}
+aside {{ width: 250px; flex: none; position: sticky; top: 16px; align-self: flex-start; }}
+#readout {{ min-height: 130px; }}
+.quiet {{ color: {style.QUIET}; }}
+table {{ border-collapse: collapse; }}
+td, th {{ padding: 3px 14px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}
+tr + tr td {{ border-top: 1px solid {style.LINE}; }}
+ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
+li.warning b {{ color: {style.WARNING}; }}
+pre {{ border: 1px solid {style.LINE}; border-radius: 4px; padding: 8px; white-space: pre-wrap; }}
+"""
+
+_RESET = """
+for (const range of [x_range, y_range])
+  range.setv({ start: range.reset_start, end: range.reset_end })
+"""
+
+# Numbers and words of this program only: nothing that a file holds gets into the markup.
+_READ = f"""
+const {{ x, y }} = cb_obj, data = source.data
+const [ny, nx] = data.heights[0].shape
+const j = Math.floor((x / data.dw[0]) * nx), i = Math.floor((y / data.dh[0]) * ny)
+const inside = i >= 0 && j >= 0 && i < ny && j < nx
+const show = (value, unit) => `${{Number(value.toPrecision(4))}} ${{unit}}`
+const rows = [["x, y", `${{Number(x.toPrecision(4))}}, ${{show(y, unit)}}`]]
+for (const [name, key, low, step, own] of named) {{
+  const code = inside ? data[key][0][i * nx + j] : 0
+  rows.push([name, code == 0 ? "\u2013" : show(low + (code - {_FIRST}) * step, own)])
+}}
+document.getElementById("readout").innerHTML = "<table>" + rows.map(([name, text]) =>
+  `<tr><td>${{name}}</td><td>${{text}}</td></tr>`).join("") + "</table>"
+"""

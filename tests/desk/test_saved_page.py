@@ -1,0 +1,182 @@
+"""The saved page: its values are those of the contact, and it needs nothing but a browser."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import roughcontact as rc
+
+pytest.importorskip("panel", reason="needs roughcontact[desk]")
+
+from browsing import browser, lacking
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import rasters, saved_page
+from roughcontact.desk.maps import PRESSURE, color_mappers, result_scales
+from roughcontact.errors import InputError
+from roughcontact.request.request import Request
+from roughcontact.request.run import run
+from roughcontact.request.tasks import from_text
+
+PIXEL = (2e-6, 1e-6)
+
+
+def contact(folder: Path, shape: tuple[int, int], name: str = "map.npz") -> Request:
+    heights = 1e-7 * np.random.default_rng(3).standard_normal(shape)
+    heights[1, 2] = np.nan
+    rc.Surface(heights, PIXEL).save(folder / name)
+    given = {"material": "100Cr6", "boundary": "periodic", "missing": "mask", "load": "20 MPa"}
+    return from_text("solve", folder / name, given)
+
+
+def solved(request: Request) -> ContactResult:
+    result = run(request, lambda _: None).contact
+    assert result is not None
+    return result
+
+
+@pytest.mark.long
+def test_a_value_is_off_by_half_a_step_at_most(tmp_path: Path) -> None:
+    result = solved(contact(tmp_path, (20, 30)))
+    part = rasters.pressed(result, rasters.whole((20, 30), 512))
+    for values in (rasters.gap(part), rasters.pressure(part), rasters.residual(part)):
+        layer = saved_page._layer(values)
+        there = ~np.isnan(values)
+        np.testing.assert_array_equal(layer.codes > 0, there)
+        told = layer.low + (layer.codes[there].astype(float) - saved_page._FIRST) * layer.step
+        np.testing.assert_allclose(told, values[there], rtol=0, atol=0.501 * layer.step)
+        assert layer.step <= (values[there].max() - values[there].min()) / 65000 or not layer.step
+
+
+def test_nothing_and_one_value_have_codes() -> None:
+    none = saved_page._layer(np.full((2, 2), np.nan, np.float32))
+    assert not none.codes.any()
+    one = saved_page._layer(np.full((2, 2), 5.0, np.float32))
+    assert (one.low, set(one.codes.flat)) == (5.0, {saved_page._FIRST})
+
+
+@pytest.mark.long
+def test_the_colors_are_those_of_the_map_on_the_page(tmp_path: Path) -> None:
+    from bokeh.models import ColumnDataSource
+    from bokeh.plotting import figure
+
+    result = solved(contact(tmp_path, (20, 30)))
+    pressure = result.pressure[result.pressure > 0]
+    scale = result_scales(result)[PRESSURE]
+    mapper = color_mappers()[PRESSURE]
+    layer = saved_page._layer(np.where(result.pressure > 0, result.pressure, np.nan))
+    plot: Any = figure()
+    saved_page._draw(plot, PRESSURE, ColumnDataSource(), layer, scale, mapper)
+    own = plot.renderers[0].glyph.color_mapper
+    width = (own.high - own.low) / len(own.palette)
+    codes = layer.codes[result.pressure > 0]
+    shown = [own.palette[int(code // width)] for code in codes]
+    place = pressure / scale.limits.high * len(mapper.palette)
+    near = [{mapper.palette[min(max(int(at + d), 0), 255)] for d in (-0.2, 0, 0.2)} for at in place]
+    for color, expected, at in zip(shown, near, place, strict=True):
+        assert color in expected or at > 255.8
+    assert own.palette[0] == mapper.nan_color
+
+
+@pytest.mark.long
+def test_names_of_files_are_never_markup(tmp_path: Path) -> None:
+    request = contact(tmp_path, (8, 8), "<script>alert(1)<script>.npz")
+    text = saved_page.page(solved(request), request)
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert(1)" in text
+
+
+@pytest.mark.long
+def test_a_profile_has_no_page(tmp_path: Path) -> None:
+    heights = 1e-7 * np.random.default_rng(3).standard_normal((1, 64))
+    rc.Surface(heights, (1.0, 1e-6)).save(tmp_path / "profile.npz")
+    given = {"material": "100Cr6", "boundary": "periodic", "load": "1 N/mm"}
+    request = from_text("solve", tmp_path / "profile.npz", given)
+    with pytest.raises(InputError, match="no maps"):
+        saved_page.page(solved(request), request)
+
+
+@pytest.mark.slow
+def test_a_large_map_stays_below_ten_megabytes(tmp_path: Path) -> None:
+    request = contact(tmp_path, (1024, 1024))
+    outcome = saved_page.save(lambda _: None, request, tmp_path / "page.html")
+    assert outcome.written == (tmp_path / "page.html",)
+    assert (tmp_path / "page.html").stat().st_size < 10e6
+    assert "512 × 512 cells of 2 × 2 points" in (tmp_path / "page.html").read_text("utf-8")
+
+
+# In a browser
+
+
+_LACKING = lacking()
+
+_STATE = """() => {
+  const models = [...Bokeh.documents[0]._all_models.values()];
+  const range = (name) => [...new Set(models.filter((m) => m.type == "Figure")
+    .map((m) => m[name]))].map((r) => [r.start, r.end]);
+  return { figures: models.filter((m) => m.type == "Figure").length,
+           x: range("x_range"), y: range("y_range") };
+}"""
+
+
+@pytest.fixture
+def sheet(tmp_path: Path) -> Iterator[tuple[Any, ContactResult]]:
+    """Open a saved page; nothing on it asks for anything, and nothing on it fails."""
+    request = contact(tmp_path, (40, 60))
+    outcome = saved_page.save(lambda _: None, request, tmp_path / "page.html")
+    assert outcome.contact is not None
+    with browser() as started:
+        page = started.new_page(viewport={"width": 1280, "height": 900})
+        asked: list[str] = []
+        errors: list[str] = []
+        page.on("request", lambda one: asked.append(one.url))
+        page.on("pageerror", lambda error: errors.append(str(error)[:300]))
+        page.goto((tmp_path / "page.html").as_uri())
+        page.wait_for_function(
+            "() => window.Bokeh && Bokeh.documents.length && Bokeh.documents[0].is_idle"
+        )
+        yield page, outcome.contact
+        assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+        assert errors == []
+        page.close()
+
+
+@pytest.mark.process
+@pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
+def test_a_saved_page_opens_alone_with_linked_maps_and_values(sheet: Any) -> None:
+    page, result = sheet
+    before = page.evaluate(_STATE)
+    assert before["figures"] == 5
+    assert len(before["x"]) == len(before["y"]) == 1, "all maps have one view"
+    place = page.evaluate("""() => {
+      const map = [...Bokeh.documents[0]._all_models.values()].find((m) => m.type == "Figure");
+      const view = Bokeh.index.find_one_by_id(map.id);
+      const at = view.canvas_view.el.getBoundingClientRect();
+      return [at.x + view.frame.x_scale.compute(20.5), at.y + view.frame.y_scale.compute(31)];
+    }""")
+    page.mouse.move(*place)
+    row = page.locator("#readout tr").filter(has_text="Heights").locator("td").nth(1)
+    row.wait_for()
+    number, unit = str(row.text_content()).split()
+    surface = result.surface
+    height = surface.heights[15, 20] - np.nanmean(surface.heights)
+    assert float(number) * {"nm": 1e-9, "µm": 1e-6}[unit] == pytest.approx(height, rel=1e-3)
+    page.mouse.wheel(0, -400)
+    page.wait_for_function("(width) => {"
+        f"const state = ({_STATE})(); return state.x[0][1] - state.x[0][0] < width }}",
+        arg=0.9 * (before["x"][0][1] - before["x"][0][0]))  # fmt: skip
+    page.mouse.dblclick(*place)
+    page.wait_for_function(f"(x) => JSON.stringify(({_STATE})().x) == x",
+                           arg=json.dumps(before["x"], separators=(",", ":")))  # fmt: skip
+    text = page.locator("body").inner_text()
+    command = str(page.locator("pre").first.text_content())
+    assert shlex.split(command)[:2] == ["roughcontact", "solve"]
+    assert Path(shlex.split(command)[2]).name == "map.npz"
+    assert "rc.solve(" in text
+    assert " to " in str(page.locator("table").last.text_content())
