@@ -597,7 +597,7 @@ class Maps:
         number = list(NAMES).index(key) + 1
         name: Any = models.Title(
             text=f"{number} {NAMES[key].partition(' ')[-1].capitalize() or NAMES[key]}",
-            text_font=FONT, text_font_size=style.SMALL, text_font_style="normal", text_color=INK,
+            text_font=FONT, text_font_size=style.SMALL, text_font_style="normal",
         )  # fmt: skip
         plot.add_layout(name, "below")
         plot.on_event(DoubleTap, lambda _: self.zoom())

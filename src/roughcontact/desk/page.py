@@ -74,6 +74,7 @@ class Page:
         self._window = Frame(**style.BLOCK)
         self._window.param.watch(self._resized, "size")
         self._window.param.watch(self._pressed, "key")
+        self._window.param.watch(lambda event: self._color(event.new), "dark")
         self._bring = inputs_panel.MapPanel(
             session, visit, self._give_option, self._generate, self._show, self._remove
         )
@@ -100,6 +101,7 @@ class Page:
         self._has_contact = False
         self.root = self._laid_out()
         if self._document is not None:
+            self._color(False)
             tell_when_lost(self._document)
             reload_when_broken(self._document)
         if visit.file is not None and session.state.file is None:
@@ -168,6 +170,10 @@ class Page:
             if place in step.root.css_classes:
                 step.root.collapsed = False
         self._window.sought = {"place": place, "count": self.session.number, "at": time.time()}
+
+    def _color(self, dark: bool) -> None:
+        if self._document is not None:
+            self._document.theme = style.theme(dark)
 
     def _resized(self, event: Any) -> None:
         self.sight.fit(*event.new)

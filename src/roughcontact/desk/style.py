@@ -11,6 +11,7 @@ import numpy as np
 from bokeh.layouts import gridplot
 from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, FixedTicker, HoverTool
 from bokeh.plotting import figure
+from bokeh.themes import Theme
 from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
@@ -127,6 +128,8 @@ RAIL = f"""
 @media (max-width: {NARROW - 1}px) {{ :host {{ border: 0; padding: 0; }} }}
 """
 
+VIEW = ":host { padding: 12px 16px; box-sizing: border-box; }"
+
 COLUMN = """
 :host { overflow-y: auto; scrollbar-width: thin; height: 100%; box-sizing: border-box; }
 """
@@ -144,6 +147,7 @@ FOLD = """
   outline: none; background: transparent; }
 .card-header { padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
   background: transparent !important; cursor: pointer; color: var(--text) !important; }
+.card-button { color: var(--muted); }
 .card-header:focus-visible { outline: 2px solid var(--accent); }
 """
 STEP = f"""{FOLD}
@@ -174,7 +178,25 @@ BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 TEXT_SIZE, SMALL = "12px", "11px"
 
-GRID, FRAME = "#e4e4e4", "#b8b8b8"
+_COLORS = {False: (INK, "#e4e4e4", "#b8b8b8"), True: ("#e8ebef", "#2b313a", "#6d7885")}
+
+
+def theme(dark: bool) -> Theme:
+    """Return the colors of what figures have around their data."""
+    text, grid, frame = _COLORS[dark]
+    axis = dict.fromkeys(("axis_label_text_color", "major_label_text_color"), text)
+    return Theme(
+        json={
+            "attrs": {
+                "Plot": {"outline_line_color": frame},
+                "Axis": {**axis, "major_tick_line_color": frame},
+                "Grid": {"grid_line_color": grid},
+                "Title": {"text_color": text},
+                "Legend": {"label_text_color": text},
+                "BaseColorBar": {"major_label_text_color": text},
+            }
+        }
+    )
 
 
 def quiet(plot: Any) -> None:
@@ -182,21 +204,16 @@ def quiet(plot: Any) -> None:
     plot.title.text_font = FONT
     plot.title.text_font_size = TEXT_SIZE
     plot.title.text_font_style = "bold"
-    plot.title.text_color = INK
     plot.title.offset = 0
-    plot.outline_line_color = FRAME
     plot.background_fill_color = None
     plot.border_fill_color = None
     for axis in plot.select(Axis):
         axis.axis_label_text_font = axis.major_label_text_font = FONT
         axis.axis_label_text_font_size = axis.major_label_text_font_size = SMALL
         axis.axis_label_text_font_style = "normal"
-        axis.axis_label_text_color = axis.major_label_text_color = INK
         axis.axis_label_standoff = 4
         axis.axis_line_color = None
-        axis.major_tick_line_color = FRAME
         axis.minor_tick_line_color = None
-    plot.grid.grid_line_color = GRID
     plot.toolbar.logo = None
 
 

@@ -367,6 +367,10 @@ class PictureChoice(JSComponent):  # type: ignore[misc]
 _FRAME = """
 export function render({ model }) {
   const tell = () => { model.size = [window.innerWidth, window.innerHeight]; };
+  const scheme = window.matchMedia("(prefers-color-scheme: dark)");
+  const color = () => { model.dark = scheme.matches; };
+  scheme.addEventListener("change", color);
+  color();
   let waits = 0, count = 0;
   window.addEventListener("resize", () => {
     clearTimeout(waits);
@@ -405,9 +409,10 @@ export function render({ model }) {
 
 
 class Frame(JSComponent):  # type: ignore[misc]
-    """The window: its size and the keys that are pressed; `sought` names a place to focus."""
+    """The window: its size, colors and keys that are pressed; `sought` is a place to focus."""
 
     size = param.List([1280, 800])
+    dark = param.Boolean(False)
     key = param.Dict({})
     sought = param.Dict({})
 
@@ -517,7 +522,10 @@ class Views:
     def __init__(self, first: Any, others: Mapping[str, Callable[[], View]]) -> None:
         self._makers = list(others.values())
         self._created: dict[int, View] = {}
-        self._places = [pn.Column(sizing_mode="stretch_both", margin=0) for _ in others]
+        self._places = [
+            pn.Column(sizing_mode="stretch_both", margin=0, stylesheets=[style.VIEW])
+            for _ in others
+        ]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
         self._tabs = Tabs(parts, self.show, "stretch_both")
         self.strip, self.body = self._tabs.strip, self._tabs.body
