@@ -397,3 +397,118 @@ def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium
             assert tab.page.get_by_label("Value with unit").input_value() == load
     assert other.errors == []
     other.page.close()
+
+
+# Parts that scroll sideways, and parts that scroll inside another that scrolls.
+_SCROLLING = """() => {
+  const found = [];
+  const walk = (root, inside) => {
+    for (const one of root.children) {
+      const look = getComputedStyle(one);
+      const down = /auto|scroll/.test(look.overflowY) && one.scrollHeight > one.clientHeight + 1;
+      const across = /auto|scroll/.test(look.overflowX) && one.scrollWidth > one.clientWidth + 1;
+      if (across || (down && inside)) found.push(`${one.tagName} ${one.className}`);
+      walk(one.shadowRoot ?? one, inside || down);
+    }
+  };
+  walk(document.body, false);
+  if (document.documentElement.scrollHeight > window.innerHeight + 1) found.push("page");
+  return found;
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1024, 768), (1280, 800), (1440, 900), (1920, 1080)])
+def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[int, int]) -> None:
+    page = seat.page
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    assert page.evaluate(_SCROLLING) == []
+    demonstrate(seat)
+    for tab in ("Analyze", "Compare", "Export", "Contact"):
+        seat.turn(tab)
+        page.wait_for_timeout(500)
+        assert page.evaluate(_SCROLLING) == [], tab
+    # The large map and its thumbnails are all within the window.
+    page.wait_for_function(
+        """(size) => [...Bokeh.documents[0]._all_models.values()]
+          .filter((m) => m.type == "Figure" && m.frame_width)
+          .map((m) => Bokeh.index.find_one_by_id(m.id)?.el.getBoundingClientRect())
+          .every((place) => place && place.right <= size[0] && place.bottom <= size[1])""",
+        arg=list(size),
+    )
+
+
+@pytest.mark.slow
+def test_keys_and_clicks_enlarge_a_map_and_open_the_drawers(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("4")
+    page.get_by_role("tab", name="4 Gap", selected=True).wait_for()
+    large = """(text) => [...Bokeh.documents[0]._all_models.values()].some((m) =>
+      m.type == "Figure" && m.frame_width > 200 && m.title.text.startsWith(text))"""
+    page.wait_for_function(large, arg="Gap")
+    place = page.evaluate("""() => {
+      const map = [...Bokeh.documents[0]._all_models.values()].find((m) =>
+        m.type == "Figure" && m.frame_width && m.title.text.startsWith("Contact"));
+      const at = Bokeh.index.find_one_by_id(map.id).el.getBoundingClientRect();
+      return [at.x + at.width / 2, at.y + at.height / 3];
+    }""")
+    page.mouse.click(*place)
+    page.get_by_role("tab", name="3 Contact", selected=True).wait_for()
+    page.wait_for_function(large, arg="Contact")
+    page.keyboard.press("?")
+    page.get_by_text("enlarge heights, pressure").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_text("enlarge heights, pressure").wait_for(state="hidden")
+    seat.type("Value with unit", "20 MPa")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("Control+z")
+    seat.number("Load").filter(has_text="100 mN").wait_for()
+    page.keyboard.press("Control+Shift+Z")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+
+
+@pytest.mark.slow
+def test_a_drag_is_live_and_ends_with_the_contact_itself(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    at = page.get_by_role("slider").bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+    page.mouse.down()
+    seen = set()
+    for step in range(1, 16):
+        page.mouse.move(at["x"] + (0.5 + 0.01 * step) * at["width"], at["y"] + at["height"] / 2)
+        page.wait_for_timeout(200)
+        seen.add(text_of(seat.number("Load")))
+    page.get_by_text("Preview on 256 × 256 pixels").wait_for()
+    assert len(seen) > 3
+    # The state is that of before until the thumb is let go.
+    assert page.get_by_label("Value with unit").input_value() == "10 MPa"
+    page.mouse.up()
+    page.get_by_text("Up to date").wait_for()
+    given = page.get_by_label("Value with unit").input_value()
+    assert given != "10 MPa"
+    assert page.get_by_role("slider").get_attribute("aria-valuetext") == given
+    page.get_by_text("converged, certificate").wait_for()
+
+
+@pytest.mark.slow
+def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
+    page = seat.page
+    page.get_by_role("button", name="Polished, isotropic", exact=True).click()
+    page.get_by_role("button", name="✓ Map").wait_for()
+    for check, control in (("Material", "Material"), ("Extent", None), ("Load", "Load given as")):
+        page.get_by_role("button", name=check, exact=True).click()
+        field = (
+            page.get_by_role("radio").first
+            if control is None
+            else page.get_by_label(control, exact=True)
+        )
+        field.wait_for()
+    seat.choose("Material", "100Cr6")
+    page.get_by_role("button", name="✓ Material").wait_for()
+    seat.choose("Boundary", "the whole contact")
+    page.get_by_role("button", name="✓ Extent").wait_for()

@@ -14,12 +14,13 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 import panel as pn
 
-from roughcontact.desk import style
+from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool
+from roughcontact.request.load_search import TASK as FIND
 
 PATIENCE = 60.0
 GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
@@ -341,6 +342,23 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     exact = rc.solve(rc.read_surface(path).leveled(), load=page._load.slider.texts[200],
                      material="100Cr6", boundary="periodic")  # fmt: skip
     assert np.array_equal(outcome.contact.pressure, exact.pressure)
+
+
+@pytest.mark.long
+def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    page._views.strip.active = 1
+    ask = page._views._created[1]
+    request = page.session.state.request(FIND, contact_fraction="5 %")
+    ask._show(analysis_jobs.answer(lambda _: None, request))
+    lead, use = ask._answer[0], ask._answer[1]
+    assert "5 % in contact needs" in text_of(lead)
+    use.clicks += 1
+    settle(page)
+    found = page.session.outcome
+    assert found.contact.contact_fraction == pytest.approx(0.05, abs=2 / 768)
 
 
 @pytest.mark.long

@@ -60,6 +60,7 @@ class Answer:
     cautions: tuple[Caution, ...]  # What has to be known
     pictures: tuple[tuple[str, bytes], ...]  # Figures with their names, as PNG
     sentences: tuple[str, ...] = ()  # What the numbers mean
+    lead: str = ""  # The answer in a sentence
 
     @property
     def result(self) -> Any:
@@ -93,6 +94,7 @@ def _answer(tell: Tell, outcome: Outcome) -> Answer:
         tuple(result.cautions),
         _pictures(result) if outcome.converged and not isinstance(result, LIVELY) else (),
         kinds.sentences(result),
+        kinds.of(result).answer(result),
     )
 
 

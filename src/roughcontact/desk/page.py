@@ -386,7 +386,7 @@ class Page:
     def _ask(self) -> Any:
         from roughcontact.desk.analysis_panel import Ask
 
-        return Ask(self.session, self._bench, self._run)
+        return Ask(self.session, self._bench, self._run, self._remedy)
 
     def _joint(self) -> Any:
         from roughcontact.desk.analysis_panel import Joint

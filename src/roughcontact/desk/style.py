@@ -80,6 +80,9 @@ tr + tr td {{ border-top: 1px solid var(--line); }}
 ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
 ul.cautions li {{ margin: 0 0 4px; color: var(--text); }}
 ul.cautions b {{ font-weight: 600; }}
+h2 > button {{ font: inherit; font-size: 12px; font-weight: 400; margin-left: 8px;
+  color: var(--text); background: var(--surface); border: 1px solid var(--control);
+  border-radius: 4px; cursor: pointer; }}
 pre {{ background: var(--surface); border: 1px solid var(--line); border-radius: 4px;
   padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
 """
@@ -144,14 +147,14 @@ DRAWER = """
 
 FOLD = """
 :host(.card) { border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
-  outline: none; background: transparent; }
-.card-header { padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
+  outline: none; background: transparent; flex: none !important; max-height: none !important; }
+.card-header { flex: none; position: static !important; padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
   background: transparent !important; cursor: pointer; color: var(--text) !important; }
 .card-button { color: var(--muted); }
 .card-header:focus-visible { outline: 2px solid var(--accent); }
 """
 STEP = f"""{FOLD}
-:host(.card) {{ border-bottom: 1px solid var(--line) !important; flex: none !important; }}
+:host(.card) {{ border-bottom: 1px solid var(--line) !important; }}
 .card-header {{ padding: 9px 12px !important; align-items: flex-start !important; }}
 .card-header:hover {{ background: var(--sunken) !important; }}
 """
