@@ -489,11 +489,11 @@ class SpotTable:
             for name, title in (("number", "spot"), *_NAMES.items())
         }
         self.columns["number"].formatter = models.NumberFormatter(format="0")
-        self.columns["number"].width = 60
+        self.columns["number"].width = 40
         self.table: Any = models.DataTable(
             source=self.source, columns=list(self.columns.values()), index_position=None,
             sortable=True, reorderable=False, selectable=True, height=300,
-            sizing_mode="stretch_width", autosize_mode="force_fit",
+            sizing_mode="stretch_width", autosize_mode="force_fit", stylesheets=[style.GRID],
         )  # fmt: skip
         self.note: Any = style.markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")

@@ -100,8 +100,8 @@ small { display: block; font-size: 11px; line-height: 15px; color: var(--muted);
 
 CHIP = """
 .chip { display: inline-flex; gap: 7px; align-items: center; font-size: 12px; font-weight: 500;
-  white-space: nowrap; }
-.chip::before { content: ""; width: 8px; height: 8px; border-radius: 50%;
+  line-height: 15px; }
+.chip::before { content: ""; width: 8px; height: 8px; border-radius: 50%; flex: none;
   background: currentColor; }
 """
 
@@ -143,14 +143,25 @@ DRAWER = """
   padding: 16px 24px;
   overflow-y: auto; background: var(--surface); border-left: 1px solid var(--line);
   box-shadow: var(--shadow); }
+@media (max-width: 1239px) { :host { top: 186px; } }
+"""
+
+GRID = """
+.slick-header-column { height: 34px !important; padding: 0 3px !important; }
+.slick-header-column, .slick-column-name { white-space: normal !important; line-height: 16px;
+  color: var(--muted); }
+.slick-row, .slick-row .slick-cell { background: var(--surface) !important;
+  color: var(--text) !important; }
+.slick-row .slick-cell.selected { background: var(--accent-weak) !important; }
 """
 
 FOLD = """
 :host(.card) { border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
   outline: none; background: transparent; flex: none !important; max-height: none !important; }
-.card-header { flex: none; position: static !important; padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
+.card-header { flex: none; position: static !important; padding: 2px 0 !important;
+  border: 0 !important; min-height: 0 !important;
   background: transparent !important; cursor: pointer; color: var(--text) !important; }
-.card-button { color: var(--muted); }
+.card-button { color: var(--muted) !important; }
 .card-header:focus-visible { outline: 2px solid var(--accent); }
 """
 STEP = f"""{FOLD}
