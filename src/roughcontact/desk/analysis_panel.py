@@ -14,7 +14,7 @@ from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import Control, Give, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.result_plots import Curve, History, Stress, Study
+from roughcontact.desk.result_plots import Curve, History, SideBySide, Stress, Study
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
@@ -373,8 +373,10 @@ class Compare(View):
             f"<h2>{name}</h2>{controls.cautions(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
+        maps = SideBySide(_NAMES)
+        maps.show(result.contacts)
         parts: list[Any] = [
-            picture(("both contacts", result.picture)),
+            pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(controls.table(result.rows, ("", *_NAMES)), **style.WIDE),
             pn.pane.HTML(cautions, **style.WIDE),
         ]
