@@ -321,13 +321,9 @@ class Compare(View):
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = Working(bench, run, "Compare", self._started, session)
         self._answer = pn.Column(sizing_mode="stretch_both")
-        self.root = pn.Row(
-            pn.Column(
-                pn.Row(self._pin, self._unpin), self._swap, self._differences,
-                self._working.root, width=300, margin=(8, 16, 0, 0),
-            ),
-            self._answer,
-            sizing_mode="stretch_both",
+        self.root = pn.Column(
+            pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
+            self._differences, self._answer, sizing_mode="stretch_both",
         )  # fmt: skip
 
     def show(self) -> None:

@@ -177,6 +177,7 @@ class Load:
             if self.text.value != text:
                 self.text.value = text
             self.text.placeholder = self._form.example
+            self.slider.text = text
             self._rule()
             ends, value = self._ends(), self._value()
             if ends is not None and value is not None:

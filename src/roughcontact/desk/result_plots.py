@@ -264,7 +264,7 @@ class SideBySide:
 def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) -> Any:
     """Return a figure of values on a map, true to scale."""
     plot: Any = figure(
-        title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
+        title=title, height=340, sizing_mode="stretch_width", match_aspect=True,
         tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
         min_border_right=64, **ranges,
     )  # fmt: skip

@@ -144,10 +144,12 @@ export function render({ model }) {
   let drags = false, count = 0;
   const place = (part) => `calc(8px + ${part} * (100% - 16px))`;
   const show = () => {
-    const text = model.texts[input.valueAsNumber] ?? "";
+    const at = input.valueAsNumber;
+    const given = at == model.value && model.text;
+    const text = given || (model.texts[at] ?? "");
     input.setAttribute("aria-valuetext", text);
     shown.textContent = text;
-    shown.style.left = place(input.valueAsNumber / (input.max || 1));
+    shown.style.left = place(at / (input.max || 1));
   };
   const put = () => {
     input.max = model.end;
@@ -168,7 +170,7 @@ export function render({ model }) {
   input.addEventListener("input", () => { show(); if (drags) tell(false); });
   input.addEventListener("change", () => { drags = false; tell(true); });
   input.addEventListener("pointerup", () => { drags = false; });
-  model.on(["value", "texts"], put);
+  model.on(["value", "text", "texts"], put);
   model.on("ticks", rule);
   put();
   rule();
@@ -280,11 +282,15 @@ class Tabs:
 
 
 class Slider(JSComponent):  # type: ignore[misc]
-    """A slider with a scale, whose positions have texts; it reports each move of its thumb."""
+    """A slider with a scale, whose positions have texts; it reports each move of its thumb.
+
+    ``text`` is what is given, which may be between two positions.
+    """
 
     words = param.String("")
     end = param.Integer(1)
     value = param.Integer(0)
+    text = param.String("")
     texts = param.List([])
     ticks = param.List([])
     moved = param.Dict({})
