@@ -20,6 +20,7 @@ from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool
+from roughcontact.report import uncertainty
 from roughcontact.request.load_search import TASK as FIND
 
 PATIENCE = 60.0
@@ -92,6 +93,9 @@ def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     settle(page)
     assert "converged" in results_of(page)
     assert "10 mN" in numbers_of(page)
+    ends = uncertainty.brief_ends(page.session.outcome.contact)
+    assert " to " in ends["contact_fraction"]
+    assert f"<small>{ends['contact_fraction']}</small>" in numbers_of(page)
     assert not page._header.checklist.visible
     head = text_of(page._bring.step.root.header)
     assert "&lt;b&gt;mine" in head

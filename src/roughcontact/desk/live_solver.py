@@ -93,6 +93,7 @@ class Live:
         self._drop = False
         self._read: dict[Any, Surface] = {}
         self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
+        self._coarse: tuple[tuple[Surface, ...], tuple[Surface, ...]] | None = None
         self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
         self._thread.start()
 
@@ -145,8 +146,9 @@ class Live:
         try:
             surfaces = self._maps(request)
             if wanted is Answer.PREVIEW:
-                coarse = [coarsened(surface) for surface in surfaces]
-                contact = solved(request, coarse, self._tell, self._tell).contact
+                if self._coarse is None or self._coarse[0] is not surfaces:
+                    self._coarse = surfaces, tuple(map(coarsened, surfaces))
+                contact = solved(request, self._coarse[1], self._tell, self._tell).contact
                 assert contact is not None
                 return Preview(request, contact)
             prepared = Prepared(request, surfaces)
@@ -186,7 +188,7 @@ class Live:
     def _maps(self, request: Request) -> tuple[Surface, ...]:
         key = _maps_of(request)
         if self._prepared is None or self._prepared[0] != key:
-            self._prepared = None
+            self._prepared = self._coarse = None
             result = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
             self._prepared = key, tuple(result)
         return self._prepared[1]
