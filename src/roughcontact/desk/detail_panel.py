@@ -307,6 +307,7 @@ class Section:
         """Show the bodies along a line; without a result, the surface alone."""
         with style.together(self.heights.document):
             where = cut(surface, line)
+            self.pressure.visible = self.heights.legend.visible = result is not None
             if result is None:
                 self._show_surface(surface, where)
             else:
