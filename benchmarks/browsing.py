@@ -19,11 +19,15 @@ ROOT = Path(__file__).parents[1]
 PATIENCE = 90.0
 """Seconds for anything to come; what fails takes so long, nothing else does."""
 
-# Where the ends of the section stand on the screen, on the map of heights.
+FOLDED = ".icon-tabler-chevron-right"
+"""What the head of a folded part has."""
+
+# Where the ends of the section stand on the screen, on the large map.
 _ENDS = """() => {
   const models = [...Bokeh.documents[0]._all_models.values()];
   const ends = models.filter((m) => m.type == "BoxAnnotation" && m.resizable == "none");
-  const map = models.find((m) => m.type == "Figure" && m.title.text.startsWith("Heights"));
+  const [map] = models.filter((m) => m.type == "Figure" && m.frame_width && m.visible)
+    .sort((one, other) => other.frame_width - one.frame_width);
   const view = Bokeh.index.find_one_by_id(map.id);
   const at = view.canvas_view.el.getBoundingClientRect();
   return ends.map((end) => [
@@ -151,10 +155,19 @@ class Seat:
         self.page.locator("input[type=file]").first.set_input_files(file)
         self.page.locator("p > b").get_by_text(shown, exact=True).wait_for()
 
+    def unfold(self, title: str) -> None:
+        """Open a step of the left column."""
+        head = self.page.locator("button.card-header").filter(has_text=title).first
+        if head.locator(FOLDED).count():
+            head.click()
+
     def choose(self, label: str, option: str) -> None:
-        """Choose an option by how its words begin."""
+        """Choose an option by how its words begin, in a list or among pictures."""
         box = self.page.get_by_label(label, exact=True)
         box.wait_for()
+        if box.get_attribute("role") == "radiogroup":
+            box.get_by_role("radio", name=re.compile(f"^{re.escape(option)}")).check()
+            return
         words = box.locator("option").all_text_contents()
         box.select_option(label=next(text for text in words if text.startswith(option)))
 
@@ -183,7 +196,7 @@ class Seat:
 
     def take(self, kind: str, folder: Path) -> Path:
         """Have a file made, and take it."""
-        self.turn("Download")
+        self.turn("Export")
         self.choose("File", kind)
         before = self.page.locator("a[download]").count()
         self.page.get_by_role("button", name="Make the file").click()

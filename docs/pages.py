@@ -20,7 +20,7 @@ from browsing import Seat, Served, browser, lacking
 _DRAWN = """() => new Promise((done) => setTimeout(
   () => requestAnimationFrame(() => requestAnimationFrame(done)), 500))"""
 
-WIDTH, HEIGHT = 1280, 1160
+WIDTH, HEIGHT = 1440, 900
 
 
 def pressed(seat: Any) -> None:
@@ -52,7 +52,7 @@ def joined(seat: Any) -> None:
 
 def taken(seat: Any) -> None:
     """Show the same contact as command, script and project file."""
-    seat.turn("Download")
+    seat.turn("Export")
     seat.page.locator("pre").first.wait_for()
 
 
@@ -66,7 +66,7 @@ PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
         joined,
         "Joint: estimate, contact and interface law, with files",
     ),
-    "desk-take": (taken, "Download: files, command, script and project file"),
+    "desk-take": (taken, "Export: files, command, script and project file"),
 }
 """What is done before a picture, one after the other, and what the picture shows."""
 

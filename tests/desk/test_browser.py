@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from browsing import Seat, Served, browser, lacking
+from browsing import FOLDED, Seat, Served, browser, lacking
 from roughcontact.cli import app
 from roughcontact.report import contact_fields
 from roughcontact.report.kind import quantity_of
@@ -118,8 +118,9 @@ def test_a_measured_file_from_drop_to_download(
     seat.bring(measured, measured.name)
     page = seat.page
     # Prepare: the step is listed, and undone by its own button.
+    seat.unfold("Prepare")
     seat.choose("Level", "paraboloid")
-    page.get_by_text(re.compile("^leveled: (?!least-squares plane)")).wait_for()
+    page.get_by_text(re.compile("^leveled: (?!least-squares plane)")).first.wait_for()
     seat.choose("Missing points", "fill")
     press(seat)
     # Drag the load.
@@ -166,8 +167,7 @@ def test_a_measured_file_from_drop_to_download(
 
 _MAPS = """(frames) => {
   const models = [...Bokeh.documents[0]._all_models.values()];
-  const maps = models.filter((m) => m.type == "Figure" && m.x_range.id == models.find((other) =>
-    other.type == "Figure" && other.title.text.startsWith("Heights")).x_range.id);
+  const maps = models.filter((m) => m.type == "Figure" && m.frame_width);
   const views = maps.map((m) => Bokeh.index.find_one_by_id(m.id));
   const found = views.map((view) => [view?.frame.bbox.height, view?.frame.bbox.width]);
   // A first layout may differ from the next by a pixel: it rounds before the text is measured.
@@ -181,10 +181,11 @@ def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> Non
     demonstrate(seat)
     frames = seat.page.evaluate(_MAPS)
     assert len(frames) == 5
-    assert all(side > 100 for frame in frames for side in frame)
+    assert sorted(min(frame) > 200 for frame in frames) == [False] * 4 + [True]
+    assert all(side > 60 for frame in frames for side in frame)
     for load in ("20 MPa", "30 MPa"):
-        seat.turn("Surface")
-        seat.wait_for_title("Material ratio")
+        seat.turn("Compare")
+        seat.page.get_by_role("button", name="Pin this state").wait_for()
         before = text_of(seat.number("Load"))
         seat.type("Value with unit", load)
         wait_for_change(seat, "Load", before)
@@ -196,6 +197,7 @@ def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> Non
 def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Served) -> None:
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
+    seat.unfold("Prepare")
     seat.page.get_by_label("Form to remove", exact=True).focus()
     seat.page.keyboard.press("Enter")
     seat.type("Value with unit", "20 MPa")
@@ -257,7 +259,7 @@ def test_units_and_sizes_are_asked_for_and_no_name_of_a_file_is_markup(seat: Sea
     seat.alert("bananas").first.wait_for()
     seat.type("Value with unit", "20 MPa")
     seat.alert("bananas").first.wait_for(state="hidden")
-    seat.turn("Download")
+    seat.turn("Export")
     page.locator("pre").filter(has_text=EVIL).first.wait_for()
     assert page.locator("img[src=x]").count() == 0
 
@@ -289,9 +291,8 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
     for width, height in ((1280, 800), (1024, 768)):
         page.set_viewport_size({"width": width, "height": height})
         page.wait_for_function("width => document.documentElement.scrollWidth <= width", arg=width)
-    for heading in page.locator("button.card-header").all():
-        heading.click()
-    for tab in ("Contact", "Surface", "Analyze", "Joint", "Compare", "Download"):
+    unfold(page)
+    for tab in ("Contact", "Analyze", "Joint", "Compare", "Export"):
         seat.turn(tab)
         # What is shown comes in pieces.
         for _ in range(100):
@@ -301,6 +302,16 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
             page.wait_for_timeout(100)
         assert len(found) > 30
         assert nameless(found) == []
+
+
+def unfold(page: Any) -> None:
+    """Open all that is folded, and what is folded in it."""
+    for _ in range(60):
+        folded = page.locator(f"button.card-header:has({FOLDED})").locator("visible=true")
+        if folded.count() == 0:
+            return
+        folded.first.click()
+    raise AssertionError("something stays folded")
 
 
 def controls_of(page: Any) -> list[str]:
@@ -332,8 +343,8 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     page.locator("p > b").get_by_text("Polished, isotropic.npz", exact=True).wait_for()
     reach(page.get_by_label("Material", exact=True))
     page.keyboard.type("100Cr6")
-    reach(page.get_by_label("Boundary", exact=True))
-    page.keyboard.type("the whole")
+    reach(page.get_by_role("radio", name="the whole contact: it ends"))
+    page.keyboard.press("Space")
     reach(page.get_by_label("Value with unit"))
     page.keyboard.type("10 MPa")
     page.keyboard.press("Enter")
@@ -342,9 +353,9 @@ def test_the_keyboard_alone_does_the_main_job(seat: Seat, tmp_path: Path) -> Non
     reach(page.get_by_role("slider"))
     page.keyboard.press("ArrowRight")
     wait_for_change(seat, "Load", before)
-    reach(page.get_by_role("tab", selected=True).first)
+    reach(page.get_by_role("tab", name="Contact", exact=True))
     page.keyboard.press("ArrowLeft")
-    page.get_by_role("tab", name="Download", selected=True).wait_for()
+    page.get_by_role("tab", name="Export", selected=True).wait_for()
     reach(page.get_by_label("File", exact=True))
     page.keyboard.type("result (.nc")
     reach(page.get_by_role("button", name="Make the file"))
@@ -386,3 +397,118 @@ def test_two_tabs_of_one_work_are_both_live(seat: Seat, served: Served, chromium
             assert tab.page.get_by_label("Value with unit").input_value() == load
     assert other.errors == []
     other.page.close()
+
+
+# Parts that scroll sideways, and parts that scroll inside another that scrolls.
+_SCROLLING = """() => {
+  const found = [];
+  const walk = (root, inside) => {
+    for (const one of root.children) {
+      const look = getComputedStyle(one);
+      const down = /auto|scroll/.test(look.overflowY) && one.scrollHeight > one.clientHeight + 1;
+      const across = /auto|scroll/.test(look.overflowX) && one.scrollWidth > one.clientWidth + 1;
+      if (across || (down && inside)) found.push(`${one.tagName} ${one.className}`);
+      walk(one.shadowRoot ?? one, inside || down);
+    }
+  };
+  walk(document.body, false);
+  if (document.documentElement.scrollHeight > window.innerHeight + 1) found.push("page");
+  return found;
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(1024, 768), (1280, 800), (1440, 900), (1920, 1080)])
+def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[int, int]) -> None:
+    page = seat.page
+    page.set_viewport_size({"width": size[0], "height": size[1]})
+    assert page.evaluate(_SCROLLING) == []
+    demonstrate(seat)
+    for tab in ("Analyze", "Compare", "Export", "Contact"):
+        seat.turn(tab)
+        page.wait_for_timeout(500)
+        assert page.evaluate(_SCROLLING) == [], tab
+    # The large map and its thumbnails are all within the window.
+    page.wait_for_function(
+        """(size) => [...Bokeh.documents[0]._all_models.values()]
+          .filter((m) => m.type == "Figure" && m.frame_width)
+          .map((m) => Bokeh.index.find_one_by_id(m.id)?.el.getBoundingClientRect())
+          .every((place) => place && place.right <= size[0] && place.bottom <= size[1])""",
+        arg=list(size),
+    )
+
+
+@pytest.mark.slow
+def test_keys_and_clicks_enlarge_a_map_and_open_the_drawers(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("4")
+    page.get_by_role("tab", name="4 Gap", selected=True).wait_for()
+    large = """(text) => [...Bokeh.documents[0]._all_models.values()].some((m) =>
+      m.type == "Figure" && m.frame_width > 200 && m.title.text.startsWith(text))"""
+    page.wait_for_function(large, arg="Gap")
+    place = page.evaluate("""() => {
+      const map = [...Bokeh.documents[0]._all_models.values()].find((m) =>
+        m.type == "Figure" && m.frame_width && m.title.text.startsWith("Contact"));
+      const at = Bokeh.index.find_one_by_id(map.id).el.getBoundingClientRect();
+      return [at.x + at.width / 2, at.y + at.height / 3];
+    }""")
+    page.mouse.click(*place)
+    page.get_by_role("tab", name="3 Contact", selected=True).wait_for()
+    page.wait_for_function(large, arg="Contact")
+    page.keyboard.press("?")
+    page.get_by_text("enlarge heights, pressure").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_text("enlarge heights, pressure").wait_for(state="hidden")
+    seat.type("Value with unit", "20 MPa")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+    page.get_by_role("heading", name="roughcontact").click()
+    page.keyboard.press("Control+z")
+    seat.number("Load").filter(has_text="100 mN").wait_for()
+    page.keyboard.press("Control+Shift+Z")
+    seat.number("Load").filter(has_text="200 mN").wait_for()
+
+
+@pytest.mark.slow
+def test_a_drag_is_live_and_ends_with_the_contact_itself(seat: Seat) -> None:
+    demonstrate(seat)
+    page = seat.page
+    at = page.get_by_role("slider").bounding_box()
+    assert at is not None
+    page.mouse.move(at["x"] + at["width"] / 2, at["y"] + at["height"] / 2)
+    page.mouse.down()
+    seen = set()
+    for step in range(1, 16):
+        page.mouse.move(at["x"] + (0.5 + 0.01 * step) * at["width"], at["y"] + at["height"] / 2)
+        page.wait_for_timeout(200)
+        seen.add(text_of(seat.number("Load")))
+    page.get_by_text("Preview on 256 × 256 pixels").wait_for()
+    assert len(seen) > 3
+    # The state is that of before until the thumb is let go.
+    assert page.get_by_label("Value with unit").input_value() == "10 MPa"
+    page.mouse.up()
+    page.get_by_text("Up to date").wait_for()
+    given = page.get_by_label("Value with unit").input_value()
+    assert given != "10 MPa"
+    assert page.get_by_role("slider").get_attribute("aria-valuetext") == given
+    page.get_by_text("converged, certificate").wait_for()
+
+
+@pytest.mark.slow
+def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
+    page = seat.page
+    page.get_by_role("button", name="Polished, isotropic", exact=True).click()
+    page.get_by_role("button", name="✓ Map").wait_for()
+    for check, control in (("Material", "Material"), ("Extent", None), ("Load", "Load given as")):
+        page.get_by_role("button", name=check, exact=True).click()
+        field = (
+            page.get_by_role("radio").first
+            if control is None
+            else page.get_by_label(control, exact=True)
+        )
+        field.wait_for()
+    seat.choose("Material", "100Cr6")
+    page.get_by_role("button", name="✓ Material").wait_for()
+    seat.choose("Boundary", "the whole contact")
+    page.get_by_role("button", name="✓ Extent").wait_for()

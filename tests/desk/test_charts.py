@@ -18,7 +18,7 @@ from roughcontact.desk.detail_panel import (
     box_around,
     listed,
 )
-from roughcontact.desk.result_plots import Curve, History, Stress, Study
+from roughcontact.desk.result_plots import Curve, History, SideBySide, Stress, Study
 from roughcontact.surface.spectrum import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -168,3 +168,21 @@ def test_what_a_file_is_called_is_no_markup():
     style.put(model, style.patch("#000000", "<img src=x>"))
     assert "&lt;img" not in model.text  # escaped once more on the way
     assert "&amp;lt;img" in model.text
+
+
+def test_two_contacts_and_their_difference_are_zoomed_together(result):
+    other = rc.solve(result.surface, load=2 * result.load, material=result.material)
+    shown = SideBySide(("this", "pinned"))
+    shown.show((result, other))
+    first, second, change = (source.data["pressure"][0] for source in shown.sources)
+    np.testing.assert_allclose(np.nan_to_num(first), result.pressure * 1e-9, rtol=1e-6)
+    np.testing.assert_allclose(np.nan_to_num(second), other.pressure * 1e-9, rtol=1e-6)
+    np.testing.assert_allclose(
+        np.nan_to_num(change), (result.pressure - other.pressure) * 1e-9, rtol=1e-5, atol=1e-6
+    )
+    assert all(plot.x_range is shown.plots[0].x_range for plot in shown.plots)
+    assert shown.plots[2].visible
+    coarse = rc.solve(rc.Surface(result.surface.heights[::2, ::2], (4e-6, 2e-6)), load=result.load,
+                      material=result.material)  # fmt: skip
+    shown.show((result, coarse))
+    assert not shown.plots[2].visible

@@ -9,7 +9,7 @@ import roughcontact as rc
 
 pytest.importorskip("panel")
 
-from roughcontact.desk import maps, rasters
+from roughcontact.desk import rasters
 from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
 from roughcontact.desk.rasters import Box
 
@@ -84,8 +84,8 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     wide = shown.x_range.end - shown.x_range.start
     tall = shown.y_range.start - shown.y_range.end
     assert tall > 0  # row 0 is at the top
-    height = shown.figures[HEIGHTS].height - maps._ABOVE_AND_BELOW
-    assert wide / tall == pytest.approx(maps._DOTS / height)
+    frame = shown.figures[HEIGHTS]
+    assert wide / tall == pytest.approx(frame.frame_width / frame.frame_height)
     wanted, seen = box or rasters.box_of(surface), shown.seen
     assert seen.left <= wanted.left + 1e-12
     assert seen.right >= wanted.right - 1e-12

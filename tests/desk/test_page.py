@@ -3,7 +3,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -12,13 +12,25 @@ import roughcontact as rc
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
+import panel as pn
+
+from roughcontact.desk import analysis_jobs, style
+from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import ContactView, Page
 from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool
+from roughcontact.report import uncertainty
+from roughcontact.request.load_search import TASK as FIND
 
 PATIENCE = 60.0
 GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
+
+
+class Pressed(NamedTuple):
+    """A key."""
+
+    new: dict[str, str]
 
 
 class Loop:
@@ -71,20 +83,41 @@ def text_of(pane: Any) -> str:
 def test_a_page_asks_for_what_it_lacks_and_then_tells_the_contact(
     page: Page, tmp_path: Path
 ) -> None:
-    assert "a map" in text_of(page._trust)
+    assert lacking(page) == ["Map", "Material", "Extent", "Load"]
     page._do(lambda: page.session.bring(map_file(tmp_path), "<b>mine</b>.npz"))
     settle(page)
-    assert "whether the map is the whole contact" in text_of(page._trust)
+    assert lacking(page) == ["Material", "Extent", "Load"]
+    page._give_option("material", "100Cr6")
+    assert lacking(page) == ["Extent", "Load"]
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
-    assert "converged" in text_of(page._trust)
-    assert "10 mN" in text_of(page._numbers)
-    assert "&lt;b&gt;mine" in text_of(page._bring._about)
-    assert "<b>mine" not in text_of(page._bring._about)
+    assert "converged" in results_of(page)
+    assert "10 mN" in numbers_of(page)
+    ends = uncertainty.brief_ends(page.session.outcome.contact)
+    assert " to " in ends["contact_fraction"]
+    assert f"<small>{ends['contact_fraction']}</small>" in numbers_of(page)
+    assert not page._header.checklist.visible
+    head = text_of(page._bring.step.root.header)
+    assert "&lt;b&gt;mine" in head
+    assert "<b>mine" not in head
+
+
+def lacking(page: Page) -> list[str]:
+    """Return what the checklist lacks."""
+    labels = [check.label for check in page._header.checklist if check.visible]
+    return [label for label in labels if not label.startswith("✓")]
+
+
+def numbers_of(page: Page) -> str:
+    return text_of(page._header.numbers)
+
+
+def results_of(page: Page) -> str:
+    return text_of(page.sight.detail._numbers)
 
 
 def is_old(page: Page) -> bool:
-    return bool(page._answers.styles)
+    return page._header.numbers.styles == style.OLD
 
 
 @pytest.mark.long
@@ -97,14 +130,14 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     settle(page)
     assert not is_old(page)
     asked = page.session.number
-    assert page._answers.css_classes == [f"request-{asked}"]
+    assert page._sheet.css_classes == [f"request-{asked}"]
     page._give("load", "20 mN")
     assert page.session.number == asked + 1
     assert is_old(page)
-    assert page._answers.css_classes == [f"request-{asked}"]
+    assert page._sheet.css_classes == [f"request-{asked}"]
     settle(page)
     assert not is_old(page)
-    assert "20 mN" in text_of(page._numbers)
+    assert "20 mN" in numbers_of(page)
     page._do(page.session.undo)
     assert is_old(page)
     # What was solved meanwhile for another load is seen, and marked.
@@ -112,11 +145,11 @@ def test_results_of_another_request_are_gray_until_the_last_is_answered(
     assert page.session.wait(PATIENCE)
     page._give("load", "30 mN")
     page._catch_up()
-    assert "10 mN" in text_of(page._numbers)
+    assert "10 mN" in numbers_of(page)
     assert not page.session.is_wanted(late)
     assert is_old(page)
     settle(page)
-    assert "30 mN" in text_of(page._numbers)
+    assert "30 mN" in numbers_of(page)
     assert not is_old(page)
 
 
@@ -134,7 +167,7 @@ def test_two_pages_on_one_work_follow_each_other(
     first._do(lambda: first.session.give_all(dict(GIVEN)))
     for one in (first, page):
         settle(one)
-        assert "10 mN" in text_of(one._numbers)
+        assert "10 mN" in numbers_of(one)
     assert page.session.state == first.session.state
     first._remove()
     settle(page)
@@ -147,7 +180,7 @@ def test_what_cannot_be_pressed_is_seen_and_said(page: Page, tmp_path: Path) -> 
     page._do(lambda: page.session.bring(map_file(tmp_path, holes=3)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
-    assert "3 missing points" in text_of(page._trust)
+    assert "3 missing points" in text_of(page._notice)
     assert page.sight.maps.heights.data["x"]
 
 
@@ -158,10 +191,10 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProje
     page._do(lambda: page.session.bring(path, "mine.opd"))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
-    assert "mine.opd is empty" in text_of(page._trust)
-    assert work.key not in text_of(page._trust)
-    page._views._tabs._strip.active = 6
-    take = page._views._created[6]
+    assert "mine.opd is empty" in text_of(page._notice)
+    assert work.key not in text_of(page._notice)
+    page._views.strip.active = 4
+    take = page._views._created[4]
     take._started()
     assert take._working._job.wait(PATIENCE) is not None
     settle(page)
@@ -177,7 +210,6 @@ def test_a_section_is_kept_and_not_drawn_while_no_map_is_seen(
     path.touch()
     page._do(lambda: page.session.bring(path))
     settle(page)
-    page.sight.make()
     page.sight.detail._ends.value = "1 um, 0 um, 1 um, 9 um"
     assert page.session.state.line == pytest.approx((1e-6, 0.0, 1e-6, 9e-6))
     assert page.sight.maps.section.line is None
@@ -194,7 +226,7 @@ def test_a_step_that_fails_can_be_taken_out(page: Page, tmp_path: Path) -> None:
     undoing.clicks += 1
     settle(page)
     assert page.session.failure is None
-    assert "converged" in text_of(page._trust)
+    assert "converged" in results_of(page)
 
 
 @pytest.mark.long
@@ -202,22 +234,22 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all(dict(GIVEN)))
     settle(page)
-    strip = page._views._tabs._strip
+    strip = page._views.strip
     for number in range(len(strip.names)):
         strip.active = number
     page._do(page.session.pin)
     page._do(lambda: page.session.give("load", "20 mN"))
     settle(page)
     made = page._views._created
-    assert "10 mN" in text_of(made[2].root), "what is out of sight costs nothing"
-    strip.active = 2
-    assert "20 mN" in text_of(made[2].root)
-    strip.active = 5
-    assert "10 mN" in text_of(made[5]._differences)
-    strip.active = 6
-    assert "roughcontact solve" in text_of(made[6]._words)
-    for number in range(3):
-        page.sight.detail._tabs._strip.active = number
+    strip.active = 3
+    assert "10 mN" in text_of(made[3]._differences)
+    strip.active = 4
+    assert "roughcontact solve" in text_of(made[4]._words)
+    for number in range(4):
+        page.sight.detail._tabs.strip.active = number
+    for number in range(5):
+        page._pressed(Pressed({"name": str(number + 1)}))
+        assert page.sight.maps.large == list(NAMES)[number]
 
 
 @pytest.mark.long
@@ -246,11 +278,13 @@ def test_a_ceiling_is_given_as_a_multiple_of_the_yield_strength(page: Page, tmp_
 @pytest.mark.long
 def test_what_waits_for_a_map_is_made_with_it(tmp_path: Path) -> None:
     surface = rc.read_surface(map_file(tmp_path))
-    sight = ContactView(lambda line: None, lambda rows, columns: None)
+    start = pn.pane.Str("begin")
+    sight = ContactView(lambda line: None, lambda rows, columns: None, lambda done: done(), start)
     sight.clear()
-    assert len(sight.root) == 1
+    assert sight.root.objects == [start]
     sight.show(surface, None, None)
-    assert len(sight.root) == 3
+    assert start not in sight.root.objects
+    assert [plot.visible for plot in sight.maps.figures.values()] == [True, *4 * [False]]
     assert sight.maps.heights.data["x"]
 
 
@@ -259,7 +293,9 @@ def test_the_slider_gives_the_load_it_tells(page: Page, tmp_path: Path) -> None:
     page._do(lambda: page.session.bring(map_file(tmp_path)))
     page._do(lambda: page.session.give_all({**GIVEN, "load": "1 MPa"}))
     settle(page)
-    page._load.slider.value += 25
+    position = page._load.slider.value + 25
+    page._load.slider.moved = {"value": position, "done": True, "count": 1}
+    assert page._load.slider.texts[position] == page.session.state.specified["load"]
     given = page.session.state.specified["load"]
     assert given != "1 MPa"
     assert page._load.text.value == given
@@ -282,6 +318,77 @@ def test_the_load_keeps_its_value_in_another_form(page: Page, tmp_path: Path) ->
     assert page.session.state.specified["load"] == "13 MPa"
 
 
+@pytest.mark.long
+def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
+    page: Page, tmp_path: Path
+) -> None:
+    heights = 1e-7 * np.random.default_rng(1).standard_normal((300, 320))
+    path = tmp_path / "map.npz"
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    page._do(lambda: page.session.bring(path))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    state = page.session.state
+    page._load.slider.moved = {"value": 200, "done": False, "count": 1}
+    settle(page)
+    assert page.session.state is state
+    assert "Preview on 150 × 160 pixels" in text_of(page._header.state)
+    assert page.sight.maps.contact.data["pressure"][0].shape == (150, 160)
+    assert page._load.slider.texts[200] in numbers_of(page)
+    # Back where it began: the state is the same, the contact is in sight again.
+    page._load.slider.moved = {"value": page._load.slider.value, "done": True, "count": 2}
+    settle(page)
+    assert "Up to date" in text_of(page._header.state)
+    assert page.sight.maps._result is page.session.outcome.contact
+    page._load.slider.moved = {"value": 200, "done": True, "count": 3}
+    settle(page)
+    outcome = page.session.outcome
+    exact = rc.solve(rc.read_surface(path).leveled(), load=page._load.slider.texts[200],
+                     material="100Cr6", boundary="periodic")  # fmt: skip
+    assert np.array_equal(outcome.contact.pressure, exact.pressure)
+
+
+@pytest.mark.long
+def test_a_load_that_is_found_becomes_that_of_the_contact(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all(dict(GIVEN)))
+    settle(page)
+    page._views.strip.active = 1
+    ask = page._views._created[1]
+    request = page.session.state.request(FIND, contact_fraction="5 %")
+    ask._show(analysis_jobs.answer(lambda _: None, request))
+    lead, use = ask._answer[0], ask._answer[1]
+    assert "5 % in contact needs" in text_of(lead)
+    use.clicks += 1
+    settle(page)
+    found = page.session.outcome
+    assert found.contact.contact_fraction == pytest.approx(0.05, abs=2 / 768)
+
+
+@pytest.mark.long
+def test_a_caution_is_remedied_by_its_button(page: Page, tmp_path: Path) -> None:
+    path = tmp_path / "hollow.npz"
+    heights = 1e-7 * np.add.outer(np.linspace(-1, 1, 24) ** 2, np.linspace(-1, 1, 32) ** 2)
+    rc.Surface(heights, (1e-6, 1e-6)).save(path)
+    page._do(lambda: page.session.bring(path))
+    page._do(lambda: page.session.give_all({**GIVEN, "boundary": "free"}))
+    settle(page)
+    assert "warning" in page._header.count.label
+    page._header.count.clicks += 1
+    assert page._header.drawer.visible
+    labels = {part.label: part for part in page._header.drawer if hasattr(part, "clicks")}
+    labels["Use boundary periodic"].clicks += 1
+    assert page.session.state.specified["boundary"] == "periodic"
+    settle(page)
+    assert "Use boundary periodic" not in {
+        part.label for part in page._header.drawer if hasattr(part, "clicks")
+    }
+    page._pressed(Pressed({"name": "Escape"}))
+    assert not page._header.drawer.visible
+    page._pressed(Pressed({"name": "undo"}))
+    assert page.session.state.specified["boundary"] == "free"
+
+
 def test_a_work_that_is_removed_says_so(work: SavedProject, tmp_path: Path) -> None:
     gone: list[bool] = []
     bench = WorkerPool(spare=False)
@@ -300,8 +407,8 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
     assert made.wait(PATIENCE)
     page._document = Loop()
     assert page.session.wait(PATIENCE)
-    page._views._tabs._strip.active = 6
-    take = page._views._created[6]
+    page._views.strip.active = 4
+    take = page._views._created[4]
     assert "Polished, isotropic.npz" in text_of(take._words)
     take._kind.value = "the map itself"
     take._started()

@@ -83,6 +83,7 @@ def test_the_sources_hold_the_numbers(result, surface):
     shown.show(surface, None, (0, 0, 40e-6, 40e-6))
     assert "nearest" in shown.heights.title.text
     assert shown.bars.data["top"].size == 0
+    assert not shown.pressure.visible
     shown.clear()
     assert len(shown.source.data["gap"]) == 0
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from roughcontact import files
 from roughcontact.cautions import Caution
+from roughcontact.contact.result import ContactResult
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.errors import ConvergenceError
-from roughcontact.plots import maps
 from roughcontact.plots.export import png
 from roughcontact.report import contact_fields, kinds
 from roughcontact.report.kind import ANSWER, PROBLEM, TRUST, side_by_side
@@ -60,6 +60,7 @@ class Answer:
     cautions: tuple[Caution, ...]  # What has to be known
     pictures: tuple[tuple[str, bytes], ...]  # Figures with their names, as PNG
     sentences: tuple[str, ...] = ()  # What the numbers mean
+    lead: str = ""  # The answer in a sentence
 
     @property
     def result(self) -> Any:
@@ -93,6 +94,7 @@ def _answer(tell: Tell, outcome: Outcome) -> Answer:
         tuple(result.cautions),
         _pictures(result) if outcome.converged and not isinstance(result, LIVELY) else (),
         kinds.sentences(result),
+        kinds.of(result).answer(result),
     )
 
 
@@ -106,7 +108,7 @@ class Pair:
 
     rows: tuple[Cells, ...]  # Names of numbers, and those of both
     cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # What has to be known of each
-    picture: bytes  # Pressure and contact of both, in the same colours, as PNG
+    contacts: tuple[ContactResult, ContactResult]
 
 
 def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str]) -> Pair:
@@ -118,14 +120,13 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
         if outcome.contact is None or not outcome.converged:
             raise ConvergenceError(f"{name}: {outcome.shortfall}", outcome.contact)
         result.append(outcome.contact)
-    tell("drawing")
     item, other = result
     text = [
         (row.title, *texts)
         for part in (PROBLEM, ANSWER, TRUST)
         for row, texts in side_by_side(contact_fields.CONTACT, result, part)
     ]
-    return Pair(tuple(text), (item.cautions, other.cautions), png(maps.comparison(result, names)))
+    return Pair(tuple(text), (item.cautions, other.cautions), (item, other))
 
 
 def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:

@@ -12,9 +12,9 @@ import panel as pn
 
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
-from roughcontact.desk.controls import Control, Run, Working, button, escaped, spelled
+from roughcontact.desk.controls import Control, Give, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.result_plots import Curve, History, Stress, Study
+from roughcontact.desk.result_plots import Curve, History, SideBySide, Stress, Study
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
@@ -26,14 +26,19 @@ from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Question, Task
 from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.load_history import LoadHistory
+from roughcontact.studies.load_search import LoadSearch
 from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.units import engineering
+
+# Of a load that was found.
+_DIGITS = 7
 
 
 class Ask(View):
     """The questions, the form of the one that is chosen, and its answer."""
 
-    def __init__(self, session: Session, bench: workers.WorkerPool, run: Run) -> None:
-        self._session = session
+    def __init__(self, session: Session, bench: workers.WorkerPool, run: Run, give: Give) -> None:
+        self._session, self._give = session, give
         names = [question.name for _, question in analysis_jobs.QUESTIONS]
         self._forms: dict[str, Form] = {}
         self._choice = pn.widgets.RadioBoxGroup(
@@ -86,6 +91,7 @@ class Ask(View):
 
     def _shown(self, result: analysis_jobs.Answer) -> list[Any]:
         """Return what shows an answer."""
+        lead = pn.pane.HTML(f"<h2>{escaped(result.lead)}</h2>", **style.WIDE)
         cautions = pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE)
         facts = pn.pane.HTML(controls.table(result.facts), **style.WIDE)
         view = _view(result.result)
@@ -93,13 +99,20 @@ class Ask(View):
             if isinstance(view, Curve):
                 self._curve = view
                 self.show()
-            seen = [cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
+            seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
             # The others tell these numbers themselves.
             return [*seen, facts] if isinstance(view, (Curve, History)) else seen
-        parts: list[Any] = [cautions, *map(picture, result.pictures), facts]
+        loads = result.result.answers if isinstance(result.result, LoadSearch) else ()
+        uses = [self._use(item.load) for item in loads]
+        parts: list[Any] = [lead, *uses, cautions, *map(picture, result.pictures), facts]
         if result.steps:
             parts.append(pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE))
         return parts
+
+    def _use(self, load: float) -> Any:
+        """Return what makes a load that was found that of the contact."""
+        text = engineering(load, "N", _DIGITS)
+        return button(f"Use {text} as the load", lambda: self._give("load", text))
 
 
 class Form:
@@ -308,13 +321,9 @@ class Compare(View):
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = Working(bench, run, "Compare", self._started, session)
         self._answer = pn.Column(sizing_mode="stretch_both")
-        self.root = pn.Row(
-            pn.Column(
-                pn.Row(self._pin, self._unpin), self._swap, self._differences,
-                self._working.root, width=300, margin=(8, 16, 0, 0),
-            ),
-            self._answer,
-            sizing_mode="stretch_both",
+        self.root = pn.Column(
+            pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
+            self._differences, self._answer, sizing_mode="stretch_both",
         )  # fmt: skip
 
     def show(self) -> None:
@@ -360,8 +369,10 @@ class Compare(View):
             f"<h2>{name}</h2>{controls.cautions(text)}"
             for name, text in zip(_NAMES, result.cautions, strict=True)
         )
+        maps = SideBySide(_NAMES)
+        maps.show(result.contacts)
         parts: list[Any] = [
-            picture(("both contacts", result.picture)),
+            pn.pane.Bokeh(maps.root, **style.BLOCK),
             pn.pane.HTML(controls.table(result.rows, ("", *_NAMES)), **style.WIDE),
             pn.pane.HTML(cautions, **style.WIDE),
         ]

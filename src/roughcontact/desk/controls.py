@@ -9,14 +9,12 @@ from typing import Any
 
 import panel as pn
 
-from roughcontact.cautions import Caution, Kind
-from roughcontact.contact.result import ContactResult
+from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.desk import style, workers
 from roughcontact.desk.session import Session, Value
-from roughcontact.desk.widgets import Check, Field
+from roughcontact.desk.widgets import Check, Field, PictureChoice
 from roughcontact.errors import ArgumentRef, RoughcontactError, message_parts, render_message
-from roughcontact.report import chapters, contact, kinds, phrases
-from roughcontact.report.kind import TRUST
+from roughcontact.report import phrases
 from roughcontact.request import parsing
 from roughcontact.request.options import Option
 from roughcontact.request.request import Request
@@ -80,6 +78,9 @@ _SUGGESTED: dict[str, tuple[str, ...]] = {
 }
 """What is proposed where any text can be given."""
 
+_PICTURED = {"boundary": {"free": "ends", "periodic": "continues"}}
+"""Pictures of choices."""
+
 
 class Control:
     """A labelled control of one option, with what is wrong with its text below it."""
@@ -94,6 +95,8 @@ class Control:
         plain = isinstance(option.default, (str, int, float))
         self._default = option.text(option.default) if plain and not requested else ""
         self.widget = _widget(option, choices)
+        if isinstance(self.widget, PictureChoice):
+            self._default = ""
         self._silent = False
         self.widget.param.watch(self._changed, "value")
         self.root = pn.Column(self.widget, **style.BLOCK)
@@ -155,6 +158,10 @@ def _widget(option: Option[Any], choices: Mapping[str, str] | None) -> Any:
     about: dict[str, Any] = {"label": option.label, "description": option.help, **style.CONTROL}
     if option.is_flag:
         return Check(words=option.label, **style.BLOCK)
+    if option.name in _PICTURED and choices is not None:
+        pictures = _PICTURED[option.name]
+        rows = [(text, name, pictures.get(text, "")) for name, text in choices.items()]
+        return PictureChoice(words=option.label, options=rows, **style.BLOCK)
     if choices is not None:
         return pn.widgets.Select(options=dict(choices), **about)
     if isinstance(option.parse, parsing.Choice):
@@ -178,62 +185,19 @@ def button(text: str, done: Callable[[], None], primary: bool = False, **more: A
     return created
 
 
-# The strip at the top: the numbers that matter, how sure they are, and what to know of them.
-
-
-_KEYS = ("load", "approach", "contact_fraction", "mean_pressure", "saturated_fraction", "mean_gap")
-
-
-def numbers(result: ContactResult) -> str:
-    """Return the headline numbers as a list of terms."""
-    keys = [key for key in _KEYS if result.ceiling is not None or key != "saturated_fraction"]
-    cells = chapters.headlines(contact.kind_of(result), result, keys)
-    text = contact.under_calibrated(result)
-    others = [
-        f" <small>calibrated {escaped(text[key])}</small>" if key in text else "" for key in keys
-    ]
-    terms = "".join(
-        f"<div><dt>{escaped(cell[0])}</dt><dd>{escaped(cell[1])}{other}</dd></div>"
-        for cell, other in zip(cells, others, strict=True)
-    )
-    return f'<dl class="numbers" style="margin: 0">{terms}</dl>'
-
-
-def trust(result: ContactResult) -> str:
-    """Return whether it is solved, and to what certificate, in a line."""
-    rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
-    shown = (rows[key] for key in ("status", "certificate") if key in rows)
-    texts = ", ".join(f"{row.name} {spelled(row.text)}" for row in shown)
-    texts = texts.removeprefix("status ")
-    kind = "good" if result.converged else "bad"
-    return f'<span class="{kind}">●</span> {escaped(texts)}; regime: {escaped(result.regime)}'
-
-
 def cautions(text: Iterable[Caution]) -> str:
     """Return what has to be known, the gravest first, as a list."""
-    known = [item for item in text if item.kind != Kind.NOT_CONVERGED]
-    order = ("warning", "caution", "note")
-    known.sort(key=lambda item: order.index(item.severity))
     items = "".join(
-        f'<li class="{item.severity}"><b>{item.severity}</b> {escaped(spelled(item.text))}</li>'
-        for item in known
+        f'<li><b class="{item.severity}">{item.severity}</b> {escaped(spelled(item.text))}</li>'
+        for item in gravest_first(text)
     )
     return f'<ul class="cautions">{items}</ul>' if items else '<p class="quiet">No cautions.</p>'
 
 
-def missing(names: Iterable[str]) -> str:
-    """Return what has to be told before anything can be solved."""
-    wanted = ", ".join(f"<b>{escaped(_wanted(name))}</b>" for name in names)
-    return f"<p>To solve the contact, enter: {wanted}.</p>"
-
-
-def _wanted(name: str) -> str:
-    known = {
-        "file": "a map",
-        "boundary": "whether the map is the whole contact",
-        "missing": "what to do with its missing points",
-    }
-    return known.get(name) or SOLVE.by_name[name].label.lower()
+def gravest_first(text: Iterable[Caution]) -> list[Caution]:
+    """Return cautions in their order, without that on convergence, which the status shows."""
+    known = [item for item in text if item.kind != Kind.NOT_CONVERGED]
+    return sorted(known, key=lambda item: list(Severity).index(item.severity))
 
 
 def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
@@ -243,15 +207,6 @@ def table(rows: Iterable[Iterable[str]], heads: Iterable[str] = ()) -> str:
         "<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>" for row in rows
     )
     return f"<table>{f'<tr>{head}</tr>' if head else ''}{body}</table>"
-
-
-def all_numbers(result: ContactResult) -> str:
-    """Return everything that is told of a contact, as the report does."""
-    heads, answer = contact.beside_calibrated(contact.kind_of(result), result)
-    text = [(row.title, *texts, row.meaning) for row, texts in answer]
-    empty = ("",) * (len(heads) - 1)
-    text += [(r.title, r.text, *empty, r.meaning) for r in kinds.rows(result, TRUST)]
-    return table(text, ("", *heads, "") if heads else ())
 
 
 # --- Work under way: begun apart, shown with its progress, cancelled, ended ---

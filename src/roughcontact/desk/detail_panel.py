@@ -19,8 +19,8 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
 from roughcontact.desk.rasters import Box
-from roughcontact.desk.session import Line, Session
-from roughcontact.desk.widgets import Tabs, View
+from roughcontact.desk.session import Line
+from roughcontact.desk.widgets import Tabs
 from roughcontact.errors import InputError
 from roughcontact.plots.sections import bearing_parts, histogram_label, linear_bins
 from roughcontact.plots.style import (
@@ -35,12 +35,13 @@ from roughcontact.plots.style import (
     prefixed_window,
 )
 from roughcontact.report import inputs
+from roughcontact.report.kind import rows_of
 from roughcontact.surface.spectrum import radial_spectrum
 from roughcontact.surface.surface import Surface
 from roughcontact.units import counted, engineering, lengths, parse
 
-# Points of a curve, at most.
-_MOST = 1500
+# Points of a curve, at most, and bins of heights.
+_MOST, _BINS = 1500, 60
 
 
 class Histogram:
@@ -98,6 +99,41 @@ class Histogram:
                 self._ceiling.location = bins.ceilings[0] * factor
             style.hover_units(self._hover, [unit, unit, f"% per {unit}"])
             self.plot.title.text = f"Distribution of the contact pressure{doubt(result)}"
+
+
+class Distribution:
+    """The distribution of the heights."""
+
+    def __init__(self) -> None:
+        self.source: Any = style.source("left", "right", "share")
+        self.plot: Any = style.chart("Height distribution", 170)
+        self.plot.y_range.start = 0
+        drawn = self.plot.quad(
+            left="left", right="right", top="share", bottom=0, source=self.source,
+            fill_color=SERIES[0], line_color=None,
+        )  # fmt: skip
+        self.root, self.note = style.noted(self.plot)
+        self._hover = style.hover(
+            self.plot, drawn, [("from", "left"), ("to", "right"), ("share", "share")]
+        )
+
+    def show(self, surface: Surface) -> None:
+        """Show the heights of a surface above their mean."""
+        heights = surface.heights[np.isfinite(surface.heights)]
+        heights = heights - heights.mean()
+        factor, unit = prefixed(float(np.abs(heights).max()), "m")
+        counts, edges = np.histogram(heights * factor, _BINS)
+        with style.together(self.plot.document):
+            self.source.data = {
+                "left": edges[:-1], "right": edges[1:], "share": 100 * counts / heights.size,
+            }  # fmt: skip
+            self.plot.xaxis.axis_label = f"height above mean [{unit}]"
+            self.plot.yaxis.axis_label = "share [%]"
+            style.hover_units(self._hover, [unit, unit, "%"])
+
+    def clear(self) -> None:
+        """Show nothing."""
+        style.empty(self.source)
 
 
 class Bearing:
@@ -259,7 +295,7 @@ class Section:
         self.bars: Any = style.source("left", "right", "top", "colour")
         self.along: Any = models.Range1d(start=0, end=1)
         self.heights, self.pressure = _plots(self.along, self.source, self.bars)
-        self.root = style.grid([[self.heights], [self.pressure]])
+        self.root: Any = models.Column(self.heights, self.pressure, sizing_mode="stretch_width")
         self.clear()
 
     def clear(self) -> None:
@@ -271,6 +307,7 @@ class Section:
         """Show the bodies along a line; without a result, the surface alone."""
         with style.together(self.heights.document):
             where = cut(surface, line)
+            self.pressure.visible = self.heights.legend.visible = result is not None
             if result is None:
                 self._show_surface(surface, where)
             else:
@@ -344,7 +381,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     """Return the figures of heights and of pressure."""
     tools = "xpan,xwheel_zoom,xbox_zoom,reset"
     heights: Any = figure(
-        x_range=along, y_range=models.Range1d(0, 1), height=210, sizing_mode="stretch_width",
+        x_range=along, y_range=models.Range1d(0, 1), height=150, sizing_mode="stretch_width",
         tools=tools, title="Section", min_border_left=64, min_border_right=8,
     )  # fmt: skip
     heights.varea("place", "lower", "open", source=source, color="#dcebf5", legend_label="gap")
@@ -361,8 +398,8 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     text = ("along the line", "place"), ("body", "lower"), ("counter-body", "upper")
     style.hover(heights, lower, (*text, ("gap", "gap"), ("pressure", "pressure"))).mode = "vline"
     pressure: Any = figure(
-        x_range=along, y_range=models.Range1d(0, 1), height=150, sizing_mode="stretch_width",
-        tools=tools, title="",
+        x_range=along, y_range=models.Range1d(0, 1), height=104, sizing_mode="stretch_width",
+        tools=tools, title="", toolbar_location=None,
         min_border_left=64, min_border_right=8,
     )  # fmt: skip
     pressure.quad(
@@ -371,6 +408,7 @@ def _plots(along: Any, source: Any, bars: Any) -> tuple[Any, Any]:
     )  # fmt: skip
     for plot in (heights, pressure):
         style.quiet(plot)
+        plot.yaxis.ticker.desired_num_ticks = 3
     style.quiet_legend(heights)
     return heights, pressure
 
@@ -452,11 +490,11 @@ class SpotTable:
             for name, title in (("number", "spot"), *_NAMES.items())
         }
         self.columns["number"].formatter = models.NumberFormatter(format="0")
-        self.columns["number"].width = 60
+        self.columns["number"].width = 40
         self.table: Any = models.DataTable(
             source=self.source, columns=list(self.columns.values()), index_position=None,
             sortable=True, reorderable=False, selectable=True, height=300,
-            sizing_mode="stretch_width", autosize_mode="fit_viewport",
+            sizing_mode="stretch_width", autosize_mode="force_fit", stylesheets=[style.GRID],
         )  # fmt: skip
         self.note: Any = style.markup(sizing_mode="stretch_width")
         self.root = models.Column(self.note, self.table, sizing_mode="stretch_width")
@@ -528,21 +566,21 @@ def _units(result: ContactResult, answer: Listed) -> dict[str, tuple[float, str]
 # Detail panels of a contact and its surface, drawn when they are opened.
 
 
-_SECTION, _SPOTS, _PRESSURES = range(3)
+_RESULTS, _SPOTS, _PRESSURES, _SURFACE = range(4)
 _ENDS = 4
 
 
 class Detail:
-    """Section, spots and distribution of the pressure, of which one is in sight."""
+    """The section below the maps, and tables and charts on their right, of which one is there."""
 
-    def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None]) -> None:
+    def __init__(self, zoom: Callable[[Box], None], draw: Callable[[Line], None], run: Run) -> None:
         self.section = Section()
         self._zoom = zoom
-        self._call = draw
+        self._call, self._run = draw, run
         self._ends = pn.widgets.TextInput(
             label="Section from y, x to y, x (or drag its ends on a map)",
             placeholder="50 um, 0 um, 50 um, 100 um",
-            **{**style.CONTROL, "sizing_mode": None}, width=360,
+            **{**style.CONTROL, "sizing_mode": None}, width=320,
         )  # fmt: skip
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self._ends.param.watch(self._typed, "value")
@@ -550,17 +588,20 @@ class Detail:
         self._result: ContactResult | None = None
         self._line: Line | None = None
         self._proposed: Line | None = None
-        section = pn.Column(
+        self.below = pn.Column(
             pn.pane.Bokeh(self.section.root, **style.BLOCK), self._ends, self._wrong, **style.BLOCK
         )
+        self._numbers = pn.pane.HTML("", **style.WIDE)
         parts = {
-            "Section": section,
+            "Results": self._numbers,
             "Contact spots": pn.Column(**style.BLOCK),
             "Pressures": pn.Column(**style.BLOCK),
+            "Surface": pn.Column(**style.BLOCK),
         }
         self._parts = list(parts.values())
-        self._tabs = Tabs(parts, self._draw)
-        self.root = self._tabs.root
+        self._tabs = Tabs(parts, self._draw_tab)
+        self._tabs.strip.visible, self._tabs.strip.active = False, _SURFACE
+        self.tabs = pn.Column(self._tabs.strip, self._tabs.body, **style.BLOCK)
 
     @cached_property
     def spots(self) -> SpotTable:
@@ -577,19 +618,40 @@ class Detail:
         self._parts[_PRESSURES].append(pn.pane.Bokeh(created.root, **style.BLOCK))
         return created
 
+    @cached_property
+    def texture(self) -> Texture:
+        """The heights in numbers and curves, made when they are looked at."""
+        created = Texture(self._run)
+        self._parts[_SURFACE].append(created.root)
+        return created
+
     @property
     def line(self) -> Line | None:
         """The line of the section."""
         return self._proposed if self._line is None else self._line
 
     def show(
-        self, surface: Surface | None, result: ContactResult | None, line: Line | None
+        self,
+        surface: Surface | None,
+        result: ContactResult | None,
+        line: Line | None,
+        numbers: str | None = None,
     ) -> None:
-        """Show a contact, or the surface alone; a line of None is the one that is proposed."""
+        """Show a contact, or the surface alone; a line of None is the one that is proposed.
+
+        Without numbers it is a preview or another section, of which nothing else is shown.
+        """
         if surface is not self._surface:
             self._proposed = None if surface is None else whole_line(surface)
+        was_contact = self._result is not None
         self._surface, self._result, self._line = surface, result, line
-        self._draw()
+        self._draw_section()
+        if (result is not None) != was_contact:
+            self._tabs.strip.visible = result is not None
+            self._tabs.strip.active = _SURFACE if result is None else _RESULTS
+        if numbers is not None:
+            self._numbers.object = numbers
+            self._draw_tab()
 
     def _typed(self, event: Any) -> None:
         words = event.new.split(",")
@@ -605,14 +667,20 @@ class Detail:
         else:
             self._call((y0, x0, y1, x1))
 
-    def _draw(self) -> None:
-        active, result, surface, line = self._tabs.active, self._result, self._surface, self.line
-        if active == _SECTION:
-            if surface is None or line is None:
-                self.section.clear()
-            else:
-                self.section.show(surface, result, line)
+    def _draw_section(self) -> None:
+        surface, line, result = self._surface, self.line, self._result
+        if surface is None or line is None:
+            self.section.clear()
         else:
+            # A preview has larger pixels than the map.
+            shown = surface if result is None else result.surface
+            self.section.show(shown, result, line)
+
+    def _draw_tab(self) -> None:
+        active, result = self._tabs.active, self._result
+        if active == _SURFACE:
+            self.texture.show(self._surface)
+        elif active != _RESULTS:
             seen = self.spots if active == _SPOTS else self.pressures
             if result is None:
                 seen.clear()
@@ -620,34 +688,25 @@ class Detail:
                 seen.show(result)
 
 
-class Texture(View):
-    """Roughness, material ratio curve and spectrum of the surface as it is pressed."""
+class Texture:
+    """File, roughness, heights, material ratio curve and spectrum of the surface."""
 
-    def __init__(self, run: Run, session: Session) -> None:
-        self._run, self._session = run, session
-        self._bearing, self._spectrum = Bearing(), Spectrum()
-        self._numbers = pn.pane.HTML("", width=460, margin=(8, 16, 0, 0), **style.SHEETS)
+    def __init__(self, run: Run) -> None:
+        self._run = run
+        self._charts = Distribution(), Bearing(), Spectrum()
+        self._numbers = pn.pane.HTML("", **style.WIDE)
         self._shown: Surface | None = None
-        self.root = pn.Row(
-            self._numbers,
-            pn.Column(
-                pn.pane.Bokeh(self._bearing.root, **style.BLOCK),
-                pn.pane.Bokeh(self._spectrum.root, **style.BLOCK),
-                sizing_mode="stretch_width",
-            ),
-            sizing_mode="stretch_width",
-        )
+        first, *others = (pn.pane.Bokeh(chart.root, **style.BLOCK) for chart in self._charts)
+        self.root = pn.Column(first, self._numbers, *others, **style.BLOCK)
 
-    def show(self) -> None:
+    def show(self, surface: Surface | None) -> None:
         """Show the surface, once it is worked out what there is to show."""
-        prepared = self._session.prepared
-        surface = None if prepared is None else prepared.surfaces[0]
         if surface is self._shown:
             return
         self._shown = surface
         self._numbers.object = ""
-        self._bearing.clear()
-        self._spectrum.clear()
+        for chart in self._charts:
+            chart.clear()
         if surface is not None and not surface.is_profile:
             # Of a large map it takes seconds, which other pages have not.
             threading.Thread(target=self._work_out, args=(surface,), daemon=True).start()
@@ -658,30 +717,19 @@ class Texture(View):
         except InputError:
             # Holes that leave no point both of its neighbours.
             values = {}
+        file = [(row.name, row.text, "") for row in rows_of(inputs.SURFACE, surface)]
         rows = [
             (name, inputs.parameter(name, values), meaning)
             for name, (_, meaning) in inputs.ROUGHNESS.items()
         ]
-        note = '<p class="quiet">ISO 25178-2, of the heights as they are pressed.</p>'
-        text = note + controls.table(rows)
+        text = (
+            f"<h2>File</h2>{controls.table(file)}<h2>Roughness, ISO 25178-2, as prepared</h2>"
+            f"{controls.table(rows)}"
+        )
         self._run(lambda: self._put(surface, text))
 
     def _put(self, surface: Surface, text: str) -> None:
         if surface is self._shown:
             self._numbers.object = text
-            self._bearing.show(surface)
-            self._spectrum.show(surface)
-
-
-class Numbers(View):
-    """Everything that is told of the contact."""
-
-    def __init__(self, session: Session) -> None:
-        self._session = session
-        self.root = pn.pane.HTML("", **style.WIDE)
-
-    def show(self) -> None:
-        """Show the numbers of the contact as it is."""
-        outcome = self._session.outcome
-        result = None if outcome is None else outcome.contact
-        self.root.object = "" if result is None else controls.all_numbers(result)
+            for chart in self._charts:
+                chart.show(surface)

@@ -125,4 +125,8 @@ class DownloadPanel(View):
 
 
 def _block(title: str, text: str) -> str:
-    return f"<h2>{controls.escaped(title)}</h2><pre>{controls.escaped(text)}</pre>"
+    copy = "navigator.clipboard?.writeText(this.closest('section').lastChild.textContent)"
+    return (
+        f'<section><h2>{controls.escaped(title)} <button onclick="{copy}">Copy</button></h2>'
+        f"<pre>{controls.escaped(text)}</pre></section>"
+    )

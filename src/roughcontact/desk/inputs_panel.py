@@ -11,7 +11,7 @@ from typing import Any
 import panel as pn
 
 from roughcontact.desk import controls, style
-from roughcontact.desk.controls import Control, button
+from roughcontact.desk.controls import Control, Give, button
 from roughcontact.desk.live_solver import Prepared
 from roughcontact.desk.projects import KEPT, SavedProject
 from roughcontact.desk.server import Visit
@@ -20,17 +20,13 @@ from roughcontact.desk.widgets import Drop
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
-from roughcontact.report import inputs
-from roughcontact.report.kind import rows_of
 from roughcontact.request import options, parsing
 from roughcontact.request.generation import COMMAND as GENERATE
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.surface.provenance import Provenance
-from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering
 
 _QUESTION = {
-    "": "–",
     "free": "the whole contact: it ends where the map ends",
     "periodic": "a sample of a larger surface",
     "periodic-x": "a sample along x, the whole contact along y",
@@ -66,12 +62,33 @@ _FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 
 
-def card(title: str, *parts: Any) -> Any:
-    """Return a part of the column under its heading."""
-    heading = pn.pane.HTML(f"<h2>{controls.escaped(title)}</h2>", **style.BLOCK, **style.SHEETS)
-    return pn.Column(
-        heading, *parts, sizing_mode="stretch_width", margin=(0, 0, 10, 0), styles=style.SECTION
-    )
+class Step:
+    """A part of the column that folds to its title and one line of what is done."""
+
+    def __init__(self, title: str, *parts: Any, collapsed: bool = False) -> None:
+        self._title = title
+        self._head = pn.pane.HTML("", margin=0, sizing_mode="stretch_width", **style.SHEETS)
+        inside = pn.Column(*parts, sizing_mode="stretch_width", margin=(0, 16, 8, 34))
+        self.root = pn.Card(
+            inside,
+            header=self._head,
+            collapsed=collapsed,
+            sizing_mode="stretch_width",
+            margin=0,
+            stylesheets=[style.TEXT, style.STEP],
+            css_classes=["card", f"step-{title.lower()}"],
+            header_background="transparent",
+            active_header_background="transparent",
+        )
+
+    def summarize(self, done: bool, text: str, name: str = "") -> None:
+        """Show whether it is done, and what it holds: a name and some words."""
+        mark = '<span class="good">✓</span>' if done else '<span class="quiet">○</span>'
+        bold = f"<b>{controls.escaped(name)}</b>" if name else ""
+        self._head.object = (
+            f'<div class="step"><span>{mark}</span><div><h2>{self._title}</h2>'
+            f'<p class="quiet">{bold}{controls.escaped(text)}</p></div></div>'
+        )
 
 
 def fold(title: str, make: Callable[[], list[Any]]) -> Any:
@@ -101,9 +118,12 @@ class Group:
     """Some controls of the state, which show what it holds."""
 
     def __init__(
-        self, session: Session, choices: Mapping[str, Mapping[str, str]] | None = None
+        self,
+        session: Session,
+        give: Give,
+        choices: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
-        self._session, self._choices = session, choices or {}
+        self._session, self._give, self._choices = session, give, choices or {}
         self.controls: dict[str, Control] = {}
 
     def show(self) -> None:
@@ -116,7 +136,7 @@ class Group:
         for name in names:
             if name not in self.controls:
                 choices = _turned(self._choices.get(name))
-                self.controls[name] = created = Control(name, self._session.give, choices)
+                self.controls[name] = created = Control(name, self._give, choices)
                 created.show(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
@@ -129,17 +149,17 @@ def _turned(choices: Mapping[str, str] | None) -> dict[str, str] | None:
 class Preparation:
     """What is done to a map before it is pressed, and the steps that were done."""
 
-    def __init__(self, session: Session, changed: Callable[[], None]) -> None:
+    def __init__(self, session: Session, give: Give, changed: Callable[[], None]) -> None:
         self._session, self._changed = session, changed
         choices = {"level": _LEVELS, "missing": _MISSING, "rotate": _TURNS}
-        self._group = Group(session, choices)
+        self._group = Group(session, give, choices)
         self._steps = pn.Column(**style.BLOCK)
-        self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] = (), False, {}
+        self._shown: tuple[tuple[Provenance, ...], bool, dict[str, str]] | None = None
         first = self._group.roots(*_FIRST)
         rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
                 if option.name not in _FIRST]  # fmt: skip
         folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
-        self.root = card("Prepare", self._steps, *first, folded)
+        self.step = Step("Prepare", self._steps, *first, folded, collapsed=True)
 
     def show(self, prepared: Prepared | None) -> None:
         """Show the controls as the state holds them, and the steps that were done."""
@@ -161,6 +181,8 @@ class Preparation:
             for sentence in step.sentences
         ]
         self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
+        done = "; ".join(sentence for sentence, _ in steps)
+        self.step.summarize(prepared is not None and not failed, done or "nothing so far")
 
     def _requested_steps(self) -> dict[str, str]:
         """Return the steps that are asked for, in the words of the controls, with their methods."""
@@ -187,9 +209,9 @@ class Preparation:
 class Bodies:
     """The materials, and the forms of the bodies."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, give: Give) -> None:
         choices = {name: _materials(nothing) for name, nothing in _NOTHING.items()}
-        self._group = Group(session, choices)
+        self._group = Group(session, give, choices)
         self._session = session
         self._sources = pn.pane.HTML("", **style.SHEET)
         roots = self._group.roots
@@ -197,7 +219,7 @@ class Bodies:
             label="Search the catalog", placeholder="steel, 42CrMo4, bronze …", **style.CONTROL
         )
         self._search.param.watch(self._searched, "value_input")
-        self.root = card(
+        self.step = Step(
             "Bodies",
             self._search,
             *roots("material"),
@@ -215,16 +237,21 @@ class Bodies:
     def show(self) -> None:
         """Show what the state holds, and where the values of its material are from."""
         self._group.show()
-        name = self._session.state.specified.get("material")
+        state = self._session.state
+        name = state.specified.get("material")
         self._sources.object = "" if name is None else _sources(str(name))
+        done = "material" not in state.missing
+        other = state.specified.get("counter-material", "rigid")
+        text = f"{name or 'own values'} on {other}" if done else "no material so far"
+        self.step.summarize(done, text)
 
 
 class Model:
     """What lies beyond the map, and what holds the pressure."""
 
-    def __init__(self, session: Session, changed: Callable[[], None]) -> None:
-        self._session, self._changed = session, changed
-        self._group = Group(session, {"boundary": _QUESTION})
+    def __init__(self, session: Session, give: Give) -> None:
+        self._session, self._give = session, give
+        self._group = Group(session, give, {"boundary": _QUESTION})
         roots = self._group.roots
         self._ceiling = ""
         self._factor = pn.widgets.TextInput(
@@ -233,16 +260,21 @@ class Model:
         self._factor.param.watch(self._multiplied, "value")
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         rest = partial(roots, "load-point", "tolerance", "max-iterations", "precision")
-        self.root = card(
-            "Model", *roots("boundary", "ceiling"), self._factor, self._wrong,
+        extent = pn.pane.HTML('<p class="quiet">Boundary: extent of the body</p>', **style.SHEET)
+        self.step = Step(
+            "Model", extent, *roots("boundary", "ceiling"), self._factor, self._wrong,
             fold("Tilt, solver", rest),
         )  # fmt: skip
 
     def show(self) -> None:
         """Show what the state holds."""
         self._group.show()
-        if self._session.state.specified.get("ceiling") != self._ceiling:
+        state = self._session.state
+        if state.specified.get("ceiling") != self._ceiling:
             self._ceiling = self._factor.value = ""
+        done = "boundary" not in state.missing
+        boundary = state.specified.get("boundary", "no extent so far")
+        self.step.summarize(done, f"{boundary}, ceiling {state.specified.get('ceiling', 'auto')}")
 
     def _multiplied(self, event: Any) -> None:
         """Give the ceiling as the pressure that a multiple of the yield strength is."""
@@ -251,11 +283,9 @@ class Model:
             return
         try:
             self._ceiling = _multiple(event.new, self._session)
-            self._session.give("ceiling", self._ceiling)
+            self._give("ceiling", self._ceiling)
         except RoughcontactError as error:
             controls.show_alert(self._wrong, controls.error_text(error))
-        else:
-            self._changed()
 
 
 def _multiple(text: str, session: Session) -> str:
@@ -331,6 +361,7 @@ class MapPanel:
         self,
         session: Session,
         visit: Visit,
+        give: Give,
         generate: Callable[[dict[str, Value], Callable[[Path], None]], None],
         changed: Callable[[], None],
         removed: Callable[[], None],
@@ -339,23 +370,20 @@ class MapPanel:
         self._removed = removed
         self._folder = visit.work.folder
         self._generate = generate
-        self._about = pn.pane.HTML("", **style.WIDE)
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self._drop = _dropper("Drop a height map here, or choose a file", self._dropped)
-        self._nominal = Group(session)
+        self._nominal = Group(session, give)
         self._demonstration = pn.widgets.Select(
             label="Or a demonstration map", options=["", *DEMONSTRATIONS], **style.CONTROL
         )
         self._demonstration.param.watch(self._demonstrated, "value")
-        self._group = Group(session)
+        self._group = Group(session, give)
         self._channels: Sequence[str] = ()
-        self._told_of: Surface | None = None
-        self._table = ""
         self._wanted: dict[str, Value] = dict(_BRING_FIRST)
         self._of_file = fold("Channel, unit, sides", self._about_file)
-        self.root = card(
+        self.start = self._started()
+        self.step = Step(
             "Map",
-            self._about,
             self._drop,
             self._wrong,
             self._demonstration,
@@ -365,6 +393,22 @@ class MapPanel:
             fold("Generate a surface", self._about_generated),
             fold("A smooth body without a map", self._about_smooth),
         )
+
+    def _started(self) -> Any:
+        """Return the sheet before there is a map."""
+        examples = (
+            button(name, partial(self._demonstrate, name)) for name in DEMONSTRATIONS
+        )  # fmt: skip
+        about = (
+            "<h1>Open a height map</h1><p>A file of a profilometer, an AFM or a stylus. It stays "
+            "on this computer.</p>"
+        )
+        return pn.Column(
+            pn.pane.HTML(about, **style.SHEET),
+            _dropper("Drop the file, or choose it", self._dropped, margin=(8, 0, 16, 0)),
+            pn.pane.HTML("<h2>Examples</h2>", **style.SHEET),
+            pn.Row(*examples), max_width=620, sizing_mode="stretch_width", margin=(40, 16),
+        )  # fmt: skip
 
     def _about_file(self) -> list[Any]:
         created = self._group.roots(*_FILE)
@@ -408,13 +452,13 @@ class MapPanel:
         state = self._session.state
         self._group.show()
         self._nominal.show()
-        name = "No map yet." if state.file is None else state.name_of(state.file)
-        text = f"<p><b>{controls.escaped(name)}</b></p>"
         surface = None if prepared is None else prepared.surfaces[0]
-        if surface is not self._told_of:
-            self._told_of = surface
-            self._table = "" if surface is None else _described(surface)
-        self._about.object = text + self._table
+        size = "" if surface is None else " × ".join(map(str, surface.shape))
+        if state.file is not None:
+            self.step.summarize(True, f" · {size}" if size else "", state.name_of(state.file))
+        else:
+            done = "file" not in state.missing
+            self.step.summarize(done, f"nominal body, {size}" if done else "no map so far")
 
     def tell_channels(self, names: Sequence[str]) -> None:
         """Propose the channels of the file."""
@@ -427,7 +471,7 @@ class MapPanel:
         about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
         lacking = [name for name in _FILE if name in about]
         if lacking:
-            self._of_file.collapsed = False
+            self.step.root.collapsed = self._of_file.collapsed = False
             text = self._session.state.named(controls.error_text(error))
             self._group.controls[lacking[0]].complain(text)
         return bool(lacking)
@@ -463,9 +507,10 @@ class MapPanel:
 
     def _demonstrated(self, event: Any) -> None:
         if event.new:
-            self._do(
-                lambda: self._generate(DEMONSTRATIONS[event.new], self._taken(f"{event.new}.npz"))
-            )
+            self._demonstrate(event.new)
+
+    def _demonstrate(self, name: str) -> None:
+        self._do(lambda: self._generate(DEMONSTRATIONS[name], self._taken(f"{name}.npz")))
 
     def _make(self) -> None:
         self._generate(dict(self._wanted), self._taken("generated.npz"))
@@ -487,17 +532,11 @@ class MapPanel:
         controls.show_alert(self._wrong, controls.error_text(error))
 
 
-def _dropper(text: str, arrived: Callable[[dict[str, Any]], None]) -> Any:
+def _dropper(text: str, arrived: Callable[[dict[str, Any]], None], **more: Any) -> Any:
     """Return where a file is dropped."""
-    created = Drop(words=text, address=UPLOADS, **style.BLOCK)
+    created = Drop(words=text, address=UPLOADS, **{**style.BLOCK, **more})
     created.param.watch(lambda event: arrived(event.new), "arrived")
     return created
-
-
-def _described(surface: Surface) -> str:
-    """Return the table of what is told of a map."""
-    rows = [row for row in rows_of(inputs.SURFACE, surface) if row.key != "source"]
-    return controls.table((row.name, row.text) for row in rows[:4])
 
 
 def _title(work: SavedProject) -> str:

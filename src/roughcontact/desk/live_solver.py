@@ -11,15 +11,19 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from roughcontact.contact.result import ContactResult
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
+from roughcontact.plots.style import cell_mean
 from roughcontact.request import maps
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
@@ -46,12 +50,31 @@ class Failed:
     error: RoughcontactError  # The reason
 
 
-Event = Prepared | Outcome | Progress | Failed | str
+@dataclass(frozen=True)
+class Preview:
+    """The contact of a request on larger pixels, to look at while the request changes."""
+
+    request: Request  # What was asked for
+    contact: ContactResult  # What came out on larger pixels
+
+
+Event = Prepared | Preview | Outcome | Progress | Failed | str
 """What is told: a stage in a few words, the maps, the solver's progress, the result, a failure."""
+
+PREVIEW_POINTS = 256
+"""Points along each side of a preview, at most."""
 
 
 class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
     """Other maps were asked for in the meantime, or nothing any more."""
+
+
+class Answer(Enum):
+    """What a request is answered with."""
+
+    MAPS = "maps"
+    PREVIEW = "preview"
+    CONTACT = "contact"
 
 
 class Live:
@@ -63,20 +86,21 @@ class Live:
         self._on_event = on_event
         self._reader = reader
         self._changed = threading.Condition()
-        self._pending: tuple[Request, bool] | None = None
+        self._pending: tuple[Request, Answer] | None = None
         self._under_way: Request | None = None
         self._at_work = False
         self._closed = False
         self._drop = False
         self._read: dict[Any, Surface] = {}
         self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
+        self._coarse: tuple[tuple[Surface, ...], tuple[Surface, ...]] | None = None
         self._thread = threading.Thread(target=self._follow, name="live", daemon=True)
         self._thread.start()
 
-    def ask(self, request: Request, prepare_only: bool = False) -> None:
+    def ask(self, request: Request, answer: Answer = Answer.CONTACT) -> None:
         """Solve this next, in place of what waits."""
         with self._changed:
-            self._pending = request, prepare_only
+            self._pending = request, answer
             self._changed.notify_all()
 
     def cancel(self) -> None:
@@ -111,18 +135,24 @@ class Live:
                     self._read, self._prepared = {}, None
                     return
                 assert self._pending is not None
-                (request, prepare_only), self._pending = self._pending, None
+                (request, wanted), self._pending = self._pending, None
                 self._under_way = request
                 self._at_work, self._drop = True, False
             with contextlib.suppress(_Stale):
-                self._tell(self._answer(request, prepare_only))
+                self._tell(self._answer(request, wanted))
 
-    def _answer(self, request: Request, prepare_only: bool) -> Event:
+    def _answer(self, request: Request, wanted: Answer) -> Event:
         """Return the result, or the maps where only these are wanted, or why there is none."""
         try:
             surfaces = self._maps(request)
+            if wanted is Answer.PREVIEW:
+                if self._coarse is None or self._coarse[0] is not surfaces:
+                    self._coarse = surfaces, tuple(map(coarsened, surfaces))
+                contact = solved(request, self._coarse[1], self._tell, self._tell).contact
+                assert contact is not None
+                return Preview(request, contact)
             prepared = Prepared(request, surfaces)
-            if prepare_only:
+            if wanted is Answer.MAPS:
                 return prepared
             self._tell(prepared)
             return solved(request, surfaces, self._tell, self._tell)
@@ -152,13 +182,13 @@ class Live:
         """Whether what waits needs other maps, or only maps."""
         if self._pending is None or self._under_way is None:
             return False
-        request, prepare_only = self._pending
-        return prepare_only or _maps_of(request) != _maps_of(self._under_way)
+        request, wanted = self._pending
+        return wanted is Answer.MAPS or _maps_of(request) != _maps_of(self._under_way)
 
     def _maps(self, request: Request) -> tuple[Surface, ...]:
         key = _maps_of(request)
         if self._prepared is None or self._prepared[0] != key:
-            self._prepared = None
+            self._prepared = self._coarse = None
             result = maps.surfaces(request, self._tell, partial(self._reading, request.inputs))
             self._prepared = key, tuple(result)
         return self._prepared[1]
@@ -174,6 +204,17 @@ class Live:
             self._read[key] = self._reader(path, announced, *reading)
         announced(self._read[key].shape)
         return self._read[key]
+
+
+def coarsened(surface: Surface) -> Surface:
+    """Return a surface with few enough pixels for a preview, each the mean of several."""
+    block = math.ceil(max(surface.shape) / PREVIEW_POINTS)
+    blocks = min(block, surface.shape[0]), block
+    rows, columns = (points // size * size
+                     for points, size in zip(surface.shape, blocks, strict=True))  # fmt: skip
+    heights = cell_mean(surface.heights[:rows, :columns], blocks)
+    dy, dx = surface.pixel
+    return replace(surface, heights=heights, pixel=(dy * blocks[0], dx * blocks[1]))
 
 
 def _maps_of(request: Request) -> tuple[Any, ...]:

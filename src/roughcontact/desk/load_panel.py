@@ -91,6 +91,19 @@ def text_at(position: int, ends: tuple[float, float], form: Form) -> str:
     return units.engineering(_rounded(value), form.unit, _DIGITS)
 
 
+def ticks(ends: tuple[float, float], form: Form) -> list[tuple[float, str]]:
+    """Return the marks of the scale: places from 0 to 1, and a text at every second decade."""
+    first, last = (math.floor(math.log10(end)) for end in ends)
+    decades, odd = math.log(ends[1] / ends[0]), last % 2
+    values = [(digit, power, digit * 10.0**power) for power in range(first, last + 1)
+              for digit in range(1, 10)]  # fmt: skip
+    return [
+        (math.log(value / ends[0]) / decades,
+         units.engineering(value, form.unit, _DIGITS) if digit == 1 and power % 2 == odd else "")
+        for digit, power, value in values if ends[0] <= value <= ends[1]
+    ]  # fmt: skip
+
+
 def position_of(value: float, ends: tuple[float, float]) -> int:
     """Return the position of the slider that is nearest to a value."""
     share = math.log(value / ends[0]) / math.log(ends[1] / ends[0]) if value > 0 else 0.0
@@ -122,32 +135,34 @@ def _rounded(value: float) -> float:
 
 
 class Load:
-    """The load in its forms, and its slider."""
+    """The load in its forms, and its slider; `drag` takes what the thumb passes."""
 
-    def __init__(self, session: Session, give: Give) -> None:
-        self._session, self._give = session, give
+    def __init__(self, session: Session, give: Give, drag: Give) -> None:
+        self._session, self._give, self._drag = session, give, drag
         self._prepared: Prepared | None = None
         self._form = NOMINAL
         self._silent = False
+        self._scale: tuple[Form, tuple[float, float]] | None = None
         self.form = pn.widgets.Select(
             label="Load given as", options={form.name: form for form in FORMS},
-            value=self._form,
-            **{**style.CONTROL, "sizing_mode": None, "margin": (0, 8, 4, 0)}, width=150,
+            value=self._form, **{**style.CONTROL, "sizing_mode": None}, width=138,
         )  # fmt: skip
         self.text = pn.widgets.TextInput(
-            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=120
+            label="Value with unit", **{**style.CONTROL, "sizing_mode": None}, width=96
         )
         self.slider = Slider(
-            words="Drag the load (logarithmic); arrow keys move it, too", end=STEPS,
-            value=STEPS // 2, sizing_mode="stretch_width", margin=(0, 20, 4, 14),
+            words="Drag the load (logarithmic), or press arrow keys", end=STEPS,
+            value=STEPS // 2, sizing_mode="stretch_width", margin=(0, 12), min_width=150,
         )  # fmt: skip
         self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
         self.form.param.watch(self._reform, "value")
         self.text.param.watch(self._typed, "value")
-        self.slider.param.watch(self._slid, "value")
+        self.slider.param.watch(self._slid, "moved")
+        row = pn.Row(self.form, self.text, self.slider, **style.BLOCK, styles={"gap": "8px"})
         self.root = pn.Column(
-            pn.Row(self.form, self.text, self.slider, **style.BLOCK), self._wrong, **style.BLOCK
-        )
+            row, self._wrong, css_classes=["step-load"], sizing_mode="stretch_width",
+            styles={"flex": "1 1 400px", "min-width": "400px"}, margin=0,
+        )  # fmt: skip
 
     def show(self, prepared: Prepared | None) -> None:
         """Show what the state holds."""
@@ -162,15 +177,28 @@ class Load:
             if self.text.value != text:
                 self.text.value = text
             self.text.placeholder = self._form.example
-            self.slider.value_text = text
-            ends = self._ends()
-            value = self._value()
+            self.slider.text = text
+            self._rule()
+            ends, value = self._ends(), self._value()
             if ends is not None and value is not None:
+                texts = self.slider.texts
                 position = position_of(value, ends)
-                if text_at(self.slider.value, ends, self._form) != text:
-                    self.slider.value = position
+                self.slider.value = texts.index(text) if text in texts else position
         finally:
             self._silent = False
+
+    def _rule(self) -> None:
+        """Give the slider its scale."""
+        ends = self._ends()
+        scale = None if ends is None else (self._form, ends)
+        if scale == self._scale:
+            return
+        self._scale = scale
+        if ends is None:
+            self.slider.param.update(texts=[], ticks=[])
+        else:
+            texts = [text_at(position, ends, self._form) for position in range(STEPS + 1)]
+            self.slider.param.update(texts=texts, ticks=ticks(ends, self._form))
 
     def _ends(self) -> tuple[float, float] | None:
         return None if self._prepared is None else span(self._form, self._prepared)
@@ -195,20 +223,20 @@ class Load:
         if text is None:
             ends = self._ends()
             text = form.example if ends is None else text_at(STEPS // 2, ends, form)
-        self._set(text)
+        self._set(text, self._give)
 
     def _typed(self, event: Any) -> None:
         if not self._silent:
-            self._set(event.new)
+            self._set(event.new, self._give)
 
     def _slid(self, event: Any) -> None:
-        ends = self._ends()
-        if not self._silent and ends is not None:
-            self._set(text_at(event.new, ends, self._form))
+        place = int(event.new["value"])
+        if 0 <= place < len(self.slider.texts):
+            self._set(self.slider.texts[place], self._give if event.new["done"] else self._drag)
 
-    def _set(self, text: str) -> None:
+    def _set(self, text: str, give: Give) -> None:
         try:
-            self._give(self._form.option, text)
+            give(self._form.option, text)
         except RoughcontactError as error:
             controls.show_alert(self._wrong, controls.error_text(error))
         else:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from bokeh import models
 from bokeh.core.properties import value
-from bokeh.events import SelectionGeometry
+from bokeh.events import DoubleTap, SelectionGeometry, Tap
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
@@ -261,13 +261,12 @@ NAMES = {
     RESIDUAL: "Residual indentation",
 }  # fmt: skip
 
-# Dots of a frame before the browser has told them: fewer than it will have, so that no cell is
-# left out.
-_DOTS = 200
 _MARGIN = 0.15
-_LOWEST, _HIGHEST = 60, 420
-# Dots above and below the frame of a map: title, ticks and label.
-_ABOVE_AND_BELOW = 66
+_SMALLEST = 60
+# Dots around the frame of the large map: title and tools, ticks and label, and the scale.
+_ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 72
+# Dots from one thumbnail to the next, of its name, of its largest side, and of the tools.
+_APART, _NAME, _WIDEST, _TOOLS = 8, 22, 150, 44
 
 _RESULT_COLUMNS = (
     PRESSURE, TOUCH, GAP, "cover", RESIDUAL, "touching", "saturated", "missing",
@@ -351,13 +350,15 @@ class Maps:
         )
         self.readout.syncable = False
         self._read_out()
-        first, second, third, fourth, fifth = plots
-        side = models.Column(self.readout, self.legend, sizing_mode="stretch_width")
-        self.root = style.grid([[first, second, third], [fourth, fifth, side]])
-        self._later = style.Later(first, self._moved)
+        self._room, self._frame, self._large = (640, 420), (300, 300), PRESSURE
+        # One for all figures.
+        tools = style.grid([plots]).toolbar
+        tools.css_classes = ["tools"]
+        self.root: Any = models.Column(*plots, tools, stylesheets=[_ARRANGED])
+        self._later = style.Later(plots[0], self._moved)
         for model in (self.x_range, self.y_range):
             style.on_changes(model, ("start", "end"), self._later)
-        style.on_changes(first, ("inner_width", "inner_height"), self._resized)
+        self._arrange()
 
     @property
     def seen(self) -> Box:
@@ -368,17 +369,17 @@ class Maps:
     def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
         """Show a surface and a result on it; what is ``None`` is empty."""
         with style.together(self.figures[HEIGHTS].document):
-            for key, plot in self.figures.items():
-                shown = (surface if key == HEIGHTS else result) is not None
-                plot.axis.visible = shown
-                for bar in plot.right:
-                    bar.visible = shown
+            is_new = (surface is None, result is None) != (
+                self._surface is None, self._result is None
+            )  # fmt: skip
             # A profile is all seen in its section.
             self.root.visible = surface is None or not surface.is_profile
             if surface is not self._surface:
                 self._put_surface(surface)
             if result is not self._result:
                 self._put_result(result)
+            if is_new:
+                self._arrange()
             self._name_heights()
             self._legend()
 
@@ -393,6 +394,57 @@ class Maps:
     def on_box(self, call: Callable[[Box | None], None]) -> None:
         """Have ``call(box)`` called with the box [m] that one draws, ``None`` for none."""
         self.crop.on_change(call)
+
+    def on_enlarge(self, call: Callable[[str], None]) -> None:
+        """Have ``call(key)`` called with the map that one clicks."""
+        for key, plot in self.figures.items():
+            plot.on_event(Tap, lambda _, key=key: None if key == self.large else call(key))
+
+    @property
+    def large(self) -> str:
+        """The key of the map that is large; the heights where there is no contact."""
+        return HEIGHTS if self._result is None else self._large
+
+    def enlarge(self, key: str) -> None:
+        """Show a map large."""
+        self._large = key
+        with style.together(self.figures[HEIGHTS].document):
+            self._arrange()
+
+    def fit(self, width: int, height: int) -> None:
+        """Take up all of some room [dots]."""
+        if (width, height) != self._room:
+            self._room = width, height
+            with style.together(self.figures[HEIGHTS].document):
+                self._arrange()
+                self._fit(self._wanted)
+                self._draw()
+
+    def _arrange(self) -> None:
+        """Give all maps their places: one is large, the others are beside it if there are any."""
+        width, height = self._room
+        tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
+        has_others = self._result is not None
+        down = max(height - _ABOVE - _BELOW, _SMALLEST)
+        small = (down + _ABOVE + _BELOW - 3 * _APART) / 4 - _NAME
+        small = max(min(small / tall, _WIDEST / wide), 16 / max(tall, wide))
+        beside = (small * wide + _APART if has_others else 0.0) + _TOOLS
+        large = min((width - beside - _BEFORE - _BEHIND) / wide, down / tall)
+        large = max(large, _SMALLEST / min(tall, wide) / 2)
+        self._frame = round(tall * large), round(wide * large)
+        for key, plot in self.figures.items():
+            is_large = key == self.large
+            scale = large if is_large else small
+            plot.visible = is_large or has_others
+            plot.axis.visible = plot.title.visible = is_large
+            for bar in plot.right:
+                bar.visible = is_large
+            # The name of a thumbnail.
+            plot.below[-1].visible = not is_large
+            plot.update(
+                frame_height=round(tall * scale), frame_width=round(wide * scale),
+                styles={"grid-area": "1 / 1 / 5 / 2" if is_large else "auto"},
+            )  # fmt: skip
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
@@ -414,6 +466,7 @@ class Maps:
             for plot in self.figures.values():
                 plot.xaxis.axis_label = f"x, y [{unit}]"
             self._unit = unit
+            self._arrange()
             self._fit(self._home)
         self._draw_heights()
 
@@ -442,15 +495,12 @@ class Maps:
         (low, high, _, _), factor, unit = self._scales[key]
         style.set_bar(self.figures[key].right[0], low * factor, high * factor, unit)
 
-    def _window(self) -> Window:
-        assert self._surface is not None
-        dots = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))
-        return rasters.window(self._surface.shape, self._surface.pixel, self.seen, dots, _MARGIN)
+    def _window(self, surface: Surface) -> Window:
+        return rasters.window(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
 
-    def _place(self, view: Window) -> dict[str, Any]:
-        assert self._surface is not None
+    def _place(self, surface: Surface, view: Window) -> dict[str, Any]:
         top, left, bottom, right = (
-            edge * self._factor for edge in rasters.extent(view, self._surface.pixel)
+            edge * self._factor for edge in rasters.extent(view, surface.pixel)
         )
         return {"x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top]}
 
@@ -461,16 +511,18 @@ class Maps:
     def _draw_heights(self) -> None:
         if self._surface is None:
             return
-        view = self._window()
+        view = self._window(self._surface)
         scale = self._scales[HEIGHTS]
         values = rasters.heights(self._surface, view, self._mean) * np.float32(scale.factor)
         text = {"unit": scale.unit, "length": self._unit, "cell": list(view.blocks)}
-        self.heights.data = {**self._place(view), HEIGHTS: [values], "told": [text]}
+        self.heights.data = {**self._place(self._surface, view), HEIGHTS: [values], "told": [text]}
 
     def _draw_contact(self) -> None:
         if self._result is None or self._surface is None:
             return
-        view = self._window()
+        # A preview has larger pixels than the map.
+        surface = self._result.surface
+        view = self._window(surface)
         part = rasters.pressed(self._result, view)
         values = {
             PRESSURE: rasters.pressure(part), GAP: rasters.gap(part),
@@ -479,7 +531,7 @@ class Maps:
         scaled = {key: [values[key] * np.float32(self._scales[key].factor)] for key in values}
         touching, saturated, missing = rasters.shares(part)
         self.contact.data = {
-            **self._place(view),
+            **self._place(surface, view),
             **scaled,
             TOUCH: [rasters.contact(part)],
             "cover": [rasters.cover(part)],
@@ -498,13 +550,6 @@ class Maps:
             self._look()
             self._draw()
 
-    def _resized(self) -> None:
-        if self._surface is None:
-            return
-        with style.together(self.figures[HEIGHTS].document):
-            self._fit(self._wanted)
-            self._draw()
-
     def _ranges(self) -> tuple[float, ...]:
         return (self.x_range.start, self.x_range.end, self.y_range.start, self.y_range.end)
 
@@ -512,11 +557,7 @@ class Maps:
         """Set the ranges so that the frames show a box, true to scale."""
         self._wanted = box
         height, width = box.bottom - box.top, box.right - box.left
-        across = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
-        home_height, home_width = self._home.bottom, self._home.right
-        down = min(max(across * home_height / home_width, _LOWEST), _HIGHEST)
-        for other in self.figures.values():
-            other.height = round(down) + _ABOVE_AND_BELOW
+        down, across = self._frame
         dot = max(height / down, width / across) * self._factor
         middle_y = (box.top + box.bottom) / 2 * self._factor
         middle_x = (box.left + box.right) / 2 * self._factor
@@ -536,8 +577,7 @@ class Maps:
 
     def _look(self) -> None:
         """Tell what is drawn on the maps how they are looked at."""
-        across = style.frame(self.figures[HEIGHTS], (_DOTS, _DOTS))[1]
-        dots = across / max(self.seen.right - self.seen.left, 1e-300)
+        dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
         view = View(dots, self._factor, self._home)
         self.section.look_from(view)
         self.crop.look_from(view)
@@ -550,13 +590,17 @@ class Maps:
         ]  # fmt: skip
         plot: Any = figure(
             x_range=self.x_range, y_range=self.y_range, title=NAMES[key], tools=tools,
-            active_scroll=tools[1], height=_DOTS + _ABOVE_AND_BELOW, sizing_mode="stretch_width",
-            **style.MAP_BORDERS,
+            active_scroll=tools[1], min_border=0, frame_align=False, toolbar_location=None,
         )  # fmt: skip
         style.quiet(plot)
-        plot.grid.visible = plot.axis.visible = False
-        # Few enough not to meet on a small screen.
-        plot.xaxis.ticker.desired_num_ticks = 3
+        plot.grid.visible = False
+        number = list(NAMES).index(key) + 1
+        name: Any = models.Title(
+            text=f"{number} {NAMES[key].partition(' ')[-1].capitalize() or NAMES[key]}",
+            text_font=FONT, text_font_size=style.SMALL, text_font_style="normal",
+        )  # fmt: skip
+        plot.add_layout(name, "below")
+        plot.on_event(DoubleTap, lambda _: self.zoom())
         source = self.heights if key == HEIGHTS else self.contact
         place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
         if key == TOUCH:
@@ -622,6 +666,13 @@ def color_mappers() -> dict[str, Any]:
         ),
     }
 
+
+# One large map on the left, the others below each other on its right.
+_ARRANGED = f"""
+:host {{ display: grid !important; grid-template-columns: repeat(3, max-content);
+  grid-template-rows: repeat(4, max-content); gap: {_APART}px; justify-content: start; }}
+.tools {{ grid-area: 1 / 3 / 5 / 4; }}
+"""
 
 _NOTHING = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"

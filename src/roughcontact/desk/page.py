@@ -13,18 +13,21 @@ from typing import Any, NamedTuple
 
 import panel as pn
 
+from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import controls, inputs_panel, load_panel, style, workers
-from roughcontact.desk.controls import button
-from roughcontact.desk.detail_panel import Detail, Numbers, Texture
-from roughcontact.desk.live_solver import Event, Failed, Live, Prepared
-from roughcontact.desk.maps import Maps
+from roughcontact.desk import controls, header, inputs_panel, load_panel, style, workers
+from roughcontact.desk.controls import Run, button
+from roughcontact.desk.detail_panel import Detail
+from roughcontact.desk.header import Header
+from roughcontact.desk.live_solver import Event, Failed, Live, Prepared, Preview
+from roughcontact.desk.maps import NAMES, Maps
 from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Line, Session, State, Value
-from roughcontact.desk.widgets import Views, reload_when_broken, tell_when_lost
+from roughcontact.desk.widgets import Frame, TabStrip, Views, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import phrases
+from roughcontact.report import contact, kinds, phrases
+from roughcontact.report.kind import TRUST
 from roughcontact.request import generation
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
@@ -36,13 +39,22 @@ _SHORT = 0.6
 
 
 class Shown(NamedTuple):
-    """A result, the request it answers, and what is told of it as HTML."""
+    """A result, the request it answers, and its numbers, state and table as HTML."""
 
     request: Request
     result: ContactResult
     numbers: str
     trust: str
-    cautions: str
+    table: str
+    cautions: tuple[Caution, ...]
+
+
+class Previewed(NamedTuple):
+    """A preview, the request it answers, and its numbers as HTML."""
+
+    request: Request
+    result: ContactResult
+    numbers: str
 
 
 class Page:
@@ -54,51 +66,45 @@ class Page:
         self._visit, self._work, self._bench = visit, work, bench
         self._looked_up: Path | None = None
         self._lock = threading.Lock()
-        self._news: list[Event | Shown] = []
+        self._news: list[Event | Shown | Previewed] = []
         self.session = session = Session(
             work.project, self._hear, partial(Live, reader=workers.reader(bench)), visit.share
         )
         visit.heard.append(self._adopt)
-        self.sight = ContactView(self._drawn, self._crop)
+        self._window = Frame(**style.BLOCK)
+        self._window.param.watch(self._resized, "size")
+        self._window.param.watch(self._pressed, "key")
+        self._window.param.watch(lambda event: self._color(event.new), "dark")
         self._bring = inputs_panel.MapPanel(
-            session, visit, self._generate, self._show, self._remove
+            session, visit, self._give_option, self._generate, self._show, self._remove
         )
-        self._preparation = inputs_panel.Preparation(session, self._show)
-        self._bodies = inputs_panel.Bodies(session)
-        self._model = inputs_panel.Model(session, self._show)
-        self._load = load_panel.Load(session, self._give)
-        self._numbers = pn.pane.HTML("", **style.WIDE)
-        self._trust = pn.pane.HTML("", **style.WIDE)
-        self._cautions = pn.pane.HTML("", **style.WIDE)
+        self.sight = ContactView(self._drawn, self._crop, self._run, self._bring.start)
+        self._preparation = inputs_panel.Preparation(session, self._give_option, self._show)
+        self._bodies = inputs_panel.Bodies(session, self._give_option)
+        self._model = inputs_panel.Model(session, self._give_option)
+        self._load = load_panel.Load(session, self._give, self._drag)
+        self._header = Header(self._load.root, self._remedy, self._seek)
+        self._notice = pn.pane.HTML("", visible=False, **{**style.WIDE, "margin": (8, 16, 0, 16)})
         self._begun = time.monotonic()
-        self._bar = pn.indicators.Progress(
-            active=True, value=-1, visible=False, **{**style.CONTROL, "height": 6}
-        )
-        self._undo = button("Undo", partial(self._do, session.undo))
-        self._redo = button("Redo", partial(self._do, session.redo))
+        self._undo = button("Undo", partial(self._do, session.undo), margin=(0, 4), align="center")
+        self._redo = button("Redo", partial(self._do, session.redo), margin=(0, 4), align="center")
         self._views = Views(
             self.sight.root,
             {
-                "Surface": lambda: Texture(self._run, session),
-                "All numbers": lambda: Numbers(session),
                 "Analyze": self._ask,
                 "Joint": self._joint,
                 "Compare": self._compare,
-                "Download": self._take_away,
                 "3-D": self._relief,
+                "Export": self._export,
             },
         )
         self._answer = 0
-        self._answers = pn.Column(
-            self._numbers, self._trust, self._cautions, self._views.root,
-            sizing_mode="stretch_both", margin=0,
-        )  # fmt: skip
+        self._has_contact = False
         self.root = self._laid_out()
         if self._document is not None:
+            self._color(False)
             tell_when_lost(self._document)
             reload_when_broken(self._document)
-            # The controls are there before the frames that wait for a map.
-            pn.state.onload(self.sight.make)
         if visit.file is not None and session.state.file is None:
             session.bring(visit.file.resolve())
         visit.at_end(self.close)
@@ -137,18 +143,62 @@ class Page:
     # What one does.
 
     def _give(self, name: str, value: Value) -> None:
+        number, outcome = self.session.number, self.session.outcome
         self.session.give(name, value)
+        if self.session.number == number:
+            # A preview is in sight, or took the place of what waited.
+            if outcome is not None:
+                self._hear(outcome)
+            elif not self.session.state.missing:
+                self.session.solve()
         # What prepares, and the bodies, a load leaves as they are.
         self._show_load()
+
+    def _drag(self, name: str, value: Value) -> None:
+        if not self.session.preview(name, value):
+            self._give(name, value)
+
+    def _give_option(self, name: str, value: Value) -> None:
+        self.session.give(name, value)
+        self._show()
+
+    def _remedy(self, name: str, value: Value) -> None:
+        self._do(lambda: self.session.give(name, value))
+
+    def _seek(self, place: str) -> None:
+        """Unfold the step of a control, and focus it."""
+        for step in self._steps:
+            if place in step.root.css_classes:
+                step.root.collapsed = False
+        self._window.sought = {"place": place, "count": self.session.number, "at": time.time()}
+
+    def _color(self, dark: bool) -> None:
+        if self._document is not None:
+            self._document.theme = style.theme(dark)
+
+    def _resized(self, event: Any) -> None:
+        self.sight.fit(*event.new)
+
+    def _pressed(self, event: Any) -> None:
+        name = str(event.new.get("name"))
+        if name in ("undo", "redo"):
+            self._do(self.session.undo if name == "undo" else self.session.redo)
+        elif name.isdigit():
+            self.sight.enlarge(int(name) - 1)
+        else:
+            self._header.press(name)
 
     def _do(self, action: Callable[[], None]) -> None:
         try:
             action()
         except RoughcontactError as error:
-            self._trust.object = controls.wrong(
-                self.session.state.named(controls.error_text(error))
-            )
+            self._complain(error)
         self._show()
+
+    def _complain(self, error: RoughcontactError, aloud: bool = True) -> None:
+        text = self.session.state.named(controls.error_text(error))
+        self._notice.object = controls.wrong(text) if aloud else controls.wrong(text, "")
+        self._notice.visible = True
 
     def _drawn(self, line: Line) -> None:
         self.session.draw_line(line)
@@ -187,12 +237,14 @@ class Page:
 
     # What is heard from the thread that solves.
 
-    def _hear(self, what: Event | Shown) -> None:
+    def _hear(self, what: Event | Shown | Previewed) -> None:
         if isinstance(what, (Progress, str)) and not self._is_slow:
             return
         if isinstance(what, Outcome) and what.contact is not None:
             # Words cost time, which the other pages of the server have not.
             what = _shown(what.request, what.contact)
+        elif isinstance(what, Preview):
+            what = Previewed(what.request, what.contact, header.numbers(what.contact))
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
@@ -216,73 +268,97 @@ class Page:
             news, self._news = self._news, []
         with style.together(pn.state.curdoc):
             for what in news:
-                if not isinstance(what, (Progress, str)):
-                    self._bar.visible = False
                 self._take(what)
 
-    def _take(self, what: Event | Shown) -> None:
+    def _take(self, what: Event | Shown | Previewed) -> None:
+        session = self.session
         match what:
             case Prepared():
-                self._bring.show(what)
-                self._look_up_channels()
-                self._preparation.show(what)
-                self._views.show()
-                self._load.show(what)
-                failed, missing = self.session.failure is not None, self.session.state.missing
-                if failed or missing:
-                    self.sight.show(what.surfaces[0], None, self.session.state.line)
-                if missing and not failed:
-                    self._tell_missing()
-                if failed or missing:
-                    self._mark(True)
+                self._show_prepared(what)
             case Shown():
-                is_current = self.session.is_wanted(what.request)
-                if not is_current and (self.session.state.missing or self.session.failure):
+                is_current = session.is_wanted(what.request)
+                if not is_current and (session.state.missing or session.failure):
                     return
-                self.sight.show(what.result.surface, what.result, self.session.state.line)
-                self._numbers.object = what.numbers
-                self._trust.object = what.trust
-                self._cautions.object = what.cautions
+                self._notice.visible = False
+                surface, line = what.result.surface, session.state.line
+                self.sight.show(surface, what.result, line, what.trust + what.table)
+                self._header.show_numbers(what.numbers, what.cautions)
                 self._views.show()
+                self._fold()
                 self._mark(is_current)
+            case Previewed():
+                prepared = session.prepared
+                if prepared is None or session.state.missing or session.failure:
+                    return
+                self.sight.show(prepared.surfaces[0], what.result, session.state.line)
+                self._header.numbers.object = what.numbers
+                rows, columns = what.result.pressure.shape
+                self._header.show_state(f"Preview on {rows} × {columns} pixels", "caution")
             case Failed():
-                text = self.session.state.named(controls.error_text(what.error))
                 # Said aloud once, at the control if there is one for it.
                 requested = self._bring.tell_lacking(what.error)
-                self._numbers.object = ""
-                self._cautions.object = ""
-                self._trust.object = controls.wrong(text, "") if requested else controls.wrong(text)
-                self._preparation.show(self.session.prepared)
+                self._complain(what.error, aloud=not requested)
+                self._preparation.show(session.prepared)
                 self.sight.clear()
+                self._header.show_lacking(session.state.missing)
                 self._mark(True)
             case Progress():
                 self._wait_on(phrases.described(what))
             case str():
                 self._wait_on(what)
 
+    def _show_prepared(self, what: Prepared) -> None:
+        session = self.session
+        self._bring.show(what)
+        self._look_up_channels()
+        self._preparation.show(what)
+        self._views.show()
+        self._load.show(what)
+        failed, missing = session.failure is not None, session.state.missing
+        if failed or missing:
+            self.sight.show(what.surfaces[0], None, session.state.line, "")
+            self._mark(True)
+        if missing and not failed:
+            self._show_missing()
+
+    def _fold(self) -> None:
+        """Fold what is done, once there is a contact; the model stays, the map folds before."""
+        if not self._has_contact:
+            self._has_contact = True
+            for step in self._steps[:3]:
+                step.root.collapsed = True
+
     def _mark(self, answered: bool = False) -> None:
-        """Gray what is seen unless it answers the last request."""
+        """Gray the numbers unless they answer the last request, and show the state."""
+        session = self.session
         if answered:
-            self._answer = self.session.number
-        styles = {} if self._answer == self.session.number else style.OLD
-        self._answers.param.update(styles=styles, css_classes=[f"request-{self._answer}"])
+            self._answer = session.number
+        is_old = self._answer != session.number
+        self._header.numbers.styles = style.OLD if is_old else style.NEW
+        self._sheet.css_classes = [f"request-{self._answer}"]
+        if is_old:
+            self._header.show_state("Out of date, solving …", "caution")
+        elif session.failure is not None:
+            self._header.show_state("No result", "warning")
+        elif session.outcome is not None:
+            self._header.show_state("Up to date", "good")
+        else:
+            self._header.show_state("No contact so far")
 
     def _wait_on(self, text: str) -> None:
         """Show what is under way."""
         # What failed is said before the map alone is made.
         if self.session.failure is None and self._is_slow:
-            self._bar.visible = True
-            self._trust.object = controls.quiet(f"{text} …", "")
+            self._header.show_state(f"{text} …", "caution")
 
-    def _tell_missing(self) -> None:
-        self._numbers.object = ""
-        self._cautions.object = ""
+    def _show_missing(self) -> None:
         session = self.session
         wanted = session.state.missing
         if session.prepared is not None and "missing" not in session.state.specified:
             holed = any(surface.missing for surface in session.prepared.surfaces)
             wanted = (*wanted, "missing") if holed else wanted
-        self._trust.object = controls.missing(wanted)
+        self._header.show_lacking(wanted)
+        self._has_contact = False
 
     def _show(self) -> None:
         """Show what the state holds in all controls, after it changed."""
@@ -304,7 +380,7 @@ class Page:
             self.sight.clear()
         self._mark(nothing)
         if session.state.missing:
-            self._tell_missing()
+            self._show_missing()
 
     # What is imported when it is looked at, lest the first page wait for it.
 
@@ -320,7 +396,7 @@ class Page:
     def _ask(self) -> Any:
         from roughcontact.desk.analysis_panel import Ask
 
-        return Ask(self.session, self._bench, self._run)
+        return Ask(self.session, self._bench, self._run, self._remedy)
 
     def _joint(self) -> Any:
         from roughcontact.desk.analysis_panel import Joint
@@ -333,36 +409,54 @@ class Page:
 
         return Compare(self.session, self._bench, self._run, self._do)
 
-    def _take_away(self) -> Any:
+    def _export(self) -> Any:
         from roughcontact.desk.download_panel import DownloadPanel
 
         return DownloadPanel(
             self.session, self._bench, self._run, self._visit.folder, self._visit.offer
         )
 
+    @property
+    def _steps(self) -> tuple[inputs_panel.Step, ...]:
+        parts = self._bring, self._preparation, self._bodies, self._model
+        return tuple(part.step for part in parts)
+
     def _laid_out(self) -> Any:
-        side = pn.Column(
-            pn.Row(
-                pn.pane.HTML("<h1>roughcontact</h1>", **style.SHEET), pn.Spacer(),
-                self._undo, self._redo, **style.BLOCK,
-            ),
-            self._bring.root, self._preparation.root, self._bodies.root, self._model.root,
-            width=style.SIDE, margin=(8, 12, 8, 12),
+        first = pn.Row(
+            pn.pane.HTML("<h1>roughcontact</h1>", width=style.LEFT - 32, margin=0, align="center",
+                         **style.SHEETS),
+            self._views.strip, self._undo, self._redo,
+            button("?", partial(self._header.press, "?"), margin=0, align="center"),
+            sizing_mode="stretch_width", min_height=48, margin=0, stylesheets=[style.TOP],
         )  # fmt: skip
-        main = pn.Column(
-            self._load.root, self._bar, self._answers,
-            sizing_mode="stretch_both", margin=(10, 12, 8, 0),
+        left = pn.Column(
+            *(step.root for step in self._steps), width=style.LEFT, margin=0,
+            stylesheets=[style.COLUMN, style.LEFT_SIDE],
         )  # fmt: skip
-        return pn.Row(side, main, sizing_mode="stretch_both")
+        self._sheet = pn.Column(
+            self._views.body, sizing_mode="stretch_both", margin=0, stylesheets=[style.COLUMN]
+        )
+        return pn.Column(
+            first, self._header.root, self._notice,
+            pn.Row(left, self._sheet, sizing_mode="stretch_both", margin=0,
+                   styles={"min-height": "0", "overflow": "hidden"}),
+            self._header.drawer, self._window,
+            sizing_mode="stretch_both", margin=0, stylesheets=[style.PAGE],
+        )  # fmt: skip
 
 
 def _shown(request: Request, result: ContactResult) -> Shown:
+    heads, answer = contact.beside_calibrated(contact.kind_of(result), result)
+    rows = [(row.title, *texts) for row, texts in answer]
+    empty = ("",) * (len(heads) - 1)
+    rows += [(row.title, row.text, *empty) for row in kinds.rows(result, TRUST)]
     return Shown(
         request,
         result,
-        controls.numbers(result),
-        controls.trust(result),
-        controls.cautions(result.cautions),
+        header.numbers(result),
+        f"<p>{header.trust(result)}</p>",
+        controls.table(rows, ("", *heads) if heads else ()),
+        tuple(result.cautions),
     )
 
 
@@ -375,16 +469,22 @@ def page(visit: Visit) -> Any:
 
 
 class ContactView:
-    """Maps and detail panels, made when there is a contact to show."""
+    """The sheet of the stage: how to begin, the heights alone, or the maps of a contact."""
 
     def __init__(
-        self, draw: Callable[[Line], None], keep: Callable[[tuple[int, int], tuple[int, int]], None]
+        self,
+        draw: Callable[[Line], None],
+        keep: Callable[[tuple[int, int], tuple[int, int]], None],
+        run: Run,
+        start: Any = None,
     ) -> None:
-        self._call_draw, self._call_keep = draw, keep
+        self._call_draw, self._call_keep, self._call_run = draw, keep, run
         self._surface: Surface | None = None
         self._box: Box | None = None
+        self._size = 1280, 800
+        self._start = start
         self._keep = button("Crop to selection", self._crop_selection, visible=False)
-        self.root = pn.Column(self._keep, **style.BLOCK)
+        self.root = pn.Column(start, sizing_mode="stretch_width", margin=0)
 
     @cached_property
     def maps(self) -> Maps:
@@ -392,27 +492,69 @@ class ContactView:
         created = Maps()
         created.on_section(self._call_draw)
         created.on_box(self._boxed)
+        created.on_enlarge(lambda key: self.enlarge(list(NAMES).index(key)))
         return created
 
     @cached_property
     def detail(self) -> Detail:
-        """What stands beside the maps."""
-        created = Detail(self.maps.zoom, self._call_draw)
-        self.root.extend([self.maps.root, created.root])
+        """What is below the maps, and on their right."""
+        return Detail(self.maps.zoom, self._call_draw, self._call_run)
+
+    @cached_property
+    def choice(self) -> TabStrip:
+        """The names of the maps, of which one is large."""
+        names = [f"{number} {name}" for number, name in enumerate(NAMES.values(), 1)]
+        created = TabStrip(names=names, active=1, **style.STRIP)
+        created.param.watch(lambda event: self.maps.enlarge(list(NAMES)[event.new]), "active")
         return created
 
-    def make(self) -> None:
-        """Have the empty frames there."""
-        _ = self.detail
+    @cached_property
+    def _figures(self) -> Any:
+        return pn.Column(self.choice, self._keep, self.maps.root, self.detail.below, margin=0)
 
-    def show(self, surface: Surface, result: ContactResult | None, line: Line | None) -> None:
+    @cached_property
+    def _sheet(self) -> Any:
+        """The maps with all that belongs to them."""
+        rail = pn.Column(
+            self.maps.readout, self.maps.legend, self.detail.tabs,
+            sizing_mode="stretch_width", margin=0, stylesheets=[style.RAIL],
+        )  # fmt: skip
+        return pn.Row(
+            self._figures, rail, sizing_mode="stretch_width", margin=0, stylesheets=[style.CONTACT]
+        )
+
+    def show(
+        self,
+        surface: Surface,
+        result: ContactResult | None,
+        line: Line | None,
+        numbers: str | None = None,
+    ) -> None:
         """Show a contact, or a surface alone; a line of None is the one that is proposed."""
         self._surface = surface
-        self.make()
         with style.together(self.maps.root.document):
+            self.fit(*self._size)
+            self.choice.visible = result is not None and not surface.is_profile
             self.maps.show(surface, result)
-            self.detail.show(surface, result, line)
+            self.detail.show(surface, result, line, numbers)
             self.maps.section.put(self.detail.line)
+            if self._start in self.root.objects or not self.root.objects:
+                self.root[:] = [self._sheet]
+
+    def fit(self, width: int, height: int) -> None:
+        """Take up all of a window [dots]."""
+        self._size = width, height
+        if self._surface is not None:
+            wide = width >= style.NARROW
+            rail = min(max(0.27 * width, 320), 460) if wide else 0
+            main = self._figures.width = int(width - style.LEFT - rail - 64)
+            header = 136 if wide else 200
+            self.maps.fit(main, int(min(max(height - header - 300, 380), 860)))
+
+    def enlarge(self, place: int) -> None:
+        """Show one of the maps large, by its place."""
+        if self._surface is not None:
+            self.choice.active = place
 
     def cut(self, result: ContactResult | None, line: Line | None) -> None:
         """Show another section, if there is anything to cut."""
@@ -426,7 +568,8 @@ class ContactView:
         if self._surface is not None:
             self._surface = None
             self.maps.clear()
-            self.detail.show(None, None, None)
+            self.detail.show(None, None, None, "")
+            self.root[:] = [self._start]
 
     def _boxed(self, box: Box | None) -> None:
         self._box = box

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,18 @@ from bokeh.plotting import figure
 from bokeh.transform import dodge
 from numpy.typing import NDArray
 
+from roughcontact.contact.result import ContactResult
 from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import escaped, table
+from roughcontact.desk.rasters import Box
 from roughcontact.plots import subsurface_stress as stress_plots
+from roughcontact.plots.cells import pressure_colors, pressure_limit
 from roughcontact.plots.load_curve import branches, states
 from roughcontact.plots.style import (
     ELASTIC,
     NEUTRAL,
+    OPEN,
     OVER,
     SATURATED,
     SERIES,
@@ -202,6 +207,80 @@ class Study:
             style.put(self.table, said + table(rows, heads))
 
 
+class SideBySide:
+    """Pressure of two contacts and its difference; who zooms one zooms all."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        from matplotlib import colormaps
+
+        steps = np.linspace(0, 1, 256)
+        self.mapper: Any = models.LinearColorMapper(
+            palette=style.palette(pressure_colors()), nan_color=OPEN, high_color=OVER
+        )
+        self.change: Any = models.LinearColorMapper(
+            palette=style.palette(colormaps["RdBu_r"](steps)), nan_color=OPEN
+        )
+        titles = (*(f"Pressure, {name}" for name in names), " − ".join(names))
+        mappers = (self.mapper, self.mapper, self.change)
+        ranges = {
+            "x_range": models.DataRange1d(range_padding=0),
+            "y_range": models.DataRange1d(range_padding=0, flipped=True),
+        }
+        self.sources = [style.source("x", "y", "dw", "dh", "pressure") for _ in titles]
+        self.plots = [
+            map_picture(title, "pressure", source, mapper, **ranges)
+            for title, source, mapper in zip(titles, self.sources, mappers, strict=True)
+        ]
+        for plot in self.plots[1:]:
+            plot.add_layout(style.bar_of(plot.renderers[0].glyph.color_mapper), "right")
+        self.root = style.grid([self.plots])
+
+    def show(self, results: Sequence[ContactResult]) -> None:
+        """Show two contacts; of unlike grids there is no difference."""
+        top = pressure_limit(results)
+        factor, unit = prefixed(top, "Pa")
+        length, length_unit = prefixed_window(0.0, max(results[0].surface.size))
+        values = []
+        for result, source in zip(results, self.sources, strict=False):
+            surface = result.surface
+            view = rasters.window(
+                surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS, _DOTS)
+            )
+            place = rasters.extent(view, surface.pixel)
+            values.append(rasters.pressure(rasters.pressed(result, view)) * np.float32(factor))
+            _put_map(source, "pressure", values[-1], Box(*(edge * length for edge in place)))
+        style.set_bar(self.plots[1].right[0], 0.0, top * factor, unit)
+        first, other = (np.nan_to_num(value) for value in values)
+        self.plots[2].visible = first.shape == other.shape
+        if self.plots[2].visible:
+            change = np.where((first == 0) & (other == 0), np.nan, first - other)
+            _put_map(self.sources[2], "pressure", change, Box(*(edge * length for edge in place)))
+            most = float(np.nanmax(np.abs(change), initial=0.0)) or 1.0
+            style.set_bar(self.plots[2].right[0], -most, most, unit)
+        for plot in self.plots:
+            plot.xaxis.axis_label = f"x, y [{length_unit}]"
+
+
+def map_picture(title: str, name: str, source: Any, mapper: Any, **ranges: Any) -> Any:
+    """Return a figure of values on a map, true to scale."""
+    plot: Any = figure(
+        title=title, height=340, sizing_mode="stretch_width", match_aspect=True,
+        tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
+        min_border_right=64, **ranges,
+    )  # fmt: skip
+    style.quiet(plot)
+    plot.grid.visible = False
+    plot.image(name, "x", "y", "dw", "dh", source=source, color_mapper=mapper)
+    return plot
+
+
+def _put_map(source: Any, name: str, values: NDArray[Any], place: Box) -> None:
+    source.data = {
+        "x": [place.left], "y": [place.top], "dw": [place.right - place.left],
+        "dh": [place.bottom - place.top], name: [values.astype(np.float32)],
+    }  # fmt: skip
+
+
 # Stress below a contact: against the depth, on a plane, and on a map at a depth one chooses.
 
 
@@ -291,17 +370,10 @@ class Stress:
 
     def _picture(self, title: str) -> tuple[Any, Any]:
         source = style.source("x", "y", "dw", "dh", "stress")
-        # The browser itself keeps it true to scale.
-        plot: Any = figure(
-            title=title, height=280, sizing_mode="stretch_width", match_aspect=True,
-            x_range=models.DataRange1d(range_padding=0),
+        plot = map_picture(
+            title, "stress", source, self.mapper, x_range=models.DataRange1d(range_padding=0),
             y_range=models.DataRange1d(range_padding=0, flipped=True),
-            tools="pan,wheel_zoom,box_zoom,reset", active_scroll=None, min_border_left=50,
-            min_border_right=64,
         )  # fmt: skip
-        style.quiet(plot)
-        plot.grid.visible = False
-        plot.image("stress", "x", "y", "dw", "dh", source=source, color_mapper=self.mapper)
         return plot, source
 
     def _show_cut(self, result: StressResult, factor: float) -> None:
@@ -313,7 +385,7 @@ class Stress:
         rows = stress_plots.section_rows(values[:, columns], result.profile.depths, depth)
         length, unit = prefixed_window(first, last)
         left, right, down = first * length, last * length, depth * length
-        self._put(self.cut_source, rows * factor, (left, 0.0, right - left, down))
+        _put_map(self.cut_source, "stress", rows * factor, Box(0.0, left, down, right))
         self.cut.xaxis.axis_label, self.cut.yaxis.axis_label = f"x [{unit}]", f"depth [{unit}]"
         self._length = length
         assert rows.shape[0] == stress_plots.SECTION_ROWS
@@ -325,18 +397,10 @@ class Stress:
             surface.shape, surface.pixel, rasters.box_of(surface), (_DOTS / 2, _DOTS / 2)
         )
         length, unit = prefixed_window(0.0, max(surface.size))
-        top, left, bottom, right = (edge * length for edge in rasters.extent(view, surface.pixel))
+        place = Box(*(edge * length for edge in rasters.extent(view, surface.pixel)))
         cells = cell_max(np.asarray(values, dtype=np.float64), view.blocks)
-        self._put(self.map_source, cells * factor, (left, top, right - left, bottom - top))
+        _put_map(self.map_source, "stress", cells * factor, place)
         self.map.xaxis.axis_label = f"x, y [{unit}], the largest stress in each cell"
-
-    def _put(
-        self, source: Any, values: NDArray[Any], place: tuple[float, float, float, float]
-    ) -> None:
-        x, y, dw, dh = place
-        source.data = {
-            "x": [x], "y": [y], "dw": [dw], "dh": [dh], "stress": [values.astype(np.float32)]
-        }  # fmt: skip
 
     def _mark(self, index: int) -> None:
         assert self._result is not None

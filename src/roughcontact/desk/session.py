@@ -12,7 +12,7 @@ from typing import Any
 
 from roughcontact import files
 from roughcontact.batch.project import DESK
-from roughcontact.desk.live_solver import Event, Failed, Live, Prepared
+from roughcontact.desk.live_solver import PREVIEW_POINTS, Answer, Event, Failed, Live, Prepared
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
@@ -234,6 +234,9 @@ def _toml(value: Value) -> str:
 _REMEMBERED = 200
 """States that undoing goes back."""
 
+# The tolerance of a preview.
+_ROUGH = "1e-4"
+
 # What a surface is prepared with where only that can be done: any material serves.
 _STAND_IN = {"material": "100Cr6", "load": "1 N", "boundary": "free"}
 
@@ -390,7 +393,17 @@ class Session:
             self._on_event(self.failure)
             return
         self._wanted = request
-        self._live.ask(request, prepare_only=bool(state.missing))
+        self._live.ask(request, Answer.MAPS if state.missing else Answer.CONTACT)
+
+    def preview(self, name: str, value: Value) -> bool:
+        """Solve the contact with another load on larger pixels; False where that does not pay."""
+        prepared = self.prepared
+        shape = (0,) if prepared is None or self._state.missing else prepared.surfaces[0].shape
+        if max(shape) <= PREVIEW_POINTS:
+            return False
+        request = self._state.having(name, value).request(uncalibrated=True, tolerance=_ROUGH)
+        self._live.ask(request, Answer.PREVIEW)
+        return True
 
     def close(self) -> None:
         """End the work of this session; the project file stays."""
@@ -453,4 +466,4 @@ class Session:
         }
         specified["missing"] = "mask"
         self._wanted = replace(self._state, specified=MappingProxyType(specified)).request()
-        self._live.ask(self._wanted, prepare_only=True)
+        self._live.ask(self._wanted, Answer.MAPS)

@@ -8,65 +8,171 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from bokeh.core.property.descriptors import UnsetValueError
 from bokeh.layouts import gridplot
 from bokeh.models import Axis, ColorBar, Column, ColumnDataSource, FixedTicker, HoverTool
 from bokeh.plotting import figure
+from bokeh.themes import Theme
 from numpy.typing import NDArray
 from panel.io.document import hold
 from panel.io.state import state
 from panel.models import HTML
 
-INK, QUIET, LINE, GROUND, ACCENT = "#1f2328", "#59636e", "#d8dee4", "#f6f8fa", "#1f6feb"
-WARNING, CAUTION = "#b42318", "#8a5a00"
-SIDE = 336
-"""Width of the column of controls."""
+INK, QUIET, LINE, ACCENT, WARNING = "#14181f", "#525b67", "#dfe3e7", "#0b5cad", "#a6320c"
+"""Colors of figures, and of what comes before or after the page."""
 
-FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, "Liberation Sans", sans-serif'
+FONT = '-apple-system, "Segoe UI", Roboto, "Noto Sans", "Helvetica Neue", Arial, sans-serif'
+
+_LIGHT = f"""
+  --bg: #f5f6f7; --surface: #ffffff; --sunken: #eef0f2; --line: {LINE}; --control: #858e99;
+  --text: {INK}; --muted: {QUIET}; --accent: {ACCENT}; --accent-weak: #e6f0fa;
+  --on-accent: #ffffff; --ok: #14733f; --caution: #7d5400; --warning: {WARNING};
+  --warning-weak: #fdece5; --body: #c9d3de; --body-edge: #3f5f85;
+  --shadow: 0 8px 28px rgba(15, 20, 30, .18);
+"""
+_DARK = """
+  --bg: #101317; --surface: #171b21; --sunken: #1f242b; --line: #2b313a; --control: #6d7885;
+  --text: #e8ebef; --muted: #a4adb9; --accent: #74b6ff; --accent-weak: #172a3f;
+  --on-accent: #0b1420; --ok: #5fcd92; --caution: #efc163; --warning: #ff9d7a;
+  --warning-weak: #341d15; --body: #39434f; --body-edge: #9cc3f0;
+  --shadow: 0 8px 28px rgba(0, 0, 0, .55);
+"""
+
+PAGE = f"""
+:host {{ color-scheme: light dark; background: var(--bg); height: 100vh; overflow: hidden;
+  {_LIGHT} }}
+@media (prefers-color-scheme: dark) {{ :host {{ {_DARK} }} }}
+"""
+"""The tokens that all parts of the page inherit; those in the dark follow the system."""
 
 TEXT = f"""
-:host {{ font-family: {FONT}; font-size: 13px; color: {INK}; }}
-.bk-input, .bk-btn, label, .bk-input-group {{ font-family: {FONT}; font-size: 13px; }}
-.bk-input {{ border-radius: 5px; border-color: {LINE}; }}
-.bk-input:focus {{ border-color: {ACCENT}; outline: 2px solid {ACCENT}33; }}
-.wrong, :host(.wrong) {{ color: {WARNING}; font-size: 12px; }}
-h1 {{ font-size: 16px; margin: 6px 14px 0 0; font-weight: 600; }}
-h2 {{ font-size: 12px; margin: 0 0 4px; font-weight: 600; color: {QUIET};
-  text-transform: uppercase; letter-spacing: .05em; }}
+:host {{ font-family: {FONT}; font-size: 13px; line-height: 1.4; color: var(--text);
+  font-variant-numeric: tabular-nums; }}
+.bk-input, .bk-btn, label, .bk-input-group {{ font-family: {FONT}; font-size: 13px;
+  color: var(--text); }}
+.bk-input {{ border-radius: 4px; border-color: var(--control); background-color: var(--surface); }}
+label, .bk-input-group > label {{ font-size: 12px; color: var(--muted); }}
+.bk-input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
+.bk-btn {{ padding: 4px 10px !important; border-radius: 4px !important; white-space: nowrap; }}
+.bk-btn-default {{ background: var(--surface) !important; color: var(--text) !important;
+  border: 1px solid var(--control) !important; }}
+.bk-btn-default:hover {{ background: var(--sunken) !important; }}
+.bk-btn-primary {{ background: var(--accent) !important; border: 1px solid transparent !important;
+  color: var(--on-accent) !important; }}
+.bk-btn:focus-visible {{ outline: 2px solid var(--accent); outline-offset: 2px; }}
+a {{ color: var(--accent); }}
+.wrong, :host(.wrong) {{ color: var(--warning); font-size: 12px; }}
+h1 {{ font-size: 15px; margin: 0; font-weight: 650; white-space: nowrap; }}
+h2 {{ font-size: 13px; margin: 0 0 4px; font-weight: 600; }}
 p {{ margin: 0 0 6px; }}
-.quiet {{ color: {QUIET}; }}
+.quiet {{ color: var(--muted); }}
 progress {{ height: 6px; }}
-.fold {{ font-size: 13px; color: {ACCENT}; }}
-.numbers {{ display: flex; flex-wrap: wrap; gap: 4px 22px; }}
-.numbers div {{ display: flex; flex-direction: column; }}
-.numbers dt {{ color: {QUIET}; font-size: 11px; }}
-.numbers dd {{ margin: 0; font-size: 15px; font-weight: 600; font-variant-numeric: tabular-nums; }}
-table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; }}
-td, th {{ padding: 2px 12px 2px 0; text-align: left; vertical-align: top; font-weight: 400; }}
-th {{ color: {QUIET}; }}
-tr + tr td {{ border-top: 1px solid {LINE}; }}
-ul.cautions {{ margin: 0; padding: 0; list-style: none; max-height: 78px; overflow-y: auto; }}
-ul.cautions li {{ margin: 0 0 2px; padding-left: 8px; border-left: 3px solid {LINE}; }}
-ul.cautions li.warning {{ border-color: {WARNING}; }}
-ul.cautions li.caution {{ border-color: {CAUTION}; }}
+.fold {{ font-size: 12px; color: var(--accent); }}
+table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 12px; }}
+td, th {{ padding: 3px 12px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}
+th {{ color: var(--muted); }}
+tr + tr td {{ border-top: 1px solid var(--line); }}
+.warning {{ color: var(--warning); }} .caution {{ color: var(--caution); }}
+.step {{ display: grid; grid-template-columns: 14px minmax(0, 1fr); gap: 8px; text-align: left; }}
+.step h2 {{ margin: 0; }}
+.step p {{ margin: 0; font-size: 12px; overflow-wrap: anywhere; }}
+.step b {{ font-weight: 500; color: var(--text); }}
+.good {{ color: var(--ok); }} .bad {{ color: var(--warning); }}
+ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
+ul.cautions li {{ margin: 0 0 4px; color: var(--text); }}
 ul.cautions b {{ font-weight: 600; }}
-.good {{ color: #1a7f37; }} .bad {{ color: {WARNING}; }}
-pre {{ background: {GROUND}; border: 1px solid {LINE}; border-radius: 5px; padding: 8px;
-  overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
+h2 > button {{ font: inherit; font-size: 12px; font-weight: 400; margin-left: 8px;
+  color: var(--text); background: var(--surface); border: 1px solid var(--control);
+  border-radius: 4px; cursor: pointer; }}
+pre {{ background: var(--surface); border: 1px solid var(--line); border-radius: 4px;
+  padding: 8px; overflow-x: auto; font-size: 12px; white-space: pre-wrap; }}
 """
 
-FOLD = f"""
-:host(.card) {{ border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
-  outline: none; background: white; }}
-.card-header {{ padding: 2px 0 !important; border: 0 !important; min-height: 0 !important;
-  background: transparent !important; cursor: pointer; }}
-.card-header:focus-visible {{ outline: 2px solid {ACCENT}; }}
+NUMBERS = """
+dl { display: flex; margin: 0; }
+dl div { padding: 0 14px; border-left: 1px solid var(--line); }
+dl div:first-child { border-left: 0; padding-left: 0; }
+dt { font-size: 12px; line-height: 16px; color: var(--muted); white-space: nowrap; }
+dd { margin: 0; font-size: 18px; line-height: 24px; font-weight: 600; white-space: nowrap; }
+small { display: block; font-size: 11px; line-height: 15px; color: var(--muted);
+  white-space: nowrap; min-height: 15px; }
+@media (max-width: 1420px) { dl div { padding: 0 9px; } dd { font-size: 16px; } }
 """
 
-OLD = {"opacity": "0.4"}
-"""How results look that answer another request than the last."""
+CHIP = """
+.chip { display: inline-flex; gap: 7px; align-items: center; font-size: 12px; font-weight: 500;
+  line-height: 15px; }
+.chip::before { content: ""; width: 8px; height: 8px; border-radius: 50%; flex: none;
+  background: currentColor; }
+"""
 
-SECTION = {"border-top": f"1px solid {LINE}", "padding-top": "8px"}
+BAR = """
+:host { align-items: center; gap: 6px 20px; padding: 6px 16px; background: var(--surface);
+  border-bottom: 1px solid var(--line); flex: none; box-sizing: border-box; }
+@media (max-width: 1239px) { :host { flex-wrap: wrap; } }
+"""
+
+LEFT, NARROW = 272, 1200
+"""Width of the left column, and of a window whose tables are below its maps [dots]."""
+
+TOP = """
+:host { align-items: center; padding: 0 16px; background: var(--surface);
+  border-bottom: 1px solid var(--line); flex: none; box-sizing: border-box; }
+"""
+LEFT_SIDE = """
+:host { background: var(--surface); border-right: 1px solid var(--line); flex: none; }
+"""
+CONTACT = f"""
+:host {{ gap: 16px; padding: 12px 16px; box-sizing: border-box; align-items: flex-start; }}
+@media (max-width: {NARROW - 1}px) {{ :host {{ flex-direction: column !important; }} }}
+"""
+RAIL = f"""
+:host {{ border-left: 1px solid var(--line); padding-left: 16px; box-sizing: border-box;
+  min-width: 0; }}
+@media (max-width: {NARROW - 1}px) {{ :host {{ border: 0; padding: 0; }} }}
+"""
+
+VIEW = ":host { padding: 12px 16px; box-sizing: border-box; }"
+
+COLUMN = """
+:host { overflow-y: auto; scrollbar-width: thin; height: 100%; box-sizing: border-box; }
+"""
+
+DRAWER = """
+:host { position: fixed !important; z-index: 20; top: 125px; right: 0; bottom: 0;
+  width: min(440px, 100vw) !important; height: auto !important; box-sizing: border-box;
+  padding: 16px 24px;
+  overflow-y: auto; background: var(--surface); border-left: 1px solid var(--line);
+  box-shadow: var(--shadow); }
+@media (max-width: 1239px) { :host { top: 186px; } }
+"""
+
+GRID = """
+.slick-header-column { height: 34px !important; padding: 0 3px !important; }
+.slick-header-column, .slick-column-name { white-space: normal !important; line-height: 16px;
+  color: var(--muted); }
+.slick-row, .slick-row .slick-cell { background: var(--surface) !important;
+  color: var(--text) !important; }
+.slick-row .slick-cell.selected { background: var(--accent-weak) !important; }
+"""
+
+FOLD = """
+:host(.card) { border: 0 !important; border-radius: 0 !important; box-shadow: none !important;
+  outline: none; background: transparent; flex: none !important; max-height: none !important; }
+.card-header { flex: none; position: static !important; padding: 2px 0 !important;
+  border: 0 !important; min-height: 0 !important;
+  background: transparent !important; cursor: pointer; color: var(--text) !important; }
+.card-button { color: var(--muted) !important; }
+.card-header:focus-visible { outline: 2px solid var(--accent); }
+"""
+STEP = f"""{FOLD}
+:host(.card) {{ border-bottom: 1px solid var(--line) !important; }}
+.card-header {{ padding: 9px 12px !important; align-items: flex-start !important; }}
+.card-header:hover {{ background: var(--sunken) !important; }}
+"""
+
+NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"}
+"""How results look that answer another request than the last; a quick answer leaves no trace."""
+
 SHEETS: dict[str, Any] = {"stylesheets": [TEXT]}
 SHEET: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 0)}
 BLOCK: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
@@ -86,10 +192,25 @@ BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}
 
 TEXT_SIZE, SMALL = "12px", "11px"
 
-GRID, FRAME = "#e4e4e4", "#b8b8b8"
+_COLORS = {False: (INK, "#e4e4e4", "#b8b8b8"), True: ("#e8ebef", "#2b313a", "#6d7885")}
 
-MAP_BORDERS: dict[str, Any] = {"min_border_left": 34, "min_border_right": 64}
-"""The same for all maps, so that their frames are equal [dots]."""
+
+def theme(dark: bool) -> Theme:
+    """Return the colors of what figures have around their data."""
+    text, grid, frame = _COLORS[dark]
+    axis = dict.fromkeys(("axis_label_text_color", "major_label_text_color"), text)
+    return Theme(
+        json={
+            "attrs": {
+                "Plot": {"outline_line_color": frame},
+                "Axis": {**axis, "major_tick_line_color": frame},
+                "Grid": {"grid_line_color": grid},
+                "Title": {"text_color": text},
+                "Legend": {"label_text_color": text},
+                "BaseColorBar": {"major_label_text_color": text},
+            }
+        }
+    )
 
 
 def quiet(plot: Any) -> None:
@@ -97,21 +218,16 @@ def quiet(plot: Any) -> None:
     plot.title.text_font = FONT
     plot.title.text_font_size = TEXT_SIZE
     plot.title.text_font_style = "bold"
-    plot.title.text_color = INK
     plot.title.offset = 0
-    plot.outline_line_color = FRAME
     plot.background_fill_color = None
     plot.border_fill_color = None
     for axis in plot.select(Axis):
         axis.axis_label_text_font = axis.major_label_text_font = FONT
         axis.axis_label_text_font_size = axis.major_label_text_font_size = SMALL
         axis.axis_label_text_font_style = "normal"
-        axis.axis_label_text_color = axis.major_label_text_color = INK
         axis.axis_label_standoff = 4
         axis.axis_line_color = None
-        axis.major_tick_line_color = FRAME
         axis.minor_tick_line_color = None
-    plot.grid.grid_line_color = GRID
     plot.toolbar.logo = None
 
 
@@ -191,15 +307,6 @@ def quiet_legend(plot: Any) -> None:
     legend.glyph_height = legend.glyph_width = 16
     legend.click_policy = "hide"
     legend.location = "left"
-
-
-def frame(plot: Any, unknown: tuple[float, float]) -> tuple[float, float]:
-    """Return the dots (y, x) of a figure's frame, which the browser tells once it has drawn it."""
-    try:
-        height, width = plot.inner_height, plot.inner_width
-    except UnsetValueError:
-        return unknown
-    return (height, width) if height and width else unknown
 
 
 def bar_of(mapper: Any) -> Any:

@@ -60,10 +60,10 @@ export function render({ model, el }) {
 
 _SHEET = f"""
 :host {{ border: 0; }}
-.brought {{ display: block; border: 1px dashed {style.QUIET}; border-radius: 6px; padding: 10px;
-  cursor: pointer; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
-.brought:hover, .brought.over, .brought:focus-within {{ border-color: {style.ACCENT};
-  background: {style.ACCENT}0d; }}
+.brought {{ display: block; border: 1px dashed var(--muted); border-radius: 6px; padding: 10px;
+  cursor: pointer; font-family: {style.FONT}; font-size: 13px; color: var(--text); }}
+.brought:hover, .brought.over, .brought:focus-within {{ border-color: var(--accent);
+  background: var(--accent-weak); }}
 .brought input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
 .brought progress {{ width: 100%; }}
 """
@@ -122,38 +122,75 @@ export function render({ model }) {
 """
 
 _STRIP_SHEET = f"""
-div {{ display: flex; gap: 2px; width: 100%; border-bottom: 1px solid {style.LINE}; }}
-button {{ font-family: {style.FONT}; font-size: 13px; color: {style.INK}; background: none;
+div {{ display: flex; gap: 2px; width: 100%; height: 100%; }}
+button {{ font-family: {style.FONT}; font-size: 13px; color: var(--text); background: none;
   border: 0; border-bottom: 2px solid transparent; padding: 7px 10px; cursor: pointer; }}
-button:hover {{ background: {style.GROUND}; }}
-button[aria-selected=true] {{ border-color: {style.ACCENT}; font-weight: 600; }}
-button:focus-visible {{ outline: 2px solid {style.ACCENT}; outline-offset: -2px; }}
+button:hover {{ background: var(--sunken); }}
+button[aria-selected=true] {{ border-color: var(--accent); font-weight: 600; }}
+button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; }}
 """
 
 _SLIDER = """
 export function render({ model }) {
-  const area = document.createElement("label");
-  const words = document.createElement("span");
+  const area = document.createElement("div");
   const input = document.createElement("input");
-  words.textContent = model.words;
+  const shown = document.createElement("output");
+  const marks = document.createElement("div");
   input.type = "range";
   input.min = 0;
-  input.max = model.end;
+  input.setAttribute("aria-label", model.words);
+  input.title = model.words;
+  shown.setAttribute("aria-hidden", true);
+  let drags = false, count = 0;
+  const place = (part) => `calc(8px + ${part} * (100% - 16px))`;
   const show = () => {
-    if (input.valueAsNumber != model.value) input.value = model.value;
-    input.setAttribute("aria-valuetext", model.value_text);
+    const at = input.valueAsNumber;
+    const given = at == model.value && model.text;
+    const text = given || (model.texts[at] ?? "");
+    input.setAttribute("aria-valuetext", text);
+    shown.textContent = text;
+    shown.style.left = place(at / (input.max || 1));
   };
-  input.addEventListener("input", () => { model.value = input.valueAsNumber; });
-  model.on(["value", "said"], show);
-  show();
-  area.append(words, input);
+  const put = () => {
+    input.max = model.end;
+    input.disabled = shown.hidden = model.texts.length == 0;
+    if (!drags) input.value = model.value;
+    show();
+  };
+  const rule = () => marks.replaceChildren(...model.ticks.map(([part, text]) => {
+    const mark = document.createElement(text ? "b" : "i");
+    mark.textContent = text;
+    mark.style.left = place(part);
+    return mark;
+  }));
+  const tell = (done) => {
+    model.moved = { value: input.valueAsNumber, done, count: count = count + 1 };
+  };
+  input.addEventListener("pointerdown", () => { drags = true; });
+  input.addEventListener("input", () => { show(); if (drags) tell(false); });
+  input.addEventListener("change", () => { drags = false; tell(true); });
+  input.addEventListener("pointerup", () => { drags = false; });
+  model.on(["value", "text", "texts"], put);
+  model.on("ticks", rule);
+  put();
+  rule();
+  area.append(input, shown, marks);
   return area;
 }
 """
 
 _SLIDER_SHEET = f"""
-label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
-input {{ display: block; width: 100%; margin: 10px 0 0; accent-color: {style.ACCENT}; }}
+:host > div {{ position: relative; height: 54px; width: 100%; font: 11px/14px {style.FONT}; }}
+input {{ position: absolute; top: 18px; left: 0; width: 100%; margin: 0; height: 16px;
+  accent-color: var(--accent); cursor: pointer; }}
+output {{ position: absolute; top: -1px; transform: translateX(-50%); padding: 1px 6px;
+  border-radius: 3px; font-weight: 600; white-space: nowrap; background: var(--text);
+  color: var(--surface); }}
+i, b {{ position: absolute; top: 36px; font-weight: 400; white-space: nowrap; color: var(--muted);
+  transform: translateX(-50%); }}
+i {{ width: 1px; height: 4px; background: var(--control); }}
+b::before {{ content: ""; display: block; width: 1px; height: 5px; margin: 0 auto;
+  background: var(--control); }}
 """
 
 
@@ -173,8 +210,8 @@ export function render({ model }) {
 
 _CHECK_SHEET = f"""
 label {{ display: flex; gap: 6px; align-items: center; font-family: {style.FONT}; font-size: 13px;
-  color: {style.INK}; cursor: pointer; }}
-input {{ accent-color: {style.ACCENT}; margin: 0; }}
+  color: var(--text); cursor: pointer; }}
+input {{ accent-color: var(--accent); margin: 0; }}
 """
 
 
@@ -201,10 +238,10 @@ export function render({ model }) {
 """
 
 _FIELD_SHEET = f"""
-label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: {style.INK}; }}
+label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: var(--text); }}
 input {{ display: block; box-sizing: border-box; width: 100%; height: 32px; padding: 0 12px;
-  font: inherit; border: 1px solid {style.LINE}; border-radius: 5px; }}
-input:focus {{ border-color: {style.ACCENT}; outline: 2px solid {style.ACCENT}33; }}
+  font: inherit; border: 1px solid var(--line); border-radius: 5px; }}
+input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
 """
 
 
@@ -219,26 +256,25 @@ class TabStrip(JSComponent):  # type: ignore[misc]
 
 
 class Tabs:
-    """Pages of which one is shown, and only that one is there: Bokeh lays out no hidden figure."""
+    """A strip and a body of which one part is there: Bokeh lays out no hidden figure."""
 
     def __init__(
         self, parts: Mapping[str, Any], turned: Callable[[], None], sizing: str = "stretch_width"
     ) -> None:
         about = {**style.TABS, "sizing_mode": sizing}
         self._parts, self._turned = list(parts.values()), turned
-        self._strip = TabStrip(names=list(parts), **style.STRIP)
-        self._body = pn.Column(**about)
-        self._strip.param.watch(lambda _: self._turn(), "active")
-        self.root = pn.Column(self._strip, self._body, **about)
+        self.strip = TabStrip(names=list(parts), **style.STRIP)
+        self.body = pn.Column(**about)
+        self.strip.param.watch(lambda _: self._turn(), "active")
         self._put()
 
     @property
     def active(self) -> int:
         """The place of the one that is shown."""
-        return int(self._strip.active)
+        return int(self.strip.active)
 
     def _put(self) -> None:
-        self._body[:] = [self._parts[self.active]]
+        self.body[:] = [self._parts[self.active]]
 
     def _turn(self) -> None:
         self._put()
@@ -246,17 +282,147 @@ class Tabs:
 
 
 class Slider(JSComponent):  # type: ignore[misc]
-    """A slider with its label; screen readers read ``value_text``, the meaning of its value."""
+    """A slider with a scale, whose positions have texts; it reports each move of its thumb.
+
+    ``text`` is what is given, which may be between two positions.
+    """
 
     words = param.String("")
     end = param.Integer(1)
     value = param.Integer(0)
-    value_text = param.String("")
+    text = param.String("")
+    texts = param.List([])
+    ticks = param.List([])
+    moved = param.Dict({})
 
     # Milliseconds that a value waits for one that follows it: the 50 of others are half a step.
     _debounce: ClassVar[int] = 5
     _esm = _SLIDER
     _stylesheets: ClassVar = [_SLIDER_SHEET]
+
+
+_CHOICE = """
+export function render({ model }) {
+  const area = document.createElement("div");
+  area.setAttribute("role", "radiogroup");
+  area.className = "choice";
+  area.setAttribute("aria-label", model.words);
+  const face = "M4 17l5-3 6 4 5-6 6 3 6-5 6 6 6-3 6 5 6-4 5 3";
+  const pictures = {
+    ends: `<rect x="2" y="4" width="60" height="4" class="upper"/>
+      <path d="${face}V34H4Z" transform="translate(13 0) scale(.6 1)" class="body"/>`,
+    continues: `<rect x="0" y="4" width="64" height="4" class="upper"/>
+      <path d="M0 16${face.slice(5)}L64 15V34H0Z" class="body"/>
+      <path d="M16 10V34M48 10V34" class="cut"/>`,
+  };
+  const inputs = model.options.map(([value, text, picture]) => {
+    const label = document.createElement("label");
+    const input = document.createElement("input");
+    const words = document.createElement("span");
+    input.type = "radio";
+    input.name = "choice";
+    input.value = value;
+    input.setAttribute("aria-label", text);
+    words.textContent = text;
+    if (picture in pictures) {
+      label.className = "pictured";
+      label.innerHTML = `<svg viewBox="0 0 64 36" aria-hidden="true">${pictures[picture]}</svg>`;
+    }
+    input.addEventListener("change", () => { model.value = value; });
+    label.prepend(input);
+    label.append(words);
+    area.append(label);
+    return input;
+  });
+  const show = () => inputs.forEach((input) => { input.checked = input.value == model.value; });
+  model.on("value", show);
+  show();
+  return area;
+}
+"""
+
+_CHOICE_SHEET = f"""
+.choice {{ display: grid; grid-template-columns: 1fr 1fr; gap: 8px; width: 100%;
+  font: 12px/15px {style.FONT}; color: var(--text); }}
+label {{ grid-column: 1 / 3; cursor: pointer; display: flex; gap: 6px; align-items: center; }}
+input {{ accent-color: var(--accent); margin: 0; }}
+.pictured {{ grid-column: auto; display: grid; align-content: start; gap: 4px; padding: 6px;
+  border: 1px solid var(--control); border-radius: 4px; position: relative; }}
+.pictured input {{ position: absolute; opacity: 0; }}
+.pictured:has(:checked) {{ border-color: var(--accent); background: var(--accent-weak);
+  box-shadow: 0 0 0 1px var(--accent); }}
+label:has(:focus-visible) {{ outline: 2px solid var(--accent); outline-offset: 2px; }}
+svg {{ width: 100%; height: 44px; }}
+.upper {{ fill: var(--control); }}
+.body {{ fill: var(--body); stroke: var(--body-edge); }}
+.cut {{ fill: none; stroke: var(--text); stroke-dasharray: 3 2; }}
+"""
+
+
+class PictureChoice(JSComponent):  # type: ignore[misc]
+    """A choice of one, some of it by pictures; `options` are value, text, and picture."""
+
+    words = param.String("")
+    options = param.List([])
+    value = param.String("")
+
+    _esm = _CHOICE
+    _stylesheets: ClassVar = [_CHOICE_SHEET]
+
+
+_FRAME = """
+export function render({ model }) {
+  const tell = () => { model.size = [window.innerWidth, window.innerHeight]; };
+  const scheme = window.matchMedia("(prefers-color-scheme: dark)");
+  const color = () => { model.dark = scheme.matches; };
+  scheme.addEventListener("change", color);
+  color();
+  let waits = 0, count = 0;
+  window.addEventListener("resize", () => {
+    clearTimeout(waits);
+    waits = setTimeout(tell, 150);
+  });
+  tell();
+  document.addEventListener("keydown", (event) => {
+    const at = event.composedPath()[0];
+    const kinds = ["range", "checkbox", "radio", "file"];
+    const typing = at.matches?.("input, select, textarea") && !kinds.includes(at.type);
+    const held = event.ctrlKey || event.metaKey;
+    let name = event.key;
+    if (held && name.toLowerCase() == "z") name = event.shiftKey ? "redo" : "undo";
+    else if (held || event.altKey || !/^([1-5?]|Escape)$/.test(name)) return;
+    if (typing && name != "Escape") return;
+    event.preventDefault();
+    model.key = { name, count: count = count + 1 };
+  });
+  const find = (root, match) => {
+    for (const one of root.querySelectorAll("*")) {
+      if (one.matches(match)) return one;
+      const inner = one.shadowRoot && find(one.shadowRoot, match);
+      if (inner) return inner;
+    }
+    return null;
+  };
+  model.on("sought", () => setTimeout(() => {
+    const place = find(document, "." + model.sought.place);
+    if (place == null) return;
+    place.scrollIntoView({ block: "nearest" });
+    find(place.shadowRoot, "input, select")?.focus();
+  }, 100));
+  return document.createElement("div");
+}
+"""
+
+
+class Frame(JSComponent):  # type: ignore[misc]
+    """The window: its size, colors and keys that are pressed; `sought` is a place to focus."""
+
+    size = param.List([1280, 800])
+    dark = param.Boolean(False)
+    key = param.Dict({})
+    sought = param.Dict({})
+
+    _esm = _FRAME
 
 
 class Check(JSComponent):  # type: ignore[misc]
@@ -362,10 +528,13 @@ class Views:
     def __init__(self, first: Any, others: Mapping[str, Callable[[], View]]) -> None:
         self._makers = list(others.values())
         self._created: dict[int, View] = {}
-        self._places = [pn.Column(sizing_mode="stretch_both", margin=0) for _ in others]
+        self._places = [
+            pn.Column(sizing_mode="stretch_both", margin=0, stylesheets=[style.VIEW])
+            for _ in others
+        ]
         parts = {"Contact": first, **dict(zip(others, self._places, strict=True))}
         self._tabs = Tabs(parts, self.show, "stretch_both")
-        self.root = self._tabs.root
+        self.strip, self.body = self._tabs.strip, self._tabs.body
 
     def show(self) -> None:
         """Have the part that is in sight show what there is."""

@@ -215,6 +215,18 @@ def ends(result: ContactResult, study: ResolutionStudy | None = None) -> dict[st
     }
 
 
+def brief_ends(result: ContactResult) -> dict[str, str]:
+    """Return the finite intervals of the key numbers, by key, without what is not in them."""
+    if result.pair.is_shared or not (result.converged and result.load):
+        return {}
+    return {
+        interval.name: phrases.between(interval.low, interval.high, quantity.format_value)
+        for quantity, interval in _named(result, None)
+        if interval.high < math.inf
+        and quantity.format_value(interval.low) != quantity.format_value(interval.high)
+    }
+
+
 def _ends(quantity: Quantity, interval: Interval) -> str:
     if math.isinf(interval.high):
         return f"{quantity.format_value(interval.value)}, no interval"

@@ -1,0 +1,184 @@
+"""The header: numbers of the contact, its state, the checklist before it, and the cautions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from functools import partial
+from typing import Any
+
+import panel as pn
+
+from roughcontact.cautions import Caution, Severity
+from roughcontact.contact.result import ContactResult
+from roughcontact.desk import style
+from roughcontact.desk.controls import Give, button, escaped, gravest_first, spelled
+from roughcontact.errors import ArgumentRef
+from roughcontact.report import contact, kinds, uncertainty
+from roughcontact.report.contact_fields import CONTACT, PROFILE_CONTACT
+from roughcontact.report.kind import TRUST, quantity_of
+from roughcontact.request.solve import TASK as SOLVE
+from roughcontact.units import counted
+
+_KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")
+
+_CHECKS = {
+    "file": ("Map", "step-map"),
+    "material": ("Material", "step-bodies"),
+    "boundary": ("Extent", "step-model"),
+    "missing": ("Missing points", "step-prepare"),
+    "load": ("Load", "step-load"),
+}
+"""What a contact needs, by the name of its option: how it is called, and where it is given."""
+
+_SHORTCUTS = (
+    ("1 to 5", "enlarge heights, pressure, contact, gap, indentation"),
+    ("arrow keys", "move the load, or the tabs"),
+    ("wheel", "zoom all maps"),
+    ("double click", "show the whole map"),
+    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
+    ("?", "show these keys"),
+    ("Esc", "close a drawer"),
+)
+
+
+def numbers(result: ContactResult) -> str:
+    """Return the six numbers with their intervals, or with those of the calibrated ceiling."""
+    ends, calibrated = uncertainty.brief_ends(result), contact.under_calibrated(result)
+    table = PROFILE_CONTACT if result.pair.is_profile else CONTACT
+    cells = []
+    for key in _KEYS:
+        if result.ceiling is None and key == "saturated_fraction":
+            continue
+        quantity = quantity_of(table, key)
+        row = quantity.row(result)
+        other = ends.get(key) or (f"calibrated {calibrated[key]}" if key in calibrated else "")
+        name = row.name[:1].upper() + row.name[1:]
+        cells.append(
+            f"<div><dt>{escaped(name)}</dt><dd>{escaped(quantity.format_value(row.value))}</dd>"
+            f"<small>{escaped(other)}</small></div>"
+        )
+    return f'<dl class="numbers">{"".join(cells)}</dl>'
+
+
+def trust(result: ContactResult) -> str:
+    """Return whether it is solved, and to what certificate, in a line."""
+    rows = {row.key: row for row in kinds.rows(result, TRUST, brief=True)}
+    shown = (rows[key] for key in ("status", "certificate") if key in rows)
+    texts = ", ".join(f"{row.name} {spelled(row.text)}" for row in shown)
+    texts = texts.removeprefix("status ")
+    kind = "good" if result.converged else "bad"
+    return f'<span class="{kind}">●</span> {escaped(texts)}; regime: {escaped(result.regime)}'
+
+
+def remedies(caution: Caution) -> Iterable[tuple[str, str, str | bool]]:
+    """Yield the settings that a caution advises: text, option and value."""
+    for part in caution.parts:
+        if not isinstance(part, ArgumentRef) or part.value is None:
+            continue
+        option = SOLVE.named(part.name)
+        if option is not None:
+            value = True if part.value is True else option.text(part.value)
+            yield f"Use {option.label.lower()} {value}", option.name, value
+
+
+class Header:
+    """The second line of the header and the drawer that it opens."""
+
+    def __init__(self, load: Any, give: Give, seek: Callable[[str], None]) -> None:
+        self._give = give
+        self.numbers = pn.pane.HTML("", margin=0, stylesheets=[style.TEXT, style.NUMBERS])
+        self._checks = {
+            name: button("", partial(seek, place)) for name, (_, place) in _CHECKS.items()
+        }
+        self.checklist = pn.Row(*self._checks.values(), margin=0, visible=False)
+        self.state = pn.pane.HTML("", margin=(2, 0), stylesheets=[style.TEXT, style.CHIP])
+        self.count = button("", partial(self._open, "Cautions"), margin=0, visible=False)
+        self._cautions: Sequence[Caution] = ()
+        self._topic = ""
+        self.drawer = pn.Column(visible=False, stylesheets=[style.TEXT, style.DRAWER], margin=0)
+        status = pn.Column(
+            self.state, self.count, width=180, margin=0, styles={"flex": "none"},
+        )  # fmt: skip
+        self.root = pn.Row(
+            load, self.numbers, self.checklist, status,
+            sizing_mode="stretch_width", min_height=76, margin=0, stylesheets=[style.BAR],
+        )  # fmt: skip
+
+    def show_state(self, text: str, kind: str = "quiet") -> None:
+        """Show the state in a few words: solving, up to date, out of date."""
+        self.state.object = f'<span role="status" class="chip {kind}">{escaped(text)}</span>'
+
+    def show_numbers(self, text: str, cautions: Iterable[Caution]) -> None:
+        """Show the numbers of a contact and the count of its cautions."""
+        self.checklist.visible, self.numbers.visible = False, True
+        self.numbers.object = text
+        self.show_cautions(cautions)
+
+    def show_lacking(self, lacking: Collection[str]) -> None:
+        """Show what the contact needs and what of it is there."""
+        self.numbers.visible, self.checklist.visible = False, True
+        self.numbers.object = ""
+        self.show_cautions(())
+        first = next((name for name in _CHECKS if name in lacking), None)
+        for name, check in self._checks.items():
+            title = _CHECKS[name][0]
+            check.visible = name != "missing" or name in lacking
+            check.label = title if name in lacking else f"✓ {title}"
+            check.color = "primary" if name == first else "default"
+
+    def show_cautions(self, cautions: Iterable[Caution]) -> None:
+        """Count the cautions of a contact; an open drawer lists them."""
+        self._cautions = gravest_first(cautions)
+        counts = [
+            counted(sum(item.severity == kind for item in self._cautions), str(kind))
+            for kind in Severity if any(item.severity == kind for item in self._cautions)
+        ]  # fmt: skip
+        self.count.label, self.count.visible = " · ".join(counts), bool(counts)
+        severe = bool(self._cautions) and self._cautions[0].severity == Severity.WARNING
+        self.count.styles = {"--text": "var(--warning)"} if severe else {}
+        if self._topic == "Cautions":
+            self._fill()
+
+    def press(self, key: str) -> None:
+        """Take a key: one that opens the list of keys, or closes the drawer."""
+        if key == "?":
+            self._open("Keys")
+        elif self._topic:
+            self.close()
+
+    def close(self) -> None:
+        """Close the drawer."""
+        self._topic, self.drawer.visible = "", False
+
+    def _open(self, topic: str) -> None:
+        if self._topic == topic:
+            self.close()
+            return
+        self._topic = topic
+        self._fill()
+        self.drawer.visible = True
+
+    def _fill(self) -> None:
+        head = pn.Row(
+            pn.pane.HTML(f"<h2>{self._topic}</h2>", sizing_mode="stretch_width", **style.SHEETS),
+            button("Close", self.close, margin=0),
+            sizing_mode="stretch_width",
+        )
+        if self._topic == "Keys":
+            rows = "".join(f"<tr><td>{key}</td><td>{text}</td></tr>" for key, text in _SHORTCUTS)
+            self.drawer[:] = [head, pn.pane.HTML(f"<table>{rows}</table>", **style.SHEET)]
+            return
+        parts = [part for caution in self._cautions for part in self._caution(caution)]
+        self.drawer[:] = [head, *parts] if parts else [head, pn.pane.HTML("No cautions.")]
+
+    def _caution(self, caution: Caution) -> list[Any]:
+        name = caution.kind.replace("-", " ")
+        text = (
+            f'<p><b class="{caution.severity}">{caution.severity} · {escaped(name)}</b></p>'
+            f"<p>{escaped(spelled(caution.text))}</p>"
+        )
+        todo = [
+            button(words, partial(self._give, option, value), margin=(0, 6, 12, 0))
+            for words, option, value in remedies(caution)
+        ]
+        return [pn.pane.HTML(text, sizing_mode="stretch_width", **style.SHEET), *todo]
