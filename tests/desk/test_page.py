@@ -193,8 +193,8 @@ def test_an_empty_file_is_refused_by_its_name_alone(page: Page, work: SavedProje
     settle(page)
     assert "mine.opd is empty" in text_of(page._notice)
     assert work.key not in text_of(page._notice)
-    page._views.strip.active = 4
-    take = page._views._created[4]
+    page._views.strip.active = 5
+    take = page._views._created[5]
     take._started()
     assert take._working._job.wait(PATIENCE) is not None
     settle(page)
@@ -243,8 +243,8 @@ def test_every_part_of_the_page_is_made_and_shows_the_contact(page: Page, tmp_pa
     made = page._views._created
     strip.active = 3
     assert "10 mN" in text_of(made[3]._differences)
-    strip.active = 4
-    assert "roughcontact solve" in text_of(made[4]._words)
+    strip.active = 5
+    assert "roughcontact solve" in text_of(made[5]._words)
     for number in range(4):
         page.sight.detail._tabs.strip.active = number
     for number in range(5):
@@ -407,8 +407,8 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
     assert made.wait(PATIENCE)
     page._document = Loop()
     assert page.session.wait(PATIENCE)
-    page._views.strip.active = 4
-    take = page._views._created[4]
+    page._views.strip.active = 5
+    take = page._views._created[5]
     assert "Polished, isotropic.npz" in text_of(take._words)
     take._kind.value = "the map itself"
     take._started()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageChops
 
 import roughcontact as rc
 
@@ -240,6 +240,11 @@ def picture(seat: Seat) -> Image.Image:
     return Image.open(io.BytesIO(seat.page.locator(".scene").screenshot())).convert("RGB")
 
 
+def alike(first: Image.Image, second: Image.Image) -> bool:
+    """Return whether two pictures are one but for the rounding of the corners of the page."""
+    return all(high <= 2 for _, high in ImageChops.difference(first, second).getextrema())
+
+
 @pytest.mark.process
 @pytest.mark.skipif(bool(_LACKING), reason=f"there is no {', no '.join(_LACKING)}")
 def test_one_turns_zooms_plays_and_takes_a_film(seat: Seat, path: Path, tmp_path: Path) -> None:
@@ -269,13 +274,13 @@ def test_one_turns_zooms_plays_and_takes_a_film(seat: Seat, path: Path, tmp_path
     page.mouse.wheel(0, -300)
     count = drawn(seat, count)
     page.wait_for_timeout(500)
-    assert picture(seat) != first
+    assert not alike(picture(seat), first)
     page.mouse.dblclick(at["x"] + 200, at["y"] + 150)
     page.wait_for_timeout(500)
-    assert picture(seat) == first
+    assert alike(picture(seat), first)
     scene.press("ArrowLeft")
     page.wait_for_timeout(500)
-    assert picture(seat) != first
+    assert not alike(picture(seat), first)
     scene.press("0")
     # Another load colors the same surface.
     seat.type("Value with unit", "40 MPa")

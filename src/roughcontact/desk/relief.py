@@ -167,6 +167,10 @@ class Relief(View):
             key, scale = PRESSURE, result_scales(result)[PRESSURE]
             values = rasters.pressure(rasters.pressed(result, view))
         bar = self._figures[key].right[0]
+        if bar.color_mapper.low is None:
+            # The map itself was not seen yet.
+            (low, high, _, _), factor, unit = scale
+            style.set_bar(bar, low * factor, high * factor, unit)
         head = json.dumps(_head(key, bar, values.shape, _words(result)))
         levels = _levels(values * np.float32(scale.factor), bar.color_mapper)
         return {"palette": _palette(bar.color_mapper), "colors": [head, levels.tobytes()]}

@@ -108,6 +108,8 @@ class State:
         return self.having("counter-surface", str(path))._named(path, name)
 
     def _named(self, path: Path, name: str) -> State:
+        # A project file holds no null character.
+        name = name.replace("\0", "")
         names = {**self.names, path.name: name} if name and name != path.name else self.names
         return replace(self, names=MappingProxyType(dict(names)))
 
