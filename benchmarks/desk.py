@@ -190,8 +190,6 @@ def measure(given: argparse.Namespace, folder: Path) -> None:
         try:
             seat = Seat(started, served.home)
             row("first page after the command", f"{time.perf_counter() - start:.2f} s")
-            seat.wait_for_title("Heights")
-            row("with the frames of the maps", f"{time.perf_counter() - start:.2f} s")
             seat.page.close()
             for points in given.points:
                 path = made(folder, points)

@@ -66,8 +66,9 @@ class Visitor:
     async def slide(self, by: int) -> float:
         """Move the slider; return how long it takes until the picture of the pressure is here."""
         self.position += by
-        event = {"kind": "ModelChanged", "model": {"id": self._slider}, "attr": "value",
-                 "new": self.position}  # fmt: skip
+        moved = {"type": "map", "entries": [["value", self.position], ["done", True]]}
+        event = {"kind": "ModelChanged", "model": {"id": self._slider}, "attr": "moved",
+                 "new": moved}  # fmt: skip
         start = time.perf_counter()
         await self._say("PATCH-DOC", {"events": [event]})
         await self.picture()

@@ -33,6 +33,12 @@ def pressed(seat: Any) -> None:
     seat.page.get_by_text("converged, certificate").wait_for()
 
 
+def raised(seat: Any) -> None:
+    """Show the heights with their pressure."""
+    seat.turn("3-D")
+    seat.page.locator(".scene").wait_for()
+
+
 def asked(seat: Any) -> None:
     """Show an analysis."""
     seat.turn("Analyze")
@@ -61,6 +67,7 @@ PICTURES: dict[str, tuple[Callable[[Any], None], str]] = {
         pressed,
         "A ground map under 100 MPa: numbers, messages, linked maps and a section",
     ),
+    "desk-relief": (raised, "3-D: the heights with the pressure on them"),
     "desk-ask": (asked, "Analyze: the load curve of the same contact"),
     "desk-joint": (
         joined,

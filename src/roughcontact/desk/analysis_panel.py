@@ -165,8 +165,9 @@ def picture(figure: tuple[str, bytes]) -> Any:
     return pn.pane.HTML(
         f'<img alt="{alt}" style="max-width: 100%; height: auto" '
         f'src="data:image/png;base64,{text}">',
-        **style.WIDE,
-    )
+        # Its height is known when it is decoded, after the column was laid out.
+        styles={"flex": "none"}, **style.WIDE,
+    )  # fmt: skip
 
 
 # What the joint does in the next model, asked of one contact: solved once, answered one by one.

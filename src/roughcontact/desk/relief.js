@@ -239,7 +239,7 @@ export function render({ model, el }) {
     const [size, unit] = map.length, [tallness, heightUnit] = map.height;
     const ticks = (first, last, scale, name, symbol, at, away) => {
       const [a, b] = [flat(inScene(...at(first))), flat(inScene(...at(last)))];
-      const parts = Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]) / 40, 1.5);
+      const parts = Math.max(Math.hypot(a[0] - b[0], a[1] - b[1]) / 60, 1.5);
       const step = round(((last - first) * scale) / parts) || 1;
       for (let n = Math.ceil((first * scale) / step - 1e-9); n * step <= last * scale * (1 + 1e-9); n++)
         text(number(n * step), at((n * step) / scale), away, 7);
