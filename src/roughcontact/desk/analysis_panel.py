@@ -165,9 +165,8 @@ def picture(figure: tuple[str, bytes]) -> Any:
     return pn.pane.HTML(
         f'<img alt="{alt}" style="max-width: 100%; height: auto" '
         f'src="data:image/png;base64,{text}">',
-        # Its height is known when it is decoded, after the column was laid out.
-        styles={"flex": "none"}, **style.WIDE,
-    )  # fmt: skip
+        **style.WIDE,
+    )
 
 
 # What the joint does in the next model, asked of one contact: solved once, answered one by one.

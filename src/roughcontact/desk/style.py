@@ -179,8 +179,10 @@ BLOCK: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 4, 0)}
 CONTROL: dict[str, Any] = {
     "stylesheets": [TEXT], "sizing_mode": "stretch_width", "margin": (0, 0, 4, 0),
 }  # fmt: skip
+# What is higher than the column that it is in makes that scroll, and lies over nothing.
+_TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
-    "stylesheets": [TEXT], "sizing_mode": "stretch_width", "margin": (0, 0, 6, 0),
+    "stylesheets": [TEXT, _TALL], "sizing_mode": "stretch_width", "margin": (0, 0, 6, 0),
 }  # fmt: skip
 TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
