@@ -39,7 +39,7 @@ void main() {
   color = vec4(own * (.4 + .6 * lit) + .12 * shine, 1.);
 }`;
 
-const START = { yaw: -1.05, pitch: 0.6, distance: 3.5 };
+const START = { yaw: -1.05, pitch: 0.6, distance: 3.8 };
 const HALF_ANGLE = 0.35; // Of what the camera sees, up and down.
 const PICTURE_WIDTH = 720;
 
