@@ -135,7 +135,7 @@ def _rounded(value: float) -> float:
 
 
 class Load:
-    """The load in its forms, and its slider; `drag` takes what the thumb passes."""
+    """The load in its forms, and its slider; ``drag`` takes what the thumb passes."""
 
     def __init__(self, session: Session, give: Give, drag: Give) -> None:
         self._session, self._give, self._drag = session, give, drag

@@ -415,7 +415,7 @@ export function render({ model }) {
 
 
 class Frame(JSComponent):  # type: ignore[misc]
-    """The window: its size, colors and keys that are pressed; `sought` is a place to focus."""
+    """The window: its size, colors and keys that are pressed; ``sought`` is a place to focus."""
 
     size = param.List([1280, 800])
     dark = param.Boolean(False)

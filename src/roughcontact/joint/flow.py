@@ -17,8 +17,8 @@ Near the threshold of percolation all of the pressure falls at one place, and in
 both ends the pressure differs by less than its last digit. It is therefore held as the sum of
 two numbers, the second of which is found from what the first leaves unbalanced.
 
-`Flow.sheared_gap`: The mean of g ∂p tells, by reciprocity, what a smooth face that slides past
-the rough one drags along: no second flow is computed for it.
+What a smooth face drags along that slides past the rough one follows by reciprocity from the mean
+of g ∂p (``Flow.sheared_gap``): no second flow is computed for it.
 
 A gas flows more easily where its molecules are rare: the conductances depend on the pressure, and
 the network is solved again with those at its last pressure until the flow balances.
