@@ -120,6 +120,15 @@ def test_a_joint_of_two_rough_faces_is_the_mean_of_draws(
     assert drawn["deviation"] == pytest.approx(np.std(values, ddof=1), rel=1e-6)
 
 
+def test_a_gas_leaks_the_mean_of_what_the_pairs_leak() -> None:
+    fluid = {"gas": "helium", "inlet": "2 bar", "outlet": "1 mbar", "flow_axis": "x"}
+    pairs = drawn_pairs([ROUGH], [rc.Surface(*rc.reference_map(32, 4))], 3)
+    each = [rc.leakage(pressed(first, counter_surface=second), **fluid) for first, second in pairs]
+    rates = [item.throughput(1)[0] for item in each]
+    assert max(rates) > 1.05 * min(rates) > 0
+    assert each[0].with_draws(each[1:]).throughput(1)[0] == pytest.approx(np.mean(rates))
+
+
 @pytest.mark.parametrize("ask", OF_ONE_PAIR)
 @pytest.mark.parametrize(
     "more",

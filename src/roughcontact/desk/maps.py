@@ -421,7 +421,7 @@ class Maps:
                 self._draw()
 
     def _arrange(self) -> None:
-        """Give all maps their places: one is large, the others are beside it if there are any."""
+        """Show one map large, the others as thumbnails."""
         width, height = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
         has_others = self._result is not None

@@ -66,7 +66,7 @@ _FIRST, _LAST = 2**16 // _COLORS, 2**16 - 1
 
 
 class Layer(NamedTuple):
-    """A map as whole numbers: a value is the lowest one and so many steps; 0 is no value."""
+    """A map as whole numbers: value = low + step × (code − ``_FIRST``); code 0 is missing."""
 
     codes: NDArray[np.uint16]
     low: float  # [SI]

@@ -116,7 +116,7 @@ def ansys(law: InterfaceLaw) -> str:
         *_head(law, "!"),
         f"! {_UNITS}",
         *_comments(
-            "The faces stand for planes at the highest summits: model them just touching. Before "
+            "The faces represent planes at the highest summits. Model them just touching. Before "
             "reading this file, set CID to the real constants of the contact elements (CONTA172 "
             "or CONTA174, pure penalty KEYOPT(2)=1, KEYOPT(10)=2) and MID to their material. "
             "FKN is the pressure over the penetration. Negative values are absolute, not factors.",
@@ -157,7 +157,7 @@ def moose(law: InterfaceLaw) -> str:
     lines = [
         *_head(law, "#"),
         *_comments(
-            "Units: m, Pa, W/(m^2 K), S/m^2. The faces stand for planes at the highest summits. "
+            "Units: m, Pa, W/(m^2 K), S/m^2. The faces represent planes at the highest summits. "
             "Pressure is over the distance by which the mean planes came closer since first "
             "touch, conductance over pressure. For c_normal take the slope named with a branch.",
             "#",

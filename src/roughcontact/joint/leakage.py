@@ -238,8 +238,8 @@ class Leakage(Result):
         Load that the pressure of the fluid carries, in the loads of the steps [N]; see
         `with_fluid_load`.
     draws : tuple of Mean
-        Permeability along y and x [m³] under the largest load over pairs of faces; see
-        `with_draws`.
+        Permeability along y and x [m³] under the largest load over pairs of faces, times the
+        factor of a gas; see `with_draws`.
     """
 
     steps: tuple[LeakageStep, ...]
@@ -258,11 +258,10 @@ class Leakage(Result):
     def with_draws(self, others: Sequence[Leakage]) -> Leakage:
         """Return the mean of this and other pairs of faces under the same loads."""
         every = (self, *others)
-        permeabilities = np.array([item.steps[-1].permeability for item in every])
-        skip = ("constriction",)
-        steps = (mean_of(steps, skip) for steps in zip(*(x.steps for x in every), strict=True))
-        draws = tuple(statistics.mean(permeabilities[:, axis, axis]) for axis in (0, 1))
-        return replace(self, steps=tuple(steps), draws=draws)
+        steps = tuple(map(_mean_step, zip(*(item.steps for item in every), strict=True)))
+        flows = np.array([_flow_of(item.steps[-1]) for item in every])
+        draws = tuple(statistics.mean(flows[:, axis]) for axis in (0, 1))
+        return replace(self, steps=steps, draws=draws)
 
     @property
     def cautions(self) -> tuple[Caution, ...]:
@@ -560,6 +559,23 @@ def _judged(
     yield from lift(seal.mean_pressure * height * width, result.load)
     if seal.gas is None:
         yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
+
+
+def _flow_of(step: LeakageStep) -> tuple[float, float]:
+    """Return the permeability along y and x times the factor of a gas [m³]."""
+    along_y, along_x = (step.permeability[axis][axis] * step.gas_factor[axis] for axis in (0, 1))
+    return along_y, along_x
+
+
+def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
+    mean = mean_of(steps, ("constriction", "gas_factor"))
+    # The flows of the pairs add up, not their factors.
+    flows = np.mean([_flow_of(step) for step in steps], axis=0)
+    along_y, along_x = (
+        float(flow / mean.permeability[axis][axis]) if mean.permeability[axis][axis] else 1.0
+        for axis, flow in enumerate(flows)
+    )
+    return replace(mean, gas_factor=(along_y, along_x))
 
 
 _THINNEST = 100.0

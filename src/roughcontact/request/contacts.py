@@ -157,7 +157,7 @@ def outcome(request: Request, work: Work, result: Any) -> Outcome:
 class Contacts:
     """The contacts of a request, solved as they are asked for."""
 
-    request: Request  # What was asked for
+    request: Request  # The request
     work: Work  # With what
     maps: Sequence[Surface]  # The maps that are pressed
     more: Sequence[Surface] = ()  # Other maps of the surface
