@@ -13,15 +13,22 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from roughcontact import memory
-from roughcontact.errors import FormatError, InputError, RoughcontactError
+from roughcontact.errors import FormatError, InputError
 from roughcontact.formats import matrices, source
-from roughcontact.formats.source import Asked, Channel, InputFormat, one_line, unit_in_meters
+from roughcontact.formats.source import (
+    Asked,
+    Channel,
+    InputFormat,
+    damage_as_error,
+    one_line,
+    unit_in_meters,
+)
 from roughcontact.surface.provenance import Operation
 from roughcontact.surface.surface import Surface
 
@@ -58,7 +65,7 @@ class _Measurement:
 
 def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
     """Return one map of a container."""
-    with _refused(path):
+    with _errors(path):
         measurements = _measurements(path)
         maps = [name for name, item in measurements.items() if item.is_map]
         names = maps if maps and requested.channel is None else list(measurements)
@@ -91,7 +98,7 @@ def read(path: Path, requested: Asked, format_of: FormatOf) -> Surface:
 def channels(path: Path, format_of: FormatOf) -> tuple[Channel, ...]:
     """Return the measurements of a container; line scans are no maps."""
     result = []
-    with _refused(path):
+    with _errors(path):
         for item in _measurements(path).values():
             if not item.is_map:
                 result.append(Channel(item.name, item.unit, False, ()))
@@ -208,16 +215,5 @@ def _unpacked(path: Path, name: str, format_of: FormatOf) -> Iterator[tuple[Path
         yield file, known
 
 
-@contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    """Turn what goes wrong with a container into one error."""
-    try:
-        yield
-    except RoughcontactError:
-        raise
-    # Damaged ones raise BadZipFile, KeyError, YAMLError, ValueError and more.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as a container of contact.engineering "
-            f"({one_line(error)}); download it again"
-        ) from None
+def _errors(path: Path) -> AbstractContextManager[None]:
+    return damage_as_error(path, "a container of contact.engineering", "download it again")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import itertools
 import math
@@ -11,6 +10,7 @@ import sys
 import zipfile
 from array import array
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, NamedTuple, TextIO
@@ -26,6 +26,7 @@ from roughcontact.formats.source import (
     Asked,
     Channel,
     asked_pixel,
+    damage_as_error,
     in_metres,
     is_length,
     one_line,
@@ -68,7 +69,7 @@ class Arrays:
     def read(self, name: str) -> NDArray[Any]:
         """Return an array; that of a ``.npy`` file is mapped and not read."""
         memory.require_size(self.path.name, self.heads[name].size)
-        with _refused(self.path):
+        with _errors(self.path):
             if not name:
                 return np.load(self.path, mmap_mode="r", allow_pickle=False)
             # The checksum is compared where the last byte is read.
@@ -80,7 +81,7 @@ class Arrays:
 
 def opened(path: Path, kind: str) -> Arrays:
     """Return what is in a file."""
-    with _refused(path):
+    with _errors(path):
         if kind == "npz":
             return Arrays(path, dict(_members(path)))
         with path.open("rb") as stream:
@@ -126,19 +127,10 @@ def _check_letters(values: NDArray[Any]) -> None:
             raise ValueError("text with letters that do not exist")
 
 
-@contextlib.contextmanager
-def _refused(path: Path) -> Iterator[None]:
-    """Turn whatever goes wrong with the content of a file into one error."""
-    try:
-        yield
-    except RoughcontactError:
-        raise
-    # Damaged files raise ValueError, BadZipFile, EOFError, SyntaxError, MemoryError and more.
-    except Exception as error:
-        raise FormatError(
-            f"{path.name} cannot be read as a file of NumPy ({one_line(error)}); save a real array "
-            "with numpy.save or numpy.savez"
-        ) from None
+def _errors(path: Path) -> AbstractContextManager[None]:
+    return damage_as_error(
+        path, "a file of NumPy", "save a real array with numpy.save or numpy.savez"
+    )
 
 
 # --- Matrices of plain numbers: NumPy files, and text with one row of the map a line ---
@@ -355,7 +347,7 @@ def _scaled(
     return surface_of(path, in_metres(values, metre), pixel, provenance, metre, stated)
 
 
-@contextlib.contextmanager
+@contextmanager
 def _naming(path: Path) -> Iterator[None]:
     """Turn the complaint about a quantity into one about the file that states it."""
     try:

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import files, memory, netcdf, units
-from roughcontact.errors import ArgumentRef, FormatError, InputError, input_error
+from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
@@ -244,6 +244,20 @@ def surface_of(
         return Surface(heights, pixel, replace(provenance, origin=origin))
     except InputError as error:
         raise FormatError(f"{path.name} holds no height map that can be used: {error}") from None
+
+
+@contextmanager
+def damage_as_error(path: Path, kind: str, advice: str) -> Iterator[None]:
+    """Turn whatever goes wrong with the content of a file into one error."""
+    try:
+        yield
+    except RoughcontactError:
+        raise
+    # Damaged files raise ValueError, BadZipFile, EOFError, KeyError, MemoryError and more.
+    except Exception as error:
+        raise FormatError(
+            f"{path.name} cannot be read as {kind} ({one_line(error)}); {advice}"
+        ) from None
 
 
 def one_line(error: BaseException) -> str:
