@@ -44,10 +44,10 @@ WINGS = ("material", "theory", "halfspace", "solvers", "surface")
 COPIED = ("src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "CHANGELOG.md")
 # Of the tests that import a wing, those of what is made of it: they take long, and would tell late.
 ELSEWHERE = (
-    "archive", "assumptions_page", "cli", "compare", "elastoplastic", "errors", "examples", "find",
-    "going", "history", "howto", "killed_runs", "latency", "limits", "options", "plots",
-    "references", "report", "robustness", "rolling_face", "run", "script", "sharing", "signals",
-    "stepping", "stress_plots", "volume_report",
+    "archive", "assumptions_page", "cli", "comparison", "elastoplastic", "errors", "examples",
+    "history", "howto", "increments", "killed_runs", "latency", "limits", "load_search",
+    "options", "plots", "references", "report", "robustness", "rolling_checkpoints",
+    "rolling_face", "run", "script", "sharing", "signals", "stress_plots", "volume_report",
 )  # fmt: skip
 # What processes of its own run, which coverage does not see, and the tests that start them.
 APART = {
@@ -113,6 +113,8 @@ def cover(folder: Path, extra: list[str]) -> None:
 
 def _files() -> Iterator[Path]:
     """Yield the files of tests that import a wing."""
+    if unknown := [name for name in ELSEWHERE if not (ROOT / f"tests/test_{name}.py").exists()]:
+        raise SystemExit(f"no such tests: {', '.join(unknown)}")
     named = re.compile(rf"roughcontact\.({'|'.join(WINGS)})\b")
     for path in sorted((ROOT / "tests").rglob("test_*.py")):
         near = path.parent.name in ("tests", "physics")
