@@ -190,3 +190,4 @@ def test_the_command_asks_solves_and_tells(
     assert [part["name"] for part in told["parts"]] == ["CrN", "Cr", "100Cr6"]
     assert len(told["faces"]) == 5
     assert "Bottom of Cr" in report.read_text("utf-8")
+    assert "Yielding of a coated body needs" not in report.read_text("utf-8")
