@@ -94,7 +94,6 @@ def test_a_script_repeats_it(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "a strip": lambda: solved(boundary="periodic-x"),
     "an estimate": lambda: rc.estimate(ROUGH, pressure="10 MPa", material=TOOL),
     "a law": lambda: rc.interface_law([solved(boundary="periodic")]),
     "tangential": lambda: rc.tangential(solved(), friction=0.1, force=0.01),

@@ -178,6 +178,122 @@ def test_a_period_is_its_waves() -> None:
     np.testing.assert_allclose(operator(wave), expected * wave, atol=1e-6 * expected)
 
 
+# --- Strips and profiles ---
+
+STRIPS = (Boundary.PERIODIC_X, Boundary.PERIODIC_Y)
+
+
+def on_strip(
+    body: rc.Material, shape: tuple[int, int], pixel: tuple[float, float], axis: int = 1
+) -> convolution.Convolution:
+    """Return the operator of a strip."""
+    pair = Coatings.of(body, rc.RIGID)
+    return convolution.strip(shape, pixel, 1 / body.compliance, axis, coatings=pair)
+
+
+def test_equal_materials_on_a_strip_are_none() -> None:
+    body, shape, pixel = rc.Material(1.0, 0.3, coating=[rc.Layer(1.0, 0.3, 2.0)]), (20, 14), (0.7, 1)
+    bare = convolution.strip(shape, pixel, 1 / body.compliance, 1)
+    np.testing.assert_allclose(
+        on_strip(body, shape, pixel).spectrum, bare.spectrum, atol=1e-12 * bare.spectrum.max()
+    )
+
+
+def waves_across(first: float, step: float, end: float) -> tuple[Array, Array]:
+    """Return Gauss nodes and weights from 0 to an end, in panels that grow up to a step."""
+    ends = np.concatenate([[0.0], np.geomspace(first, step, 60), np.arange(2 * step, end + 1, step)])
+    nodes, weights = leggauss(16)
+    half = np.diff(ends)[:, None] / 2
+    return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.03, 0.3, 3.0])
+def test_waves_on_a_strip_are_their_integral(name: str, thickness: float) -> None:
+    # Over waves across the strip, of which each pixel takes the mean.
+    body, shape, (dy, dx) = coated(name, thickness), (12, 20), (0.9, 1.3)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip(shape, (dy, dx), 30.0, slice(None))
+    bare = kernels.strip(shape, (dy, dx), 1.0, 30.0)[0]
+    k, weights = waves_across(1e-6, 0.5, 30 / thickness)
+    for wave in (1, 4, 10):
+        q = 2 * np.pi * wave / (20 * dx)
+        kappa = np.hypot(k, q)
+        response = excess(body, kappa * thickness) / kappa * dy * np.sinc(k * dy / (2 * np.pi))
+        scale = bare[wave] * max(1.0, 1 + excess(body, np.array([q * thickness]))[0])
+        for offset in (0, 1, 3, 11):
+            integral = 2 / np.pi * (response * np.cos(k * dy * offset)) @ weights
+            assert added[offset, wave] == pytest.approx(integral, abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.03, 1.0, 30.0])
+def test_a_profile_is_the_integral_over_its_pixels(name: str, thickness: float) -> None:
+    # Differences between pixels, in which neither the datum nor the longest waves matter.
+    body, dy = coated(name, thickness), 0.9
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip((40, 1), (dy, 1.0), 40.0, slice(None))[:, 0]
+    k, weights = waves_across(1e-7, 0.2, 30 / thickness)
+    response = excess(body, k * thickness) / k * dy * np.sinc(k * dy / (2 * np.pi)) * weights
+    softest = max(1.0, 1 + excess(body, np.array([1e-6]))[0])
+    for offset in (1, 2, 9, 12, 39):
+        integral = 2 / np.pi * response @ (np.cos(k * dy * offset) - 1)
+        assert added[offset] - added[0] == pytest.approx(integral, abs=1e-6 * dy * softest)
+
+
+def test_the_datum_of_a_coated_profile_is_where_a_line_displaces_nothing() -> None:
+    body = coated("stiff on polymer", 2.0)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip((400, 1), (0.1, 1.0), 30.0, slice(None))[:, 0]
+    assert abs(added[300]) < 1e-5 * added[0]
+    # On a rigid base displacement dies out, wherever a datum is.
+    film = coated("film on rigid", 2.0)
+    pair = Coatings.of(film, rc.RIGID)
+    assert pair is not None
+    far = kernels.strip((400, 1), (0.1, 1.0), 1.0, 7.0)[:, 0]
+    far = far + pair.strip((400, 1), (0.1, 1.0), 7.0, slice(None))[:, 0]
+    assert abs(far[-1]) < 1e-4 * far[0]
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
+def test_a_strip_is_symmetric_and_every_wave_moves(name: str, thickness: float) -> None:
+    body, shape, pixel = coated(name, thickness), (9, 12), (1.0, 1.5)
+    operator = on_strip(body, shape, pixel)
+    matrix = np.array([operator(unit.reshape(shape)).ravel() for unit in np.eye(math.prod(shape))])
+    largest = np.abs(matrix).max()
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * largest)
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    turned = on_strip(body, shape[::-1], pixel[::-1], axis=0)
+    here = np.zeros(shape)
+    here[3, 4] = 1
+    np.testing.assert_allclose(turned(here.T), operator(here).T, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_a_strip_is_one_of_far_periods(name: str) -> None:
+    # Of pressure without a mean or a moment, so that neither has to know where zero is.
+    body, pixel, sigma = coated(name, 3.0), (1.0, 0.8), 4.0
+    y, x = np.mgrid[:80, :12] * 1.0
+    across = (y - 39.7) / sigma
+    pressure = (1 - across**2) * np.exp(-(across**2) / 2) * (2 + np.cos(2 * np.pi * x / 12))
+    # What the layer adds has no waves as short as pixels, which a period and a strip take otherwise.
+    modulus, long = 1 / body.compliance, (1 << 14, 12)
+    bare = convolution.strip(pressure.shape, pixel, modulus, 1)(pressure)
+    found = on_strip(body, pressure.shape, pixel)(pressure) - bare
+    pair = Coatings.of(body, rc.RIGID)
+    whole, none = (convolution.periodic(long, pixel, modulus, coatings=of) for of in (pair, None))
+    rows = np.minimum(np.arange(long[0]), long[0] - np.arange(long[0]))
+    # The pixels of a strip press evenly across it.
+    symbol = (whole.spectrum - none.spectrum)[rows] * np.sinc(np.fft.fftfreq(long[0]))[:, None]
+    expected = np.fft.irfft2(np.fft.rfft2(pressure, long) * symbol, long)[:80]
+    expected += (found - expected).mean()
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(found).max())
+
+
 # --- A sphere ---
 
 

@@ -128,7 +128,7 @@ class Boundary(StrEnum):
         datum : float, optional
             As for `convolution.strip`; of no account where both axes are alike.
         coatings : Coatings, optional
-            Of the bodies; not available for strips.
+            Of the bodies.
         precision : {"double", "single"}
             Arithmetic of the transforms.
         workspace : Workspace, optional
@@ -139,13 +139,9 @@ class Boundary(StrEnum):
         Convolution
             The operator.
         """
-        more = {}
-        if coatings is not None:
-            self._require_known_below("coated bodies")
-            more = {"coatings": coatings}
         return _BEYOND[self].operator(
             shape, pixel, contact_modulus,
-            datum=datum, precision=precision, workspace=workspace, **more,
+            datum=datum, coatings=coatings, precision=precision, workspace=workspace,
         )  # fmt: skip
 
     def operators(
@@ -281,7 +277,7 @@ class _Beyond(NamedTuple):
     works : tuple of str
         Keys, in `roughcontact.references`, of the works that the response is from.
     operator : callable
-        ``operator(shape, pixel, contact_modulus, datum=, precision=, workspace=)``.
+        ``operator(shape, pixel, contact_modulus, datum=, coatings=, precision=, workspace=)``.
     known_below : bool
         Whether stress and plasticity below such a map are known.
     of_profile : str
