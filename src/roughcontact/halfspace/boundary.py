@@ -193,6 +193,7 @@ class Boundary(StrEnum):
         contact_modulus: float,
         ranks: Ranks,
         *,
+        coatings: Coatings | None = None,
         precision: str = "double",
         workspace: Workspace,
     ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
@@ -202,7 +203,7 @@ class Boundary(StrEnum):
         ----------
         edges, ranks
             As for `distributed.operators`.
-        shape, pixel, contact_modulus, precision, workspace
+        shape, pixel, contact_modulus, coatings, precision, workspace
             As for `operators`.
 
         Returns
@@ -218,7 +219,7 @@ class Boundary(StrEnum):
             raise self._not_known("a map on several ranks", known)
         return distributed.operators(
             symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
-            ranks, precision=precision, workspace=workspace,
+            ranks, coatings=coatings, precision=precision, workspace=workspace,
         )  # fmt: skip
 
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
