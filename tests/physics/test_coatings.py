@@ -17,6 +17,7 @@ from roughcontact.halfspace.coating import Coatings, excess, tabulate
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field
 from roughcontact.halfspace.tensors import von_mises
+from roughcontact.solvers.active_set import _kept_by_block
 
 Array = NDArray[np.float64]
 
@@ -192,7 +193,8 @@ def on_strip(
 
 
 def test_equal_materials_on_a_strip_are_none() -> None:
-    body, shape, pixel = rc.Material(1.0, 0.3, coating=[rc.Layer(1.0, 0.3, 2.0)]), (20, 14), (0.7, 1)
+    body = rc.Material(1.0, 0.3, coating=[rc.Layer(1.0, 0.3, 2.0)])
+    shape, pixel = (20, 14), (0.7, 1.0)
     bare = convolution.strip(shape, pixel, 1 / body.compliance, 1)
     np.testing.assert_allclose(
         on_strip(body, shape, pixel).spectrum, bare.spectrum, atol=1e-12 * bare.spectrum.max()
@@ -201,7 +203,8 @@ def test_equal_materials_on_a_strip_are_none() -> None:
 
 def waves_across(first: float, step: float, end: float) -> tuple[Array, Array]:
     """Return Gauss nodes and weights from 0 to an end, in panels that grow up to a step."""
-    ends = np.concatenate([[0.0], np.geomspace(first, step, 60), np.arange(2 * step, end + 1, step)])
+    grown = np.geomspace(first, step, 60)
+    ends = np.concatenate([[0.0], grown, np.arange(2 * step, end + 1, step)])
     nodes, weights = leggauss(16)
     half = np.diff(ends)[:, None] / 2
     return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
@@ -280,7 +283,7 @@ def test_a_strip_is_one_of_far_periods(name: str) -> None:
     y, x = np.mgrid[:80, :12] * 1.0
     across = (y - 39.7) / sigma
     pressure = (1 - across**2) * np.exp(-(across**2) / 2) * (2 + np.cos(2 * np.pi * x / 12))
-    # What the layer adds has no waves as short as pixels, which a period and a strip take otherwise.
+    # What the layer adds has no waves as short as pixels, which periods and strips take otherwise.
     modulus, long = 1 / body.compliance, (1 << 14, 12)
     bare = convolution.strip(pressure.shape, pixel, modulus, 1)(pressure)
     found = on_strip(body, pressure.shape, pixel)(pressure) - bare
@@ -407,6 +410,45 @@ def test_two_coated_bodies_add_up() -> None:
     half = rc.Material(105e9, 0.3, coating=[rc.Layer(210e9, 0.3, 1e-4)])
     one = rc.solve(ball, material=half, load=20.0, ceiling=None)
     np.testing.assert_allclose(both.pressure, one.pressure, atol=1e-5 * one.max_pressure)
+
+
+# --- A rough map ---
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("boundary", ["free", "periodic", "periodic-x"])
+def test_a_stiff_film_on_a_soft_body_takes_few_convolutions(
+    boundary: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = rc.Material(2e9, 0.4, coating=[rc.Layer(200e9, 0.2, 2e-6)])
+
+    def solved() -> rc.ContactResult:
+        surface = rc.Surface(*rc.reference_map(256))
+        return rc.solve(surface, material=body, load=1.0, ceiling=None, boundary=boundary)
+
+    quick = solved()
+    # A solver that takes it for a homogeneous body needs 111 to 278.
+    assert quick.convolutions <= 45
+    monkeypatch.setattr(Coatings, "bend", False)
+    slow = solved()
+    assert slow.convolutions > 2 * quick.convolutions
+    np.testing.assert_array_equal(quick.contact, slow.contact)
+    both = [result.certificate for result in (quick, slow)]
+    off = np.linalg.norm(quick.pressure - slow.pressure) / np.linalg.norm(slow.pressure)
+    assert off < sum(both)
+    assert quick.approach == pytest.approx(slow.approach, rel=1e-7)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1.9])
+def test_forces_of_blocks_stay_within_the_bounds(limit: float) -> None:
+    x = np.array([3.0, -1.0, 0.5, 2.0, -0.5, 1.0, -4.0, 1.0])
+    block = np.array([0, 0, 0, 1, 1, 1, 2, 2])
+    kept = _kept_by_block(x, limit, block, convolution.LocalSums())
+    assert kept.min() >= 0
+    assert kept.max() <= limit
+    force = np.bincount(block, kept)
+    np.testing.assert_allclose(force, [2.5, 2.5, 0.0], atol=3e-3)
+    assert kept[1] == kept[4] == kept[6] == 0
 
 
 # --- Stress below a sphere ---

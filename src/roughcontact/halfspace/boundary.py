@@ -139,10 +139,14 @@ class Boundary(StrEnum):
         Convolution
             The operator.
         """
-        return _BEYOND[self].operator(
-            shape, pixel, contact_modulus,
-            datum=datum, coatings=coatings, precision=precision, workspace=workspace,
+        of = partial(
+            _BEYOND[self].operator, shape, pixel, contact_modulus,
+            datum=datum, precision=precision, workspace=workspace,
         )  # fmt: skip
+        operator = of(coatings=coatings)
+        if coatings is not None and coatings.bend:
+            operator.surface = of(coatings=None).spectrum
+        return operator
 
     def operators(
         self,

@@ -43,6 +43,8 @@ _SMALL = 0.1
 _WAVES, _DEEPEST, _LONGEST = 2048, 4, 1e-3
 # Depth in waves below which F is a straight line, and more digits of it are rounding.
 _STRAIGHT = 1e-5
+# How much softer than the outermost layer the bodies are where it bends.
+_SOFT = 2.0
 # Exponent beyond which a wave has died out; terms of a sum over waves shorter than two pixels.
 _DEAD, _TERMS = 40.0, 12
 
@@ -359,6 +361,12 @@ class Coatings:
         shares = tuple(body.compliance / total for body in coated)
         return cls(coated, shares, all(math.isinf(body.young) for body in bodies))
 
+    @property
+    def bend(self) -> bool:
+        """Whether long waves move them far more than short ones do: stiff films on soft bodies."""
+        softer = map(_softer, self.bodies)
+        return sum(s * more for s, more in zip(self.shares, softer, strict=True)) > _SOFT
+
     def tables(self, reach: float) -> list[Table]:
         """Return the tables up to a distance [m], to be made once before threads share them."""
         return [
@@ -473,8 +481,9 @@ def _interpolant(material: Material, lowest: int) -> tuple[Array, Array]:
 
 def _row_means(table: Table, offsets: int, width: float) -> Array:
     """Return the means of D over pixels of a profile at consecutive offsets from 0."""
-    rows, shift = np.arange(offsets, dtype=float), 1 / math.sqrt(12)
-    means = sum(_lookup(table.kernel, np.abs(width * (rows + s))) for s in (-shift, shift)) / 2
+    places, shift = width * np.arange(offsets, dtype=float), width / math.sqrt(12)
+    means = _lookup(table.kernel, np.abs(places - shift)) + _lookup(table.kernel, places + shift)
+    means /= 2
     near = min(offsets, _NEAR)
     if width > _SMALL:
         edges = width * (np.arange(near + 1.0) - 0.5)

@@ -196,6 +196,9 @@ class Convolution:
     ----------
     self_displacement : float
         Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
+    surface : ndarray, optional
+        Spectrum of the outermost layers alone, where what is below is much softer; it has the
+        better `approximate_inverse`, as long waves are those of blocks of pixels.
     rows : slice
         Rows of the map that this process holds: all of them.
     sums : LocalSums
@@ -216,6 +219,7 @@ class Convolution:
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
+        self.surface: NDArray[Any] | None = None
         self.softness = softness
         self.self_displacement = softness * _value_at_origin(spectrum, padded)
         self.rows, self.sums = slice(0, shape[0]), LocalSums()
@@ -225,6 +229,11 @@ class Convolution:
         step = max(1, min(shape[0], fft.ROW_BYTES // (padded[1] * itemsize // 2)))
         self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
         self._column_step = max(4, min(self._rows[1], fft.COLUMN_BYTES // (padded[0] * itemsize)))
+
+    @property
+    def bends(self) -> bool:
+        """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
+        return self.surface is not None
 
     @property
     def wrapped(self) -> tuple[bool, bool]:
@@ -298,7 +307,7 @@ class Convolution:
         """
         if self.real is np.float32:
             return self
-        return Convolution(
+        single = Convolution(
             self.spectrum,
             self.shape,
             self.padded,
@@ -306,6 +315,8 @@ class Convolution:
             precision="single",
             softness=self.softness,
         )
+        single.surface = self.surface
+        return single
 
     def approximate_inverse(self) -> Convolution:
         """Return ``displacement / K₀₀ → pressure`` with next to no padding, in single precision.
@@ -317,7 +328,8 @@ class Convolution:
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
         period, waves = self.inverse_grid()
-        spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
+        of = self.spectrum if self.surface is None else self.surface
+        spectrum = of[np.ix_(*waves)].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return Convolution(

@@ -201,6 +201,7 @@ class SlabConvolution:
             self_displacement = softness * ranks.total(part)
         self.self_displacement = self_displacement
         self.spectrum = spectrum.astype(self.real, copy=False)
+        self.surface: NDArray[Any] | None = None
         self.softness = softness
         itemsize = np.dtype(self._complex).itemsize
         workspace.reserve(self._held[0] * self._held[1] * itemsize)
@@ -211,6 +212,11 @@ class SlabConvolution:
         widest = max(np.diff(layout.columns))
         travelling = max(self._column_step, TRAVELLING // (ny * itemsize))
         self._travels = cut_up(int(widest), int(travelling))
+
+    @property
+    def bends(self) -> bool:
+        """As of `Convolution`."""
+        return self.surface is not None
 
     @property
     def _height(self) -> int:
@@ -283,10 +289,12 @@ class SlabConvolution:
         """Return the same in single precision; itself where it is so."""
         if self.real is np.float32:
             return self
-        return SlabConvolution(
+        single = SlabConvolution(
             self.spectrum, self.layout, self.ranks, self.workspace,
             precision="single", softness=self.softness, self_displacement=self.self_displacement,
         )  # fmt: skip
+        single.surface = self.surface
+        return single
 
     def approximate_inverse(self) -> SlabConvolution:
         """Return ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
@@ -305,7 +313,8 @@ class SlabConvolution:
         columns = tuple(np.searchsorted(waves_x, layout.columns).tolist())
         inverse = replace(layout, padded=(period[0], period[1]), columns=columns)
         here = waves_x[inverse.waves(self.ranks.number)] - layout.columns[self.ranks.number]
-        spectrum = self.spectrum[np.ix_(waves_y, here)].astype(np.float64)
+        of = self.spectrum if self.surface is None else self.surface
+        spectrum = of[np.ix_(waves_y, here)].astype(np.float64)
         spectrum[spectrum <= 0] = self.sums.largest(spectrum)
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return SlabConvolution(spectrum, inverse, self.ranks, self.workspace, precision="single")
@@ -523,8 +532,8 @@ def operators(
     Parameters
     ----------
     symbol : callable
-        ``symbol(layout, pixel, ranks, workspace, datum, coatings)`` makes the share of a rank: `free`,
-        `periodic`, `strip_x` or `strip_y`.
+        ``symbol(layout, pixel, ranks, workspace, datum, coatings)`` makes the share of a rank:
+        `free`, `periodic`, `strip_x` or `strip_y`.
     free_axes : sequence of int
         Axes along which the map ends at its edges.
     datum : float
@@ -563,12 +572,15 @@ def operators(
         columns = _shared_out(waves, ranks.count)
         layout = Layout(shape, padded, rows, columns)
         own, softness = symbol(layout, coarse, ranks, workspace, datum, coatings)
-        return SlabConvolution(
+        result = SlabConvolution(
             own, layout, ranks, workspace,
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
         )  # fmt: skip
+        if coatings is not None and coatings.bend:
+            result.surface = symbol(layout, coarse, ranks, workspace, datum, None)[0]
+        return result
 
     return operator
 

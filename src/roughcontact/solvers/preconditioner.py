@@ -95,9 +95,9 @@ class FreePixelInverse:
             Flat indices of the pixels, ascending.
         """
         support, sums = self._wrapped.support(index), self._wrapped.sums
-        if self._blocks is None or sums.size(index) < 2:
+        block = self.block_of(index)
+        if self._blocks is None or block is None or sums.size(index) < 2:
             return lambda displacement: self._wrapped.gather(support, displacement)
-        block = self._block_of(index)
         number = self._blocks.shape[0] * self._blocks.shape[1]
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
@@ -129,9 +129,10 @@ class FreePixelInverse:
 
         return apply
 
-    def _block_of(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the flat index of the block that each pixel lies in."""
-        assert self._blocks is not None
+    def block_of(self, index: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        """Return the flat index of the block that each pixel lies in; None without blocks."""
+        if self._blocks is None:
+            return None
         # In place: where all of the map touches, these are the largest arrays of all.
         row, block = np.divmod(index, self._wrapped.shape[1])
         row += self._wrapped.rows.start
