@@ -18,6 +18,7 @@ from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field
 from roughcontact.halfspace.tensors import von_mises
 from roughcontact.solvers.active_set import _kept_by_block
+from roughcontact.theory import hertz
 
 Array = NDArray[np.float64]
 
@@ -297,6 +298,18 @@ def test_a_strip_is_one_of_far_periods(name: str) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(found).max())
 
 
+@pytest.mark.parametrize(("thickness", "alone"), [(1e-9, 210e9 / 0.91), (0.1, 100e9 / 0.96)])
+def test_a_cylinder_is_that_of_the_base_or_of_the_layer(thickness: float, alone: float) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(100e9, 0.2, thickness)])
+    x, radius = (np.arange(512) - 255.5) * 8e-7, 0.01
+    found = rc.solve(
+        rc.Surface(-(x**2) / (2 * radius), 8e-7), material=body, load=1e5, ceiling=None
+    )
+    expected = hertz.line_contact(1e5, radius, alone)
+    assert found.max_pressure == pytest.approx(expected.max_pressure, rel=1e-4)
+    assert found.contact_area == pytest.approx(2 * expected.half_width, rel=1e-2)
+
+
 # --- A sphere ---
 
 
@@ -349,7 +362,7 @@ SPHERES = {
 """Radius, peak and approach over Hertz's of the bare base, by E₁/E₂ and h/a₀; ν 0.3 both."""
 
 
-def hertz(contact: float = 1e-4, radius: float = 0.01) -> tuple[float, float, float]:
+def bare_hertz(contact: float = 1e-4, radius: float = 0.01) -> tuple[float, float, float]:
     """Return load, peak pressure and approach on the bare base."""
     modulus = 210e9 / 0.91
     return (
@@ -364,7 +377,7 @@ def test_the_equation_gives_the_tables(ratio: float, depth: float) -> None:
     body = rc.Material(210e9, 0.3, coating=[rc.Layer(ratio * 210e9, 0.3, depth * 1e-4)])
     size, peak, approach = SPHERES[ratio, depth]
     found = sphere(body, 0.01, size * 1e-4)
-    expected = np.array(hertz()) * (1, peak, approach)
+    expected = np.array(bare_hertz()) * (1, peak, approach)
     np.testing.assert_allclose(found, expected, rtol=5e-6)
 
 
@@ -374,7 +387,7 @@ def test_a_sphere_on_a_map_is_that_of_the_equation(ratio: float, depth: float) -
     size, peak, approach = SPHERES[ratio, depth]
     edge = 3e-4 * max(1.0, size) / 128
     y, x = (np.mgrid[:128, :128] - 63.5) * edge
-    load, hertz_peak, hertz_approach = hertz()
+    load, hertz_peak, hertz_approach = bare_hertz()
     found = rc.solve(
         rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge)), material=body, load=load, ceiling=None
     )
@@ -460,7 +473,7 @@ def pressed(young: float, poisson: float, depth: float) -> tuple[rc.ContactResul
     edge = 3e-4 / 96
     y, x = (np.mgrid[:96, :96] - 47.5) * edge
     ball = rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge))
-    return rc.solve(ball, material=body, load=hertz()[0], ceiling=None), body
+    return rc.solve(ball, material=body, load=bare_hertz()[0], ceiling=None), body
 
 
 def field(result: rc.ContactResult, body: rc.Material) -> Field:
@@ -554,7 +567,7 @@ STRESSES = {
 @pytest.mark.parametrize(("young", "poisson", "depth"), STRESSES)
 def test_stress_below_a_sphere(young: float, poisson: float, depth: float) -> None:
     result, body = pressed(young * 1e9, poisson, depth)
-    found, peak = field(result, body), hertz()[1]
+    found, peak = field(result, body), bare_hertz()[1]
     depths = coating_stress.depths_with_faces(body, np.linspace(0.2, 0.7, 9) * 1e-4)
     largest = [0.0, 0.0]
     for place in depths.tolist():

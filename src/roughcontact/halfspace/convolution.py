@@ -574,7 +574,8 @@ def strip(
     Notes
     -----
     The kernel falls and is convex along the free axis (`kernels.strip`), and positive as far as
-    the datum: so no wave of the padded map has a negative symbol.
+    the datum: so no wave of the padded map has a negative symbol. Where a stiff coating bends it
+    is not convex, and some have; those of the map itself have none.
     """
     require_pixel(pixel)
     if datum is None:
