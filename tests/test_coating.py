@@ -134,6 +134,14 @@ def test_stress_is_told_by_layer() -> None:
     assert any("quarter of a layer" in str(caution) for caution in cautions)
 
 
+def test_layers_below_a_profile_are_told_by_its_points() -> None:
+    trace = rc.Surface(ROUGH.heights[0], 2e-7)
+    result = rc.solve(trace, material=TOOL, load="10 N/mm", ceiling=None, boundary="periodic")
+    stress = rc.subsurface_stress(result)
+    assert [part.name for part in stress.parts] == ["DLC", "steel"]
+    assert not any("quarter of a layer" in str(caution) for caution in stress.own_cautions)
+
+
 def test_a_rigid_base_has_no_stress() -> None:
     mat = rc.Material(math.inf, 0.0, coating=[rc.Layer("10 MPa", 0.49, "20 um", name="rubber")])
     stress = rc.subsurface_stress(solved(material=mat, load=1e-3))
