@@ -130,10 +130,12 @@ class Pair:
         """Whether the bodies are profiles: a contact in plane strain, all of it per metre."""
         return self.share.is_profile
 
-    def require_map(self, what: str) -> None:
-        """Raise `InputError` for profiles; ``what`` needs a map."""
+    def require_map(self, what: str, *, coated: bool = True) -> None:
+        """Raise `InputError` for profiles, and maybe for coated bodies; ``what`` needs a map."""
         if self.is_profile:
             self.surface.require_map(what)
+        if not coated:
+            self.require_uncoated(what)
 
     @property
     def is_coated(self) -> bool:

@@ -74,8 +74,7 @@ def limit(
     if isinstance(ceiling, str):
         return "calibrated, by map and load"
     if ceiling is None:
-        known = softer(material, counter_material) is not None
-        known = known or bool(material.coating or counter_material.coating)
+        known = softer(material.uncoated, counter_material.uncoated) is not None
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
