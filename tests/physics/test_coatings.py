@@ -441,14 +441,13 @@ def test_a_stiff_film_on_a_soft_body_takes_few_convolutions(
 
     quick = solved()
     # A solver that takes it for a homogeneous body needs 111 to 278.
-    assert quick.convolutions <= 45
+    assert quick.convolutions <= 36
     monkeypatch.setattr(Coatings, "bend", False)
     slow = solved()
     assert slow.convolutions > 2 * quick.convolutions
     np.testing.assert_array_equal(quick.contact, slow.contact)
-    both = [result.certificate for result in (quick, slow)]
     off = np.linalg.norm(quick.pressure - slow.pressure) / np.linalg.norm(slow.pressure)
-    assert off < sum(both)
+    assert off < 5e-6
     assert quick.approach == pytest.approx(slow.approach, rel=1e-7)
 
 

@@ -102,7 +102,9 @@ class FreePixelInverse:
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
         size, new = sums.size(index), sums.count(unknown)
-        if new + (self._size - (size - new)) > _STALE * size:
+        stale = new + (self._size - (size - new)) > _STALE * size
+        # Where long waves move far more, what is left of M is smaller than what m may be off by.
+        if stale or self._blocks.bends:
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
