@@ -94,7 +94,6 @@ def test_a_script_repeats_it(tmp_path: Path) -> None:
 
 
 REFUSED = {
-    "a strip": lambda: solved(boundary="periodic-x"),
     "an estimate": lambda: rc.estimate(ROUGH, pressure="10 MPa", material=TOOL),
     "a law": lambda: rc.interface_law([solved(boundary="periodic")]),
     "tangential": lambda: rc.tangential(solved(), friction=0.1, force=0.01),
@@ -133,6 +132,14 @@ def test_stress_is_told_by_layer() -> None:
     coarse = rc.Material(210e9, 0.3, coating=[rc.Layer(1e11, 0.3, "1 um")])
     cautions = rc.subsurface_stress(solved(material=coarse)).own_cautions
     assert any("quarter of a layer" in str(caution) for caution in cautions)
+
+
+def test_layers_below_a_profile_are_told_by_its_points() -> None:
+    trace = rc.Surface(ROUGH.heights[0], 2e-7)
+    result = rc.solve(trace, material=TOOL, load="10 N/mm", ceiling=None, boundary="periodic")
+    stress = rc.subsurface_stress(result)
+    assert [part.name for part in stress.parts] == ["DLC", "steel"]
+    assert not any("quarter of a layer" in str(caution) for caution in stress.own_cautions)
 
 
 def test_a_rigid_base_has_no_stress() -> None:
@@ -190,3 +197,4 @@ def test_the_command_asks_solves_and_tells(
     assert [part["name"] for part in told["parts"]] == ["CrN", "Cr", "100Cr6"]
     assert len(told["faces"]) == 5
     assert "Bottom of Cr" in report.read_text("utf-8")
+    assert "Yielding of a coated body needs" not in report.read_text("utf-8")

@@ -78,7 +78,7 @@ class Dense:
     """A symmetric matrix that keeps the protocol and nothing more: one block of rows, no FFT."""
 
     real = np.float64
-    wrapped = (True, True)
+    wrapped, bends = (True, True), False
 
     def __init__(self, matrix, shape, rows, sums):
         self.matrix, self.shape, self.rows, self.sums = matrix, shape, rows, sums
@@ -374,6 +374,8 @@ ALLOWED = {
     "active_set": {
         "chosen": "whether to copy, where the values are the same either way",
         "_deep_enough": "bins that `added` has summed over the processes",
+        "of_blocks": "parts that `added` sums over the processes",
+        "_kept_by_block": "blocks of the map, which all processes hold",
     },
     "partial_slip": {
         **dict.fromkeys(

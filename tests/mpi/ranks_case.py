@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +14,12 @@ import roughcontact as rc
 from roughcontact.contact import archive
 from roughcontact.contact.share import bands
 from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.ranks import Ranks
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+TOOL = rc.Material(young=210e9, poisson=0.3, coating=[rc.Layer(450e9, 0.25, 2e-6)])
 PIXEL = (0.8e-6, 1e-6)
 # To so many digits that every rank's and one process's answer are the same to 1e-9.
 TIGHT = 1e-11
@@ -26,6 +29,7 @@ PROBLEMS = {
     "strip, approach": {"shape": (70, 66), "boundary": "periodic-x", "approach": 3e-7},
     "single": {"shape": (66, 64), "load": 0.1, "precision": "single", "tolerance": 1e-4},
     "holes, one corner": {"shape": (128, 130), "load": 0.02, "ceiling": 2e9},
+    "coated": {"shape": (66, 64), "load": 0.1, "ceiling": None, "material": TOOL},
 }
 
 
@@ -114,11 +118,12 @@ def apply(folder, ranks):
     rows = rc.mpi.slab_rows(shape, ranks)
     here = pressure[rows]
     index = np.flatnonzero(here)
-    for boundary in Boundary:
-        alone = boundary.operator(shape, PIXEL, 2e11, workspace=Workspace(1))
+    for boundary, coatings in product(Boundary, (None, Coatings.of(TOOL, STEEL))):
+        alone = boundary.operator(shape, PIXEL, 2e11, coatings=coatings, workspace=Workspace(1))
         make = boundary.slab_operators(
-            bands(shape, ranks.count), shape, PIXEL, 2e11, ranks, workspace=Workspace(3)
-        )
+            bands(shape, ranks.count), shape, PIXEL, 2e11, ranks,
+            coatings=coatings, workspace=Workspace(3),
+        )  # fmt: skip
         whole = make(shape, (1, 1))
         expected = alone(pressure)
         largest = np.abs(expected).max()

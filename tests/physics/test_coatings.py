@@ -17,6 +17,8 @@ from roughcontact.halfspace.coating import Coatings, excess, tabulate
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.stress import Field
 from roughcontact.halfspace.tensors import von_mises
+from roughcontact.solvers.active_set import _kept_by_block
+from roughcontact.theory import hertz
 
 Array = NDArray[np.float64]
 
@@ -178,6 +180,136 @@ def test_a_period_is_its_waves() -> None:
     np.testing.assert_allclose(operator(wave), expected * wave, atol=1e-6 * expected)
 
 
+# --- Strips and profiles ---
+
+STRIPS = (Boundary.PERIODIC_X, Boundary.PERIODIC_Y)
+
+
+def on_strip(
+    body: rc.Material, shape: tuple[int, int], pixel: tuple[float, float], axis: int = 1
+) -> convolution.Convolution:
+    """Return the operator of a strip."""
+    pair = Coatings.of(body, rc.RIGID)
+    return convolution.strip(shape, pixel, 1 / body.compliance, axis, coatings=pair)
+
+
+def test_equal_materials_on_a_strip_are_none() -> None:
+    body = rc.Material(1.0, 0.3, coating=[rc.Layer(1.0, 0.3, 2.0)])
+    shape, pixel = (20, 14), (0.7, 1.0)
+    bare = convolution.strip(shape, pixel, 1 / body.compliance, 1)
+    np.testing.assert_allclose(
+        on_strip(body, shape, pixel).spectrum, bare.spectrum, atol=1e-12 * bare.spectrum.max()
+    )
+
+
+def waves_across(first: float, step: float, end: float) -> tuple[Array, Array]:
+    """Return Gauss nodes and weights from 0 to an end, in panels that grow up to a step."""
+    grown = np.geomspace(first, step, 60)
+    ends = np.concatenate([[0.0], grown, np.arange(2 * step, end + 1, step)])
+    nodes, weights = leggauss(16)
+    half = np.diff(ends)[:, None] / 2
+    return (ends[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.03, 0.3, 3.0])
+def test_waves_on_a_strip_are_their_integral(name: str, thickness: float) -> None:
+    # Over waves across the strip, of which each pixel takes the mean.
+    body, shape, (dy, dx) = coated(name, thickness), (12, 20), (0.9, 1.3)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip(shape, (dy, dx), 30.0, slice(None))
+    bare = kernels.strip(shape, (dy, dx), 1.0, 30.0)[0]
+    k, weights = waves_across(1e-6, 0.5, 30 / thickness)
+    for wave in (1, 4, 10):
+        q = 2 * np.pi * wave / (20 * dx)
+        kappa = np.hypot(k, q)
+        response = excess(body, kappa * thickness) / kappa * dy * np.sinc(k * dy / (2 * np.pi))
+        scale = bare[wave] * max(1.0, 1 + excess(body, np.array([q * thickness]))[0])
+        for offset in (0, 1, 3, 11):
+            integral = 2 / np.pi * (response * np.cos(k * dy * offset)) @ weights
+            assert added[offset, wave] == pytest.approx(integral, abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.03, 1.0, 30.0])
+def test_a_profile_is_the_integral_over_its_pixels(name: str, thickness: float) -> None:
+    # Differences between pixels, in which neither the datum nor the longest waves matter.
+    body, dy = coated(name, thickness), 0.9
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip((40, 1), (dy, 1.0), 40.0, slice(None))[:, 0]
+    k, weights = waves_across(1e-7, 0.2, 30 / thickness)
+    response = excess(body, k * thickness) / k * dy * np.sinc(k * dy / (2 * np.pi)) * weights
+    softest = max(1.0, 1 + excess(body, np.array([1e-6]))[0])
+    for offset in (1, 2, 9, 12, 39):
+        integral = 2 / np.pi * response @ (np.cos(k * dy * offset) - 1)
+        assert added[offset] - added[0] == pytest.approx(integral, abs=1e-6 * dy * softest)
+
+
+def test_the_datum_of_a_coated_profile_is_where_a_line_displaces_nothing() -> None:
+    body = coated("stiff on polymer", 2.0)
+    pair = Coatings.of(body, rc.RIGID)
+    assert pair is not None
+    added = pair.strip((400, 1), (0.1, 1.0), 30.0, slice(None))[:, 0]
+    assert abs(added[300]) < 1e-5 * added[0]
+    # On a rigid base displacement dies out, wherever a datum is.
+    film = coated("film on rigid", 2.0)
+    pair = Coatings.of(film, rc.RIGID)
+    assert pair is not None
+    far = kernels.strip((400, 1), (0.1, 1.0), 1.0, 7.0)[:, 0]
+    far = far + pair.strip((400, 1), (0.1, 1.0), 7.0, slice(None))[:, 0]
+    assert abs(far[-1]) < 1e-4 * far[0]
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("thickness", [0.1, 1.0, 10.0])
+def test_a_strip_is_symmetric_and_every_wave_moves(name: str, thickness: float) -> None:
+    body, shape, pixel = coated(name, thickness), (9, 12), (1.0, 1.5)
+    operator = on_strip(body, shape, pixel)
+    matrix = np.array([operator(unit.reshape(shape)).ravel() for unit in np.eye(math.prod(shape))])
+    largest = np.abs(matrix).max()
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * largest)
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    turned = on_strip(body, shape[::-1], pixel[::-1], axis=0)
+    here = np.zeros(shape)
+    here[3, 4] = 1
+    np.testing.assert_allclose(turned(here.T), operator(here).T, atol=1e-12 * largest)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_a_strip_is_one_of_far_periods(name: str) -> None:
+    # Of pressure without a mean or a moment, so that neither has to know where zero is.
+    body, pixel, sigma = coated(name, 3.0), (1.0, 0.8), 4.0
+    y, x = np.mgrid[:80, :12] * 1.0
+    across = (y - 39.7) / sigma
+    pressure = (1 - across**2) * np.exp(-(across**2) / 2) * (2 + np.cos(2 * np.pi * x / 12))
+    # What the layer adds has no waves as short as pixels, which periods and strips take otherwise.
+    modulus, long = 1 / body.compliance, (1 << 14, 12)
+    bare = convolution.strip(pressure.shape, pixel, modulus, 1)(pressure)
+    found = on_strip(body, pressure.shape, pixel)(pressure) - bare
+    pair = Coatings.of(body, rc.RIGID)
+    whole, none = (convolution.periodic(long, pixel, modulus, coatings=of) for of in (pair, None))
+    rows = np.minimum(np.arange(long[0]), long[0] - np.arange(long[0]))
+    # The pixels of a strip press evenly across it.
+    symbol = (whole.spectrum - none.spectrum)[rows] * np.sinc(np.fft.fftfreq(long[0]))[:, None]
+    expected = np.fft.irfft2(np.fft.rfft2(pressure, long) * symbol, long)[:80]
+    expected += (found - expected).mean()
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(found).max())
+
+
+@pytest.mark.parametrize(("thickness", "alone"), [(1e-9, 210e9 / 0.91), (0.1, 100e9 / 0.96)])
+def test_a_cylinder_is_that_of_the_base_or_of_the_layer(thickness: float, alone: float) -> None:
+    body = rc.Material(210e9, 0.3, coating=[rc.Layer(100e9, 0.2, thickness)])
+    x, radius = (np.arange(512) - 255.5) * 8e-7, 0.01
+    found = rc.solve(
+        rc.Surface(-(x**2) / (2 * radius), 8e-7), material=body, load=1e5, ceiling=None
+    )
+    expected = hertz.line_contact(1e5, radius, alone)
+    assert found.max_pressure == pytest.approx(expected.max_pressure, rel=1e-4)
+    assert found.contact_area == pytest.approx(2 * expected.half_width, rel=1e-2)
+
+
 # --- A sphere ---
 
 
@@ -230,7 +362,7 @@ SPHERES = {
 """Radius, peak and approach over Hertz's of the bare base, by E₁/E₂ and h/a₀; ν 0.3 both."""
 
 
-def hertz(contact: float = 1e-4, radius: float = 0.01) -> tuple[float, float, float]:
+def bare_hertz(contact: float = 1e-4, radius: float = 0.01) -> tuple[float, float, float]:
     """Return load, peak pressure and approach on the bare base."""
     modulus = 210e9 / 0.91
     return (
@@ -245,7 +377,7 @@ def test_the_equation_gives_the_tables(ratio: float, depth: float) -> None:
     body = rc.Material(210e9, 0.3, coating=[rc.Layer(ratio * 210e9, 0.3, depth * 1e-4)])
     size, peak, approach = SPHERES[ratio, depth]
     found = sphere(body, 0.01, size * 1e-4)
-    expected = np.array(hertz()) * (1, peak, approach)
+    expected = np.array(bare_hertz()) * (1, peak, approach)
     np.testing.assert_allclose(found, expected, rtol=5e-6)
 
 
@@ -255,7 +387,7 @@ def test_a_sphere_on_a_map_is_that_of_the_equation(ratio: float, depth: float) -
     size, peak, approach = SPHERES[ratio, depth]
     edge = 3e-4 * max(1.0, size) / 128
     y, x = (np.mgrid[:128, :128] - 63.5) * edge
-    load, hertz_peak, hertz_approach = hertz()
+    load, hertz_peak, hertz_approach = bare_hertz()
     found = rc.solve(
         rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge)), material=body, load=load, ceiling=None
     )
@@ -293,6 +425,44 @@ def test_two_coated_bodies_add_up() -> None:
     np.testing.assert_allclose(both.pressure, one.pressure, atol=1e-5 * one.max_pressure)
 
 
+# --- A rough map ---
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("boundary", ["free", "periodic", "periodic-x"])
+def test_a_stiff_film_on_a_soft_body_takes_few_convolutions(
+    boundary: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = rc.Material(2e9, 0.4, coating=[rc.Layer(200e9, 0.2, 2e-6)])
+
+    def solved() -> rc.ContactResult:
+        surface = rc.Surface(*rc.reference_map(256))
+        return rc.solve(surface, material=body, load=1.0, ceiling=None, boundary=boundary)
+
+    quick = solved()
+    # A solver that takes it for a homogeneous body needs 111 to 278.
+    assert quick.convolutions <= 36
+    monkeypatch.setattr(Coatings, "bend", False)
+    slow = solved()
+    assert slow.convolutions > 2 * quick.convolutions
+    np.testing.assert_array_equal(quick.contact, slow.contact)
+    off = np.linalg.norm(quick.pressure - slow.pressure) / np.linalg.norm(slow.pressure)
+    assert off < 5e-6
+    assert quick.approach == pytest.approx(slow.approach, rel=1e-7)
+
+
+@pytest.mark.parametrize("limit", [math.inf, 1.9])
+def test_forces_of_blocks_stay_within_the_bounds(limit: float) -> None:
+    x = np.array([3.0, -1.0, 0.5, 2.0, -0.5, 1.0, -4.0, 1.0])
+    block = np.array([0, 0, 0, 1, 1, 1, 2, 2])
+    kept = _kept_by_block(x, limit, block, convolution.LocalSums())
+    assert kept.min() >= 0
+    assert kept.max() <= limit
+    force = np.bincount(block, kept)
+    np.testing.assert_allclose(force, [2.5, 2.5, 0.0], atol=3e-3)
+    assert kept[1] == kept[4] == kept[6] == 0
+
+
 # --- Stress below a sphere ---
 
 
@@ -302,7 +472,7 @@ def pressed(young: float, poisson: float, depth: float) -> tuple[rc.ContactResul
     edge = 3e-4 / 96
     y, x = (np.mgrid[:96, :96] - 47.5) * edge
     ball = rc.Surface(-(x**2 + y**2) / 0.02, (edge, edge))
-    return rc.solve(ball, material=body, load=hertz()[0], ceiling=None), body
+    return rc.solve(ball, material=body, load=bare_hertz()[0], ceiling=None), body
 
 
 def field(result: rc.ContactResult, body: rc.Material) -> Field:
@@ -396,7 +566,7 @@ STRESSES = {
 @pytest.mark.parametrize(("young", "poisson", "depth"), STRESSES)
 def test_stress_below_a_sphere(young: float, poisson: float, depth: float) -> None:
     result, body = pressed(young * 1e9, poisson, depth)
-    found, peak = field(result, body), hertz()[1]
+    found, peak = field(result, body), bare_hertz()[1]
     depths = coating_stress.depths_with_faces(body, np.linspace(0.2, 0.7, 9) * 1e-4)
     largest = [0.0, 0.0]
     for place in depths.tolist():

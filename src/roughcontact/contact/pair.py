@@ -130,10 +130,12 @@ class Pair:
         """Whether the bodies are profiles: a contact in plane strain, all of it per metre."""
         return self.share.is_profile
 
-    def require_map(self, what: str) -> None:
-        """Raise `InputError` for profiles; ``what`` needs a map."""
+    def require_map(self, what: str, *, coated: bool = True) -> None:
+        """Raise `InputError` for profiles, and maybe for coated bodies; ``what`` needs a map."""
         if self.is_profile:
             self.surface.require_map(what)
+        if not coated:
+            self.require_uncoated(what)
 
     @property
     def is_coated(self) -> bool:
@@ -259,16 +261,11 @@ class Pair:
         """Return what makes the displacement operator on the grid."""
         where = self.shape, self.pixel, self.contact_modulus / softness
         coatings = Coatings.of(self.material, self.counter_material)
-        if coatings is not None:
-            self.require_whole("a coated body")
+        how: Any = {"coatings": coatings, "precision": precision, "workspace": workspace}
         if isinstance(self.share, Slab):
-            return self.boundary.slab_operators(
-                self.share.edges, *where, self.share.ranks,
-                precision=precision, workspace=workspace,
-            )  # fmt: skip
-        return self.boundary.operators(
-            *where, coatings=coatings, precision=precision, workspace=workspace
-        )
+            edges, ranks = self.share.edges, self.share.ranks
+            return self.boundary.slab_operators(edges, *where, ranks, **how)
+        return self.boundary.operators(*where, **how)
 
     def record(self) -> dict[str, Any]:
         """Return what ``resume.claimed`` has to know of the bodies, and the program's version."""

@@ -203,7 +203,7 @@ class StressResult(Result):
             )
         if self.max_von_mises > 0:
             result += self._placed()
-        edge = max(self.solution.pair.pixel)
+        edge = max(self.solution.pair.pixel[self.solution.pair.is_profile :])
         thinnest = min((layer.thickness for layer in self.material.coating), default=math.inf)
         if edge > thinnest / 4:
             result.append(

@@ -275,8 +275,7 @@ def compare_models(
     beforehand.
     """
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
-    pair.require_map("plasticity of the volume")
-    pair.require_uncoated("plasticity of the volume")
+    pair.require_map("plasticity of the volume", coated=False)
     body = pair.softer
     if body is None or body.yield_strength is None:
         raise InputError("no body has a yield strength: there is no plasticity to compare")

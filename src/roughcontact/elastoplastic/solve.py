@@ -73,8 +73,7 @@ def check_arguments(
 ) -> None:
     """Raise `InputError` where an argument of `solve_elastoplastic` cannot be used."""
     pair = problem.pair
-    pair.require_map("plasticity of the volume")
-    pair.require_uncoated("plasticity of the volume")
+    pair.require_map("plasticity of the volume", coated=False)
     precision, tolerance = problem.precision, problem.tolerance
     pair.boundary.require_volume()
     require_choice(("double", "single"), precision=precision)

@@ -128,7 +128,7 @@ class Boundary(StrEnum):
         datum : float, optional
             As for `convolution.strip`; of no account where both axes are alike.
         coatings : Coatings, optional
-            Of the bodies; not available for strips.
+            Of the bodies.
         precision : {"double", "single"}
             Arithmetic of the transforms.
         workspace : Workspace, optional
@@ -139,14 +139,14 @@ class Boundary(StrEnum):
         Convolution
             The operator.
         """
-        more = {}
-        if coatings is not None:
-            self._require_known_below("coated bodies")
-            more = {"coatings": coatings}
-        return _BEYOND[self].operator(
-            shape, pixel, contact_modulus,
-            datum=datum, precision=precision, workspace=workspace, **more,
+        of = partial(
+            _BEYOND[self].operator, shape, pixel, contact_modulus,
+            datum=datum, precision=precision, workspace=workspace,
         )  # fmt: skip
+        operator = of(coatings=coatings)
+        if coatings is not None and coatings.bend:
+            operator.surface = of(coatings=None).spectrum
+        return operator
 
     def operators(
         self,
@@ -197,6 +197,7 @@ class Boundary(StrEnum):
         contact_modulus: float,
         ranks: Ranks,
         *,
+        coatings: Coatings | None = None,
         precision: str = "double",
         workspace: Workspace,
     ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
@@ -206,7 +207,7 @@ class Boundary(StrEnum):
         ----------
         edges, ranks
             As for `distributed.operators`.
-        shape, pixel, contact_modulus, precision, workspace
+        shape, pixel, contact_modulus, coatings, precision, workspace
             As for `operators`.
 
         Returns
@@ -222,7 +223,7 @@ class Boundary(StrEnum):
             raise self._not_known("a map on several ranks", known)
         return distributed.operators(
             symbol, self.free_axes, longer_side(shape, pixel), edges, shape, pixel, contact_modulus,
-            ranks, precision=precision, workspace=workspace,
+            ranks, coatings=coatings, precision=precision, workspace=workspace,
         )  # fmt: skip
 
     def operator_memory(self, shape: tuple[int, int], precision: str) -> int:
@@ -281,7 +282,7 @@ class _Beyond(NamedTuple):
     works : tuple of str
         Keys, in `roughcontact.references`, of the works that the response is from.
     operator : callable
-        ``operator(shape, pixel, contact_modulus, datum=, precision=, workspace=)``.
+        ``operator(shape, pixel, contact_modulus, datum=, coatings=, precision=, workspace=)``.
     known_below : bool
         Whether stress and plasticity below such a map are known.
     of_profile : str

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft, kernels
-from roughcontact.halfspace.coating import Coatings
+from roughcontact.halfspace.coating import Coatings, Table
 from roughcontact.halfspace.fft import Workspace, default_workers
 
 Array = NDArray[np.float64]
@@ -196,6 +196,9 @@ class Convolution:
     ----------
     self_displacement : float
         Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa].
+    surface : ndarray, optional
+        Spectrum of the outermost layers alone, where what is below is much softer; it has the
+        better `approximate_inverse`, as long waves are those of blocks of pixels.
     rows : slice
         Rows of the map that this process holds: all of them.
     sums : LocalSums
@@ -216,6 +219,7 @@ class Convolution:
         self._complex: type = np.complex64 if precision == "single" else np.complex128
         self.shape, self.padded, self.workspace = shape, padded, workspace
         self.spectrum = spectrum.astype(self.real, copy=False)
+        self.surface: NDArray[Any] | None = None
         self.softness = softness
         self.self_displacement = softness * _value_at_origin(spectrum, padded)
         self.rows, self.sums = slice(0, shape[0]), LocalSums()
@@ -225,6 +229,11 @@ class Convolution:
         step = max(1, min(shape[0], fft.ROW_BYTES // (padded[1] * itemsize // 2)))
         self._blocks = [slice(top, min(top + step, shape[0])) for top in range(0, shape[0], step)]
         self._column_step = max(4, min(self._rows[1], fft.COLUMN_BYTES // (padded[0] * itemsize)))
+
+    @property
+    def bends(self) -> bool:
+        """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
+        return self.surface is not None
 
     @property
     def wrapped(self) -> tuple[bool, bool]:
@@ -298,7 +307,7 @@ class Convolution:
         """
         if self.real is np.float32:
             return self
-        return Convolution(
+        single = Convolution(
             self.spectrum,
             self.shape,
             self.padded,
@@ -306,6 +315,8 @@ class Convolution:
             precision="single",
             softness=self.softness,
         )
+        single.surface = self.surface
+        return single
 
     def approximate_inverse(self) -> Convolution:
         """Return ``displacement / K₀₀ → pressure`` with next to no padding, in single precision.
@@ -317,7 +328,8 @@ class Convolution:
         approach. The buffer is shared: the two operators must not be at work at the same time.
         """
         period, waves = self.inverse_grid()
-        spectrum = self.spectrum[np.ix_(*waves)].astype(np.float64)
+        of = self.spectrum if self.surface is None else self.surface
+        spectrum = of[np.ix_(*waves)].astype(np.float64)
         spectrum[spectrum <= 0] = spectrum.max()
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return Convolution(
@@ -485,10 +497,7 @@ def free(
 
         def fill(top: int) -> None:
             rows = quadrant[top : top + BAND]
-            rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=top)
-            if coatings is not None:
-                added = coatings.pixels(rows.shape, pixel, top, tables)
-                rows += added / (math.pi * pixel[0])
+            rows[...] = free_rows(rows.shape, pixel, top, coatings, tables)
 
         work.each(fill, range(0, quadrant.shape[0], BAND))
         return fft.even_spectrum(quadrant, work)
@@ -527,11 +536,7 @@ def periodic(
         rigid base.
     """
     # Made as fast as it could be fetched.
-    symbol = kernels.periodic(shape, pixel, contact_modulus)
-    if coatings is not None:
-        moved = symbol > 0
-        symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
-        symbol[~moved] = 2 / contact_modulus * coatings.uniform()
+    symbol = periodic_symbol(shape, pixel, contact_modulus, coatings)
     workspace = workspace or Workspace(workers)
     return Convolution(symbol, shape, shape, workspace=workspace, precision=precision)
 
@@ -543,6 +548,7 @@ def strip(
     axis: int,
     *,
     datum: float | None = None,
+    coatings: Coatings | None = None,
     workers: int | None = None,
     precision: str = "double",
     workspace: Workspace | None = None,
@@ -551,13 +557,13 @@ def strip(
 
     Parameters
     ----------
-    shape, pixel, contact_modulus, workers, precision, workspace
+    shape, pixel, contact_modulus, coatings, workers, precision, workspace
         As for `free`.
     axis : {0, 1}
         Along which the map is one period: 0 for y, 1 for x.
     datum : float, optional
         Distance from a uniform line load at which the surface counts as not displaced [m]; by
-        default the longer side of the map.
+        default the longer side of the map. Of no account for coatings on a rigid base.
 
     Returns
     -------
@@ -568,7 +574,8 @@ def strip(
     Notes
     -----
     The kernel falls and is convex along the free axis (`kernels.strip`), and positive as far as
-    the datum: so no wave of the padded map has a negative symbol.
+    the datum: so no wave of the padded map has a negative symbol. Where a stiff coating bends it
+    is not convex, and some have; those of the map itself have none.
     """
     require_pixel(pixel)
     if datum is None:
@@ -576,15 +583,16 @@ def strip(
     require_positive(contact_modulus=contact_modulus, datum=datum)
     work = workspace or Workspace(workers)
     # The kernel knows x as the periodic axis.
-    period, edge = shape[axis], pixel[1 - axis]
-    edges, far = (1.0, pixel[axis] / edge), datum / edge
+    period, across = shape[axis], (pixel[1 - axis], pixel[axis])
+    # Of homogeneous bodies strips of one size or another differ by a factor.
+    known = (across[1] / across[0], datum / across[0]) if coatings is None else (across, datum)
     half = fft.fast_length(shape[1 - axis])
 
     def make() -> NDArray[np.float64]:
         table = np.zeros((half + 1, period // 2 + 1))
 
         def fill(waves: slice) -> None:
-            table[:, waves] = kernels.strip((half + 1, period), edges, 1.0, far, waves)
+            table[:, waves] = strip_rows((half + 1, period), across, datum, waves, coatings)
 
         # As much work each: from one to the next, waves die out at half the distance.
         ends = [0, *(1 << n for n in range((period // 2).bit_length() + 1))]
@@ -593,10 +601,58 @@ def strip(
         return table if axis == 1 else np.ascontiguousarray(table.T)
 
     return Convolution(
-        SPECTRA.get(("strip", axis, half, period, edges, far), make),
+        SPECTRA.get(("strip", axis, half, period, known, coatings), make),
         shape,
         (2 * half, period) if axis == 1 else (period, 2 * half),
         workspace=work,
         precision=precision,
-        softness=edge / contact_modulus,
+        softness=across[0] / contact_modulus,
     )
+
+
+# Of bodies of E* = 1 Pa, over the edge of a pixel; `periodic_symbol` of any.
+
+
+def free_rows(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    first_row: int,
+    coatings: Coatings | None,
+    tables: list[Table],
+) -> Array:
+    """Return rows of coefficients of a free map, over its pixel edge dy; see `kernels.love`."""
+    rows = kernels.love(shape, (1.0, pixel[1] / pixel[0]), 1.0, first_row)
+    if coatings is not None:
+        rows += coatings.pixels(shape, pixel, first_row, tables) / (math.pi * pixel[0])
+    return rows
+
+
+def strip_rows(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    datum: float,
+    waves: slice,
+    coatings: Coatings | None,
+) -> Array:
+    """Return coefficients of a strip, over its pixel edge dy; see `kernels.strip`."""
+    edges, far = (1.0, pixel[1] / pixel[0]), datum / pixel[0]
+    rows = kernels.strip(shape, edges, 1.0, far, waves)
+    if coatings is not None:
+        rows += coatings.strip(shape, pixel, datum, waves) / pixel[0]
+    return rows
+
+
+def periodic_symbol(
+    shape: tuple[int, int],
+    pixel: tuple[float, float],
+    contact_modulus: float,
+    coatings: Coatings | None,
+    waves: slice = slice(None),
+) -> Array:
+    """Return the symbol of a period; see `kernels.periodic`."""
+    symbol = kernels.periodic(shape, pixel, contact_modulus, waves)
+    if coatings is not None:
+        moved = symbol > 0
+        symbol[moved] *= coatings.factor(2 / contact_modulus / symbol[moved])
+        symbol[~moved] = 2 / contact_modulus * coatings.uniform()
+    return symbol

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.errors import require_pixel, require_positive
-from roughcontact.halfspace import fft, kernels
+from roughcontact.halfspace import fft
+from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.convolution import (
     APART,
     BAND,
@@ -27,8 +28,11 @@ from roughcontact.halfspace.convolution import (
     LocalSums,
     Part,
     Visit,
+    free_rows,
     joined,
     multiply_columns,
+    periodic_symbol,
+    strip_rows,
 )
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.ranks import Exchange, Ranks
@@ -197,6 +201,7 @@ class SlabConvolution:
             self_displacement = softness * ranks.total(part)
         self.self_displacement = self_displacement
         self.spectrum = spectrum.astype(self.real, copy=False)
+        self.surface: NDArray[Any] | None = None
         self.softness = softness
         itemsize = np.dtype(self._complex).itemsize
         workspace.reserve(self._held[0] * self._held[1] * itemsize)
@@ -207,6 +212,11 @@ class SlabConvolution:
         widest = max(np.diff(layout.columns))
         travelling = max(self._column_step, TRAVELLING // (ny * itemsize))
         self._travels = cut_up(int(widest), int(travelling))
+
+    @property
+    def bends(self) -> bool:
+        """As of `Convolution`."""
+        return self.surface is not None
 
     @property
     def _height(self) -> int:
@@ -279,10 +289,12 @@ class SlabConvolution:
         """Return the same in single precision; itself where it is so."""
         if self.real is np.float32:
             return self
-        return SlabConvolution(
+        single = SlabConvolution(
             self.spectrum, self.layout, self.ranks, self.workspace,
             precision="single", softness=self.softness, self_displacement=self.self_displacement,
         )  # fmt: skip
+        single.surface = self.surface
+        return single
 
     def approximate_inverse(self) -> SlabConvolution:
         """Return ``displacement / K₀₀ → pressure``; see `Convolution.approximate_inverse`.
@@ -301,7 +313,8 @@ class SlabConvolution:
         columns = tuple(np.searchsorted(waves_x, layout.columns).tolist())
         inverse = replace(layout, padded=(period[0], period[1]), columns=columns)
         here = waves_x[inverse.waves(self.ranks.number)] - layout.columns[self.ranks.number]
-        spectrum = self.spectrum[np.ix_(waves_y, here)].astype(np.float64)
+        of = self.spectrum if self.surface is None else self.surface
+        spectrum = of[np.ix_(waves_y, here)].astype(np.float64)
         spectrum[spectrum <= 0] = self.sums.largest(spectrum)
         np.divide(self.self_displacement / self.softness, spectrum, out=spectrum)
         return SlabConvolution(spectrum, inverse, self.ranks, self.workspace, precision="single")
@@ -510,6 +523,7 @@ def operators(
     contact_modulus: float,
     ranks: Ranks,
     *,
+    coatings: Coatings | None = None,
     precision: str = "double",
     workspace: Workspace,
 ) -> Callable[[tuple[int, int], tuple[int, int]], SlabConvolution]:
@@ -518,8 +532,8 @@ def operators(
     Parameters
     ----------
     symbol : callable
-        ``symbol(layout, pixel, ranks, workspace, datum)`` makes the share of a rank: `free`,
-        `periodic`, `strip_x` or `strip_y`.
+        ``symbol(layout, pixel, ranks, workspace, datum, coatings)`` makes the share of a rank:
+        `free`, `periodic`, `strip_x` or `strip_y`.
     free_axes : sequence of int
         Axes along which the map ends at its edges.
     datum : float
@@ -535,6 +549,8 @@ def operators(
         E* [Pa].
     ranks : Ranks
         Those that hold the map.
+    coatings : Coatings, optional
+        Of the bodies.
     precision : {"double", "single"}
         Arithmetic on the grid of the map.
     workspace : Workspace
@@ -555,13 +571,16 @@ def operators(
         waves = padded[1] // 2 + 1
         columns = _shared_out(waves, ranks.count)
         layout = Layout(shape, padded, rows, columns)
-        own, softness = symbol(layout, coarse, ranks, workspace, datum)
-        return SlabConvolution(
+        own, softness = symbol(layout, coarse, ranks, workspace, datum, coatings)
+        result = SlabConvolution(
             own, layout, ranks, workspace,
             # On coarse grids the error of the grid outweighs that of the arithmetic.
             precision=precision if coarsening == (1, 1) else "single",
             softness=softness / contact_modulus,
         )  # fmt: skip
+        if coatings is not None and coatings.bend:
+            result.surface = symbol(layout, coarse, ranks, workspace, datum, None)[0]
+        return result
 
     return operator
 
@@ -583,7 +602,12 @@ def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]
 
 
 def free(
-    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+    layout: Layout,
+    pixel: tuple[float, float],
+    ranks: Ranks,
+    work: Workspace,
+    datum: float,
+    coatings: Coatings | None,
 ) -> tuple[Array, float]:
     """Return the share of a rank of the symbol of a free map, and the factor before it."""
     points, width = layout.padded[0] // 2 + 1, layout.padded[1] // 2 + 1
@@ -592,11 +616,12 @@ def free(
     tops.append(points)
     first, last = tops[ranks.number : ranks.number + 2]
     quadrant = np.empty((last - first, width))
-    edges = (1.0, pixel[1] / pixel[0])
+    reach = math.hypot(points * pixel[0], width * pixel[1])
+    tables = [] if coatings is None else coatings.tables(reach)
 
     def fill(top: int) -> None:
         rows = quadrant[top : top + BAND]
-        rows[...] = kernels.love(rows.shape, edges, 1.0, first_row=first + top)
+        rows[...] = free_rows(rows.shape, pixel, first + top, coatings, tables)
 
     work.each(fill, range(0, last - first, BAND))
     fft.even_spectrum(quadrant, work, axes=(1,))
@@ -605,32 +630,46 @@ def free(
 
 
 def periodic(
-    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+    layout: Layout,
+    pixel: tuple[float, float],
+    ranks: Ranks,
+    work: Workspace,
+    datum: float,
+    coatings: Coatings | None,
 ) -> tuple[Array, float]:
     """Return the share of a rank of the symbol of a period, and the factor before it."""
-    return kernels.periodic(layout.shape, pixel, 1.0, layout.waves(ranks.number)), 1.0
+    return periodic_symbol(layout.shape, pixel, 1.0, coatings, layout.waves(ranks.number)), 1.0
 
 
 def strip_x(
-    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+    layout: Layout,
+    pixel: tuple[float, float],
+    ranks: Ranks,
+    work: Workspace,
+    datum: float,
+    coatings: Coatings | None,
 ) -> tuple[Array, float]:
     """Return the share of a rank for a strip along x, and the factor before it."""
-    shape, edges = (layout.padded[0] // 2 + 1, layout.padded[1]), (1.0, pixel[1] / pixel[0])
-    own = layout.waves(ranks.number)
-    table = kernels.strip(shape, edges, 1.0, datum / pixel[0], own)
+    shape = (layout.padded[0] // 2 + 1, layout.padded[1])
+    table = strip_rows(shape, pixel, datum, layout.waves(ranks.number), coatings)
     return fft.even_spectrum(table, work, axes=(0,)), pixel[0]
 
 
 def strip_y(
-    layout: Layout, pixel: tuple[float, float], ranks: Ranks, work: Workspace, datum: float
+    layout: Layout,
+    pixel: tuple[float, float],
+    ranks: Ranks,
+    work: Workspace,
+    datum: float,
+    coatings: Coatings | None,
 ) -> tuple[Array, float]:
     """Return the share of a rank for a strip along y, and the factor before it."""
     # The kernel knows x as the periodic axis.
-    shape, edges = (layout.padded[1] // 2 + 1, layout.padded[0]), (1.0, pixel[0] / pixel[1])
+    shape = (layout.padded[1] // 2 + 1, layout.padded[0])
     waves = layout.padded[0] // 2 + 1
     tops = _shared_out(waves, ranks.count)
     own = slice(tops[ranks.number], tops[ranks.number + 1])
-    table = kernels.strip(shape, edges, 1.0, datum / pixel[1], own)
+    table = strip_rows(shape, pixel[::-1], datum, own, coatings)
     rows = fft.even_spectrum(np.ascontiguousarray(table.T), work, axes=(1,))
     return _transposed(rows, tops, layout.columns, ranks), pixel[1]
 

@@ -831,8 +831,7 @@ def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
 def _check(result: ContactResult, first: ContactResult) -> None:
     """Refuse a map that has no law, or no part in that of the first."""
     pair, other = result.pair, first.pair
-    pair.require_map(OF)
-    pair.require_uncoated(OF)
+    pair.require_map(OF, coated=False)
     if shape_of(pair) is not None:
         raise InputError(
             "are of curved bodies, and an interface law is one of nominally flat ones: take the "

@@ -185,7 +185,8 @@ def _front(kind: Kind, result: Any, scene: Any, pressed: Any, study: Any) -> Fro
     meaning = kind.meaning(result)
     if not meaning and pressed is not None and result is not pressed and pressed.load:
         under = engineering(pressed.load, pressed.pair.load_unit)
-        meaning = f"{phrases.regime(pressed)} (Under {under}.)"
+        meaning = phrases.regime(pressed, in_layers=bool(getattr(result, "faces", ())))
+        meaning = meaning and f"{meaning} (Under {under}.)"
     return Front(
         kind.question(result), first.problem, first.answer, numbers,
         [*filter(None, (meaning, *first.remarks))], lead, result.cautions,

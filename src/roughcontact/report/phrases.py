@@ -74,8 +74,7 @@ def limit(
     if isinstance(ceiling, str):
         return "calibrated, by map and load"
     if ceiling is None:
-        known = softer(material, counter_material) is not None
-        known = known or bool(material.coating or counter_material.coating)
+        known = softer(material.uncoated, counter_material.uncoated) is not None
         return "none: purely elastic" + ("" if known else ", no yield strength is given")
     if isinstance(ceiling, np.ndarray):
         low, high = float(ceiling.min()), float(ceiling.max())
@@ -289,8 +288,11 @@ def step_error(result: ElastoplasticResult) -> str:
 # --- How far from elastic a result is, as a sentence with its numbers ---
 
 
-def regime(result: ContactResult) -> str:
-    """Return the regime of a result as a sentence with its numbers."""
+def regime(result: ContactResult, *, in_layers: bool = False) -> str:
+    """Return the regime of a result as a sentence with its numbers.
+
+    Nothing of a coated body whose yielding is told by the stress ``in_layers``.
+    """
     largest = engineering(result.max_pressure, "Pa", 3)
     name = result.regime
     if name is Regime.SATURATED:
@@ -300,7 +302,7 @@ def regime(result: ContactResult) -> str:
             "pressure is at its ceiling, and the surface there keeps an indentation."
         )
     if result.pair.is_coated:
-        return "Yielding of a coated body needs the stress in its layers."
+        return "" if in_layers else "Yielding of a coated body needs the stress in its layers."
     body = result.pair.softer
     if name is Regime.UNKNOWN and (body is None or body.hardness is None):
         return f"Yielding is unknown without a yield strength (maximum pressure {largest})."

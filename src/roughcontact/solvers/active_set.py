@@ -348,6 +348,8 @@ def settled(now: Iterate, viewer: Viewer, tolerance: float) -> Iterate:
 
 # A linear solve stops at this reduction unless the set of free pixels is already right.
 _REDUCTION = 0.3
+# Part of the forces moved by the bounds that blocks may miss, and the most shifts to find them.
+_MISSING, _SHIFTS = 1e-3, 20
 # How a way along the bounds is shortened, and down to where.
 _SHORTER, _SHORTEST = 0.4, 0.1
 # Curvature over K₀₀ below which the uniform pressure of a periodic map is not resisted.
@@ -362,6 +364,8 @@ class _Free(NamedTuple):
     free: NDArray[np.bool_]
     x: NDArray[np.float64]
     limit: Limit
+    # Of each the block whose force is to stay; None where that does not matter.
+    block: NDArray[np.int64] | None = None
 
 
 def active_set_step(
@@ -478,7 +482,8 @@ def _solved(
             break
         if error < _REDUCTION * first and violation > 0.1 * error:
             break
-    return _Free(free, x, limit)
+    block = patch.inverse.block_of(free_index) if patch.operator.bends else None
+    return _Free(free, x, limit, block)
 
 
 def _centred(values: NDArray[np.float64], sums: Sums) -> NDArray[np.float64]:
@@ -545,7 +550,9 @@ def _way(
 def _restored(now: Iterate, result: _Free, viewer: Viewer) -> NDArray[np.float64]:
     """Return the pressure with the values found back within the bounds and the load."""
     total, sums = viewer.problem.total, viewer.sums
-    free, x, limit = result
+    free, x, limit, block = result
+    if block is not None:
+        x = _kept_by_block(x, limit, block, sums)
     moved = now.pressure.copy()
     if total is None:
         moved[free] = np.clip(x, 0, limit)
@@ -560,3 +567,30 @@ def _restored(now: Iterate, result: _Free, viewer: Viewer) -> NDArray[np.float64
     moved[free] = x
     kept = viewer.problem.project(now.index, moved, viewer.limit(now.index), sums)
     return now.pressure if kept is None else kept
+
+
+def _kept_by_block(
+    x: NDArray[np.float64], limit: Limit, block: NDArray[np.int64], sums: Sums
+) -> NDArray[np.float64]:
+    """Return the values within the bounds that are nearest and keep the force of each block.
+
+    About: where a force moved far away displaces much more than it does nearby, a load that the
+    bounds cost some pixels is to be taken off their neighbors, not off all pixels alike.
+    """
+    number = int(sums.largest(block, floor=0)) + 1
+
+    def of_blocks(values: NDArray[Any]) -> NDArray[np.float64]:
+        return sums.added(np.bincount(block, values, minlength=number))
+
+    force = np.maximum(of_blocks(x), 0)
+    kept: NDArray[np.float64] = np.clip(x, 0, limit)
+    missing, shift = force - of_blocks(kept), np.zeros(number)
+    enough = _MISSING * np.abs(missing).sum()
+    for _ in range(_SHIFTS):
+        if np.abs(missing).sum() <= enough:
+            break
+        between = of_blocks((kept > 0) & (kept < limit))
+        shift += np.divide(missing, between, out=np.zeros(number), where=between > 0)
+        kept = np.clip(x + shift[block], 0, limit)
+        missing = force - of_blocks(kept)
+    return kept

@@ -86,6 +86,10 @@ class Operator(Protocol):
         """Displacement of a pixel under unit pressure on itself, K₀₀ [m/Pa]."""
 
     @property
+    def bends(self) -> bool:
+        """Whether it moves far more in long waves than in short ones, as a plate on a soft bed."""
+
+    @property
     def wrapped(self) -> tuple[bool, bool]:
         """Axes ``(y, x)`` along which no shorter map can stand for this one.
 

@@ -95,14 +95,16 @@ class FreePixelInverse:
             Flat indices of the pixels, ascending.
         """
         support, sums = self._wrapped.support(index), self._wrapped.sums
-        if self._blocks is None or sums.size(index) < 2:
+        block = self.block_of(index)
+        if self._blocks is None or block is None or sums.size(index) < 2:
             return lambda displacement: self._wrapped.gather(support, displacement)
-        block = self._block_of(index)
         number = self._blocks.shape[0] * self._blocks.shape[1]
         weight = self._weights[index].astype(np.float64)
         unknown = np.isnan(weight)
         size, new = sums.size(index), sums.count(unknown)
-        if new + (self._size - (size - new)) > _STALE * size:
+        stale = new + (self._size - (size - new)) > _STALE * size
+        # Where long waves move far more, what is left of M is smaller than what m may be off by.
+        if stale or self._blocks.bends:
             # Positive but for rounding: a pixel is stiffer than its neighbours are soft.
             weight = np.maximum(self._wrapped.gather(support, np.ones(index.size)), 1e-6)
             self._weights[...] = np.nan
@@ -129,9 +131,10 @@ class FreePixelInverse:
 
         return apply
 
-    def _block_of(self, index: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the flat index of the block that each pixel lies in."""
-        assert self._blocks is not None
+    def block_of(self, index: NDArray[np.int64]) -> NDArray[np.int64] | None:
+        """Return the flat index of the block that each pixel lies in; None without blocks."""
+        if self._blocks is None:
+            return None
         # In place: where all of the map touches, these are the largest arrays of all.
         row, block = np.divmod(index, self._wrapped.shape[1])
         row += self._wrapped.rows.start

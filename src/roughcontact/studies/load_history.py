@@ -550,8 +550,7 @@ def history(
     one_pass = _stages(path)
     requested = repeat_stages(one_pass, passes, shift)
     pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
-    pair.require_map("a load history")
-    pair.require_uncoated("a load history")
+    pair.require_map("a load history", coated=False)
     terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
     way = _way(pair, requested, terms, len(one_pass))
     with _claimed(folder, way, terms) as place:
