@@ -123,6 +123,28 @@ def test_a_draw_of_a_part_has_the_slope_of_the_surface_there() -> None:
     assert slopes == pytest.approx([there.Sdq, there.Sdq], rel=0.1)
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("number", [2014, 2026])
+def test_a_draw_with_a_lay_has_the_slope_of_the_surface(number: int) -> None:
+    # Steps between leveled edges and rims of filled points raised short waves by up to a third.
+    case = coverage.drawn(number)
+    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    assert known.heights is not case.map.heights
+    drawn, _, _ = known.draw({}, 0)
+    truth = rc.Surface(case.surface, (coverage.PIXEL, coverage.PIXEL))
+    assert rc.Surface(drawn, known.fine).Sdq == pytest.approx(truth.Sdq, rel=0.12)
+
+
+@pytest.mark.long
+def test_the_largest_pressure_at_a_step_between_the_edges_has_no_interval() -> None:
+    image, tool = measured(64, noise=1e-9)
+    ramp = np.linspace(0, 4 * image.Sq, 64)
+    for heights, has in ((image.heights, True), (image.heights + ramp, False)):
+        result = pressed(rc.Surface(heights, image.pixel), ceiling=None)
+        known = result.uncertainty(tool, 4 * UM, draws=4)
+        assert (known.of("max_pressure") is not None) == has
+
+
 def test_equal_quantiles_in_each_column_have_unit_variance() -> None:
     strata = measurement._strata(3, 8, np.random.default_rng(0))
     np.testing.assert_allclose(strata.std(axis=0, ddof=1), 1)

@@ -16,8 +16,9 @@ exponent, level and shortest wave are drawn once per draw, each as K quantiles.
 A number of the surface rather than of the map adds the scatter of the random surfaces, ``t s``.
 
 Grid: with f = Q on twice the grid over Q, a factor ``f^1.5`` and half a width of ``ln f / 2``; of
-the largest pressure a factor f. Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S
-the logarithmic derivative by load and by ceiling and n the power of a pressure in Q.
+the largest pressure a factor f; of the stiffness no factor and half a width of ``2 ln f``.
+Material: by dimensional analysis ``S_E = n - S_p - S_lim``, with S the logarithmic derivative by
+load and by ceiling and n the power of a pressure in Q.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ class _Number(NamedTuple):
     remainder: float  # Half width
     pressure: int = 0  # Power of a pressure in it
     grid: float = 1.5  # Power of the factor of the grid
+    rest: float = 0.5  # Power of it that is its half width
 
 
 def _floor(part: float, result: ContactResult) -> float:
@@ -85,7 +87,8 @@ NUMBERS: dict[str, _Number] = {
     "saturated_fraction": _Number(lambda r: _floor(r.saturated_fraction, r), 0.015),
     "mean_gap": _Number(lambda r: r.mean_gap, 0.02),
     "approach": _Number(lambda r: r.approach, 0.03),
-    "stiffness": _Number(lambda r: growth(r).stiffness, 0.02, 1),
+    # With a ceiling it is that of a rim of single pixels: a finer grid moves it by chance.
+    "stiffness": _Number(lambda r: growth(r).stiffness, 0.02, 1, 0.0, 2.0),
     "constriction_length": _Number(lambda r: 2 * unloading_stiffness(r) / r.contact_modulus, 0.02),
     "mean_pressure": _Number(lambda r: r.load / r.perimeter_corrected_area, 0.01, 1),
     "max_pressure": _Number(lambda r: r.max_pressure, 0.1, 1, 1.0),
@@ -274,7 +277,9 @@ class _Draws:
         self.result, self.measured, self.draws, self.seed = result, measured, draws, seed
         self.smooth = np.zeros(measured.shape)
         self.map = filters.resample(measured.heights, measured.shape)
-        if measured.heights is not result.surface.heights:
+        # A periodic surface has no step between its edges: leveling made it.
+        is_split = measured.heights is not result.surface.heights
+        if is_split and not (result.boundary.periodic_axes and measured.form):
             rest = result.surface.heights - measured.heights
             self.smooth = filters.resample(rest, measured.shape, "spline")
         tool = measured.instrument
@@ -396,7 +401,11 @@ def _intervals(
 ) -> tuple[tuple[Interval, ...], dict[str, float]]:
     """Return the intervals, and how far the variances of the sources close, by number."""
     result, measured = study.result, np.exp(numbers["measured"])
-    at_edge = result.ceiling is None and result.totals.edge_load is not None
+    # A step between the edges of a periodic map is such an edge, too.
+    at_edge = result.ceiling is None and (
+        result.totals.edge_load is not None
+        or bool(result.boundary.periodic_axes and study.smooth.any())
+    )
     columns = {
         name: {key: float(value[index]) for key, value in numbers.items()}
         for index, name in enumerate(NUMBERS)
@@ -438,7 +447,7 @@ def _ends(
     number = NUMBERS[name]
     factor = values["finer"] - values["base"]
     center += number.grid * factor
-    squares[Cause.GRID] = (factor / 2) ** 2
+    squares[Cause.GRID] = (number.rest * factor) ** 2
     saturated = name == "max_pressure" and study.result.saturated_fraction > 0
     if name == "mean_gap" and study.measured.instrument.tip_radius:
         # Dilation fills valleys where the map is deep, which neither way knows.

@@ -8,9 +8,9 @@ error of R is transferred from ζ to y.
 Wilson et al. 2021, arXiv:2011.04026
 
 R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first undone
-by erosion with its own shape. Waves
-of the map beyond k_r first get the power that the model expects there: a transfer that is not as
-stated would raise them without limit.
+by erosion with its own shape. Waves beyond k_r of a map, and of M(ζ), first get the power that the
+model expects of waves of their length: a transfer that is not as stated would raise them without
+limit, as it would the rims of filled points and the step between the edges of a leveled map.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
@@ -235,16 +235,18 @@ class Reconstruction:
         return fft.irfft2(waves, self.shape)
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
-        """Return the map of a surface as this one was made: measured, filled and leveled."""
+        """Return the map of a surface as this one was made: measured, filled, leveled and split."""
         image = instrument.image(surface, self.fine, self.heights.shape)
         image = image + instrument.noise * rng.standard_normal(image.shape)
         if self.missing is not None and self.missing.any():
             image[self.missing] = np.nan
             image = fill(image, self.pixel)
-        return image if self.form is None else level(image, self.form)
+        # Leveling makes a step between opposite edges.
+        return image if self.form is None else periodic_part(level(image, self.form))
 
     def undone(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a surface whose map this is nearly."""
+        image = self._shaped(image, spectrum, instrument)
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
@@ -261,7 +263,7 @@ class Reconstruction:
         spectrum = self.spectrum(instrument, deviations, seed)
         twin = self.surface(spectrum, seed)
         image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
-        known = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
+        known = self.undone(self.heights, spectrum, instrument)
         return known + twin - self.undone(image, spectrum, instrument), twin, image
 
     @property
@@ -277,7 +279,7 @@ class Reconstruction:
         """Roughness of the summits over that of the map, and its standard deviation by chance."""
         instrument = self.drawn_instrument({})
         spectrum = self.spectrum(instrument, {}, 0)
-        heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
+        heights = self.undone(self.heights, spectrum, instrument)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
         end = min(self.limit, spectrum.cutoff)
         waves = fft.rfft2(heights)
@@ -291,18 +293,22 @@ class Reconstruction:
         chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * self._area / _CLASSES)
         return float(local[-2:].mean()), chance
 
-    def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
-        """Return the map, with the power that a twin's map has in the waves beyond the limit."""
-        k = self._wave_numbers(spectrum.tensor)
-        expected = spectrum.of_waves(k) * self._transfer(instrument) ** 2
+    def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+        """Return a map with the power that is expected in its waves beyond the limit."""
+        # The transfer depends on the wavelength rather than on k.
+        q = self._wave_numbers(np.eye(2))
+        expected = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
+        expected *= self._transfer(instrument) ** 2
         expected += instrument.noise**2 / self.heights.size
-        (place, wanted), (_, got) = (_binned(k, p, float(k.max())) for p in (expected, self.power))
-        beyond = k > self.limit
-        factor = np.ones(k.shape)
-        factor[beyond] = np.exp(
-            np.interp(np.log(k[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+        (place, wanted), (_, got) = (
+            _binned(q, p, float(q.max())) for p in (expected, _power(image))
         )
-        return fft.irfft2(fft.rfft2(self.heights) * factor, self.heights.shape)
+        beyond = q > self.limit
+        factor = np.ones(q.shape)
+        factor[beyond] = np.exp(
+            np.interp(np.log(q[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+        )
+        return fft.irfft2(fft.rfft2(image) * factor, image.shape)
 
     def _transfer(self, instrument: Instrument) -> Array:
         return instrument.transfer(self.heights.shape, self.pixel, self.pixel)
