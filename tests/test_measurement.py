@@ -357,10 +357,14 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     assert held.count(False) <= 6
 
 
-def test_a_structured_surface_is_remarked_on() -> None:
+@pytest.mark.long
+def test_structured_surfaces_are_refused() -> None:
     image, tool = measured()
     heights = image.heights - image.heights.min()
-    tracks = rc.Surface(np.where(np.arange(64) % 8 < 1, 5, 1) * heights, image.pixel)
-    for surface, is_skewed in ((image, False), (tracks, True)):
-        known = pressed(surface).uncertainty(tool, 8 * UM, draws=4)
-        assert any("skewed" in remark for remark in known.remarks) == is_skewed
+    tracks = np.where(np.arange(64) % 8 < 1, 5, 1) * heights
+    particle = heights.copy()
+    particle[20:22, 30:32] += 8 * image.Sq
+    pressed(image).uncertainty(tool, 8 * UM, draws=4)
+    for structured, told in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
+        with pytest.raises(InputError, match=told):
+            pressed(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)

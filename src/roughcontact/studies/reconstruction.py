@@ -267,6 +267,24 @@ class Reconstruction:
         return known + twin - self.undone(image, spectrum, instrument), twin, image
 
     @property
+    def structure(self) -> tuple[float, float]:
+        """Skewness of the heights, and kurtosis of their shortest waves."""
+        short, _ = self._split(self.heights)
+        off = self.heights - self.heights.mean()
+        skewness = np.mean(off**3) / np.mean(off**2) ** 1.5
+        return float(skewness), float(np.mean(short**4) / np.mean(short**2) ** 2)
+
+    def _split(self, image: Array) -> tuple[Array, Array]:
+        """Return the shortest waves of a map, and the longer ones."""
+        k = self._wave_numbers(self.tensor) * max(1 / self.limit, self.shortest_wave or 0.0)
+        # Smooth filters do not spread what is rough over what is smooth.
+        low, waves = np.exp2(-((2 * k) ** 2)), fft.rfft2(image)
+        short, long = (
+            fft.irfft2(waves * part, image.shape) for part in (np.exp2(-(k**2)) - low, low)
+        )
+        return short, long
+
+    @property
     def is_worn(self) -> bool:
         """Whether the shortest octave that each map shows is weaker on summits, beyond chance."""
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
