@@ -88,20 +88,33 @@ def test_a_wrong_resolution_does_not_raise_the_slope_without_limit(stated: float
     assert rc.Surface(drawn, (UM, UM)).Sdq == pytest.approx(surface.Sdq, rel=0.35)
 
 
-def test_worn_summits_are_refused() -> None:
-    heights = rough(128).heights
-    plane = np.quantile(heights, 0.8)
-    worn = np.where(heights > plane, plane + 0.1 * (heights - plane), heights)
-    tool = Instrument(resolution=6 * UM)
-    image, whole = (
-        tool.measure(surface, periodic=True, rng=np.random.default_rng(3))
-        for surface in (rc.Surface(worn, (UM, UM)), rough(128))
+@pytest.mark.long
+def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
+    heights, tool = rough(256).heights, Instrument(resolution=12 * UM, noise=1e-10)
+    plane = np.quantile(heights, 0.7)
+    worn = rc.Surface(
+        np.where(heights > plane, plane + 0.15 * (heights - plane), heights), (UM, UM)
     )
-    assert reconstruction(image, tool, shortest_wave=4 * UM).is_worn
-    assert not reconstruction(whole, tool, shortest_wave=4 * UM).is_worn
-    result = rc.solve(image, load=0.1, material="42CrMo4", boundary="periodic")
-    with pytest.raises(rc.InputError, match="smoother than its valleys"):
-        result.uncertainty(tool, 4 * UM)
+    image, whole = (
+        tool.measure(surface, points=(128, 128), periodic=True, rng=np.random.default_rng(3))
+        for surface in (worn, rough(256))
+    )
+    even, uneven = (reconstruction(part, tool, shortest_wave=4 * UM) for part in (whole, image))
+    assert uneven.is_worn
+    assert not even.is_worn
+    assert not uneven.on_even_scale().is_worn
+
+    def slope(heights: np.ndarray) -> float:
+        top = heights > np.quantile(heights, 0.95)
+        return math.sqrt(np.mean(np.square(np.gradient(heights)).sum(axis=0)[top]))
+
+    same, known = uneven.draw({}, 1)[0], uneven.on_even_scale().draw({}, 1)[0]
+    assert slope(same) > 1.5 * slope(worn.heights)
+    assert slope(known) == pytest.approx(slope(worn.heights), rel=0.2)
+    noisy = replace(tool, noise=0.3 * image.Sq)
+    noise = noisy.noise * np.random.default_rng(4).standard_normal(image.shape)
+    assert replace(uneven, heights=image.heights + noise, instrument=noisy).hides_summits
+    assert not uneven.hides_summits
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:

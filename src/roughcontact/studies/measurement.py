@@ -98,7 +98,7 @@ NUMBERS: dict[str, _Number] = {
 SOURCES = {
     Cause.RESOLUTION: ("resolution",), Cause.TIP: ("tip",), Cause.NOISE: ("noise",),
     Cause.SHORT_WAVES: ("exponent", "level"), Cause.SHORTEST_WAVE: ("waves",),
-    Cause.OTHER_MAPS: ("finer resolution", "finer level"),
+    Cause.OTHER_MAPS: ("finer resolution", "finer level"), Cause.SUMMITS: ("summits",),
 }  # fmt: skip
 """Causes that draws move, each with the deviations that it draws."""
 
@@ -218,13 +218,15 @@ def _reconstruction(
         )  # fmt: skip
     _require_unsmoothed(surface, measured.instrument, wave)
     _require_random(measured)
-    if measured.is_worn:
+    if not measured.is_worn:
+        return measured
+    if any(maps.hides_summits for maps in (measured, *others)):
         raise InputError(
-            "has summits smoother than its valleys, as worn surfaces have: the short waves that "
-            "the instrument did not show cannot be added to them; measure finer, and omit ",
-            ArgumentRef("uncertainty"), argument="surface",
-        )  # fmt: skip
-    return measured
+            "has summits smoother than its valleys, as worn surfaces have, and the noise hides how "
+            "smooth: average several maps, or measure with less noise",
+            argument="surface",
+        )
+    return replace(measured.on_even_scale(), others=tuple(maps.on_even_scale() for maps in others))
 
 
 def _other(item: Surface | tuple[Surface, Instrument | str], wave: float | None) -> Reconstruction:
@@ -313,6 +315,7 @@ class _Draws:
             Cause.SHORT_WAVES: measured.reach < 1 / (measured.shortest_wave or 1e-300),
             Cause.SHORTEST_WAVE: measured.shortest_wave is None,
             Cause.OTHER_MAPS: bool(measured.others),
+            Cause.SUMMITS: measured.scale is not None,
         }
         self.sources = [cause for cause in SOURCES if active[cause]] if draws else []
         names = [name for source in self.sources for name in SOURCES[source]]
@@ -362,8 +365,12 @@ class _Draws:
             yield "base", self._pressed(self.base)
 
         def finer() -> Any:
-            heights = filters.resample(self.base, (2 * ny, 2 * nx), self._method)
-            yield "finer", self._pressed(heights)
+            # On the even scale a worn plateau has no edges that ring.
+            parts = self.measured.evened(self._drawn({}, self.seed)[0]), self.smooth
+            drawn, smooth = (
+                filters.resample(part, (2 * ny, 2 * nx), self._method) for part in parts
+            )
+            yield "finer", self._pressed(self.measured.uneven(drawn) + smooth)
 
         def loaded() -> Any:
             yield "load", self._pressed(result.surface.heights, load=_STEP)

@@ -68,6 +68,7 @@ class Cause(StrEnum):
     SHORT_WAVES = "short waves"
     SHORTEST_WAVE = "shortest wave"
     OTHER_MAPS = "finer maps"
+    SUMMITS = "roughness of summits"
     CHANCE = "waves not measured"
     SAMPLE = "finite sample"
     CORRECTIONS = "difference of the two corrections"
