@@ -20,6 +20,7 @@ from roughcontact.studies.reconstruction import Reconstruction, periodic_part, r
 from roughcontact.studies.uncertainty import Cause
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import self_affine
+from roughcontact.units import changed_by
 
 UM = 1e-6
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -368,6 +369,21 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     # At 95 % there are two misses of 45, and more than six in one of a hundred runs.
     assert len(held) > 40
     assert held.count(False) <= 6
+
+
+@pytest.mark.long
+def test_choices_are_told_outside_the_intervals() -> None:
+    image, tool = measured(64, noise=1e-9)
+    y = np.linspace(0, 1, 64)[:, None]
+    curved = rc.Surface(image.heights + 2 * image.Sq * (y - 0.5) ** 2, image.pixel).leveled()
+    result = pressed(curved, load="200 MPa")
+    known = result.uncertainty(tool, 4 * UM, draws=4)
+    form, volume = known.remarks[-2:]
+    other = pressed(curved.leveled("quadric"), load="200 MPa")
+    change = changed_by(other.mean_gap / result.mean_gap - 1)
+    assert form.startswith("A choice outside the intervals: leveling a quadric changes contact")
+    assert f"mean gap {change}" in form
+    assert "plasticity of the volume changes contact area" in volume
 
 
 @pytest.mark.long

@@ -43,12 +43,19 @@ from roughcontact.halfspace.fft import Workspace, at_most
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.studies import reconstruction
 from roughcontact.studies.reconstruction import Reconstruction
-from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval, Uncertainty
+from roughcontact.studies.uncertainty import (
+    Cause,
+    ErrorSource,
+    Interval,
+    Uncertainty,
+    volume_plasticity,
+)
 from roughcontact.surface import filters, resolution
+from roughcontact.surface.form import level
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import seed_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import Quantity, engineering, percent, quantity
+from roughcontact.units import Quantity, changed_by, engineering, percent, quantity
 
 Array = NDArray[np.float64]
 
@@ -136,7 +143,10 @@ def uncertainty(
     study = _Draws(result, measured, draws if instrument else 0, seed, of == "surface")
     numbers = study.solved(progress)
     intervals, closing = _intervals(study, numbers, known)
-    remarks = tuple(_remarks(measured, instrument, wave, intervals))
+    remarks = (
+        *_remarks(measured, instrument, wave, intervals),
+        *_choices(study, numbers, intervals),
+    )
     return Uncertainty(
         intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
         Surface(study.base, measured.fine),
@@ -378,6 +388,9 @@ class _Draws:
         def yielding() -> Any:
             yield "ceiling", self._pressed(result.surface.heights, ceiling=_STEP)
 
+        def leveled() -> Any:
+            yield "form", self._pressed(level(result.surface.heights, self.next_form))
+
         def measured() -> Any:
             yield "map", self._pressed(self.map + self.smooth)
             yield "measured", result
@@ -386,7 +399,14 @@ class _Draws:
         jobs |= {("draw", k): partial(draw, k) for k in range(self.draws)}
         jobs |= {source: partial(moved, source) for source in self.sources}
         jobs |= {"load": loaded, "measured": measured}
+        if self.draws and self.next_form:
+            jobs["form"] = leveled
         return jobs if result.ceiling is None else {**jobs, "ceiling": yielding}
+
+    @property
+    def next_form(self) -> str:
+        """The form of the next degree after that which was leveled; empty after the last."""
+        return {None: "plane", "plane": "quadric"}.get(self.measured.form, "")
 
     @property
     def _method(self) -> str:
@@ -578,3 +598,25 @@ def _remarks(
         yield "The two ways of correcting the map disagree. Do not use the intervals."
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
+
+
+def _choices(
+    study: _Draws, numbers: Mapping[Any, Array], intervals: Sequence[Interval]
+) -> Iterator[str]:
+    """Return what the intervals leave out: the form that was leveled, and the ceiling."""
+    if "form" in numbers:
+        change = dict(zip(NUMBERS, np.expm1(numbers["form"] - numbers["measured"]), strict=True))
+        changes = [f"{_NAMES[item.name]} {changed_by(change[item.name])}"
+                   for item in intervals if item.name in _NAMES]  # fmt: skip
+        if changes:
+            yield (
+                f"A choice outside the intervals: leveling a {study.next_form} changes "
+                f"{', '.join(changes)}."
+            )
+    volume = volume_plasticity("contact_fraction", study.result)
+    if volume is not None and volume.known:
+        ends = " to ".join(map(changed_by, (volume.low, volume.high)))
+        yield f"Outside the intervals: plasticity of the volume changes contact area {ends}."
+
+
+_NAMES = {"contact_fraction": "contact area", "mean_gap": "mean gap", "approach": "approach"}
