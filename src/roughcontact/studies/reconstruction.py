@@ -40,7 +40,7 @@ Moisan 2011, doi:10.1007/s10851-010-0227-1
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from statistics import NormalDist
@@ -76,6 +76,8 @@ _CLASSES, _UNEVEN, _CHANCE, _MEDIAN = 96, 0.25, 0.83, 0.6745
 # Rounds in which a scale of heights becomes even, and the smallest roughness of a class of heights
 # over that of rough ones.
 _SCALES, _SMOOTHEST = 6, 0.02
+# Twins whose maps tell how rough summits of unworn surfaces look.
+_TWINS = 3
 # Largest difference of the logarithms of two spectra of one surface in the octave that both show,
 # beyond chance.
 _SAME = 0.7
@@ -304,11 +306,22 @@ class Reconstruction:
     @property
     def _summits(self) -> tuple[float, float]:
         """Roughness of the summits over that of the map, and its standard deviation by chance."""
-        _, local = self._roughness(self.heights)
+        _, rough = self._unevenness(range(_TWINS))
         top, end = _CLASSES // 16, min(self.limit, 1 / (self.shortest_wave or 1e-300))
         # One over the root of the number of waves in these classes.
         waves = 0.75 * math.pi * end**2 * self._area * top / _CLASSES
-        return float(local[-top:].mean() / np.median(local)), _CHANCE / math.sqrt(waves)
+        return float(rough[-top:].mean()), _CHANCE * math.sqrt((1 + 1 / _TWINS) / waves)
+
+    def _unevenness(self, seeds: Iterable[int]) -> tuple[Array, Array]:
+        """Return ends of classes of height, and the roughness there over that of maps of twins."""
+        instrument, twins = self.drawn_instrument({}), []
+        for seed in seeds:
+            twin = self.surface(self.spectrum(instrument, {}, seed), seed)
+            image = self.image(twin, instrument, np.random.default_rng(seed))
+            twins.append(self._roughness(image)[1])
+        ends, local = self._roughness(self.heights)
+        rough = local / np.mean(twins, axis=0)
+        return ends, np.maximum(rough / np.quantile(rough, 0.75), _SMOOTHEST)
 
     def _roughness(self, image: Array) -> tuple[Array, Array]:
         """Return the ends of classes of height of a map, and its roughness in short waves there."""
@@ -329,13 +342,9 @@ class Reconstruction:
 
     def on_even_scale(self) -> Reconstruction:
         """Return it on a scale of heights on which short waves are as high as those of twins."""
-        maps, instrument = self, self.drawn_instrument({})
+        maps = self
         for seed in range(_SCALES):
-            twin = maps.surface(maps.spectrum(instrument, {}, seed), seed)
-            image = maps.image(twin, instrument, np.random.default_rng(seed))
-            (ends, local), (_, twins) = maps._roughness(maps.heights), maps._roughness(image)
-            rough = local / twins
-            rough = np.maximum(rough / np.quantile(rough, 0.75), _SMOOTHEST)
+            ends, rough = maps._unevenness([seed])
             far = 10 * float(np.ptp(ends))
             ends = ends + far * np.r_[-1, np.zeros(_CLASSES - 1), 1]
             even = np.r_[0.0, np.cumsum(np.diff(ends) / rough)]
