@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -369,6 +370,31 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     # At 95 % there are two misses of 45, and more than six in one of a hundred runs.
     assert len(held) > 40
     assert held.count(False) <= 6
+
+
+@pytest.mark.long
+def test_a_sweep_has_the_intervals_of_each_load(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image, _ = measured(64, noise=1e-9)
+    path, table, file = (tmp_path / name for name in ("map.x3p", "curve.json", "one.json"))
+    image.save(path)
+    words = [str(path), "--boundary", "periodic", "--material", "42CrMo4", "--uncertainty",
+             "--instrument", "optical 6 um", "--noise", "1 nm",
+             "--shortest-wave", "4 um"]  # fmt: skip
+    loads = ["--from", "20 MPa", "--to", "40 MPa", "--steps", "2", "--output", str(table)]
+    assert app.main(["sweep", *words, *loads]) == app.SOLVED
+    assert "95 of 100" in capsys.readouterr().out
+    curve = json.loads(table.read_text("utf-8"))
+    assert app.main(["solve", *words, "--load", "40 MPa", "--output", str(file)]) == app.SOLVED
+    one = json.loads(file.read_text("utf-8"))["uncertainty"]["intervals"]
+    for name in ("contact_fraction", "mean_gap", "stiffness"):
+        for end in ("value", "low", "high"):
+            assert curve[f"{name}_{end}"][1] == pytest.approx(one[name][end], rel=1e-3)
+    heights, steel = rc.Surface(image.heights, image.pixel), rc.Material(210e9, 0.3)
+    by_approach = rc.sweep(heights, material=steel, approaches=["0.1 um"], boundary="periodic")
+    with pytest.raises(InputError, match="approach has no intervals"):
+        measurement.curve_uncertainty(by_approach)
 
 
 @pytest.mark.long

@@ -42,6 +42,7 @@ from roughcontact.errors import ArgumentRef, InputError, Sentence, require_choic
 from roughcontact.halfspace.fft import Workspace, at_most
 from roughcontact.solvers.progress import Progress, Step, Tell
 from roughcontact.studies import reconstruction
+from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.studies.reconstruction import Reconstruction
 from roughcontact.studies.uncertainty import (
     Cause,
@@ -151,6 +152,21 @@ def uncertainty(
         intervals, closing, instrument, wave, 1 / measured.reach, draws, seed, remarks,
         Surface(study.base, measured.fine),
     )  # fmt: skip
+
+
+def curve_uncertainty(curve: LoadCurve, *how: Any, **more: Any) -> LoadCurve:
+    """Return a load curve with the intervals of each load; see `ContactResult.uncertainty`.
+
+    Equal seeds give equal draws: all loads press the same surfaces.
+    """
+    largest = curve.largest
+    _check(largest)
+    known = []
+    for step in curve.steps:
+        ceiling = None if math.isnan(step.ceiling) else step.ceiling
+        contact = press(largest.pair, LoadCase(step.load, ceiling=ceiling))
+        known.append(uncertainty(contact, *how, **more))
+    return replace(curve, intervals=tuple(known))
 
 
 # --- Which contacts and maps ---
