@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from roughcontact.studies.reconstruction import Reconstruction, periodic_part, r
 from roughcontact.studies.uncertainty import Cause
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import self_affine
+from roughcontact.units import changed_by
 
 UM = 1e-6
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -88,20 +90,33 @@ def test_a_wrong_resolution_does_not_raise_the_slope_without_limit(stated: float
     assert rc.Surface(drawn, (UM, UM)).Sdq == pytest.approx(surface.Sdq, rel=0.35)
 
 
-def test_worn_summits_are_refused() -> None:
-    heights = rough(128).heights
-    plane = np.quantile(heights, 0.8)
-    worn = np.where(heights > plane, plane + 0.1 * (heights - plane), heights)
-    tool = Instrument(resolution=6 * UM)
-    image, whole = (
-        tool.measure(surface, periodic=True, rng=np.random.default_rng(3))
-        for surface in (rc.Surface(worn, (UM, UM)), rough(128))
+@pytest.mark.long
+def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
+    heights, tool = rough(256).heights, Instrument(resolution=12 * UM, noise=1e-10)
+    plane = np.quantile(heights, 0.7)
+    worn = rc.Surface(
+        np.where(heights > plane, plane + 0.15 * (heights - plane), heights), (UM, UM)
     )
-    assert reconstruction(image, tool, shortest_wave=4 * UM).is_worn
-    assert not reconstruction(whole, tool, shortest_wave=4 * UM).is_worn
-    result = rc.solve(image, load=0.1, material="42CrMo4", boundary="periodic")
-    with pytest.raises(rc.InputError, match="smoother than its valleys"):
-        result.uncertainty(tool, 4 * UM)
+    image, whole = (
+        tool.measure(surface, points=(128, 128), periodic=True, rng=np.random.default_rng(3))
+        for surface in (worn, rough(256))
+    )
+    even, uneven = (reconstruction(part, tool, shortest_wave=4 * UM) for part in (whole, image))
+    assert uneven.is_worn
+    assert not even.is_worn
+    assert not uneven.on_even_scale().is_worn
+
+    def slope(heights: np.ndarray) -> float:
+        top = heights > np.quantile(heights, 0.95)
+        return math.sqrt(np.mean(np.square(np.gradient(heights)).sum(axis=0)[top]))
+
+    same, known = uneven.draw({}, 1)[0], uneven.on_even_scale().draw({}, 1)[0]
+    assert slope(same) > 1.5 * slope(worn.heights)
+    assert slope(known) == pytest.approx(slope(worn.heights), rel=0.2)
+    noisy = replace(tool, noise=0.3 * image.Sq)
+    noise = noisy.noise * np.random.default_rng(4).standard_normal(image.shape)
+    assert replace(uneven, heights=image.heights + noise, instrument=noisy).hides_summits
+    assert not uneven.hides_summits
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
@@ -121,6 +136,28 @@ def test_a_draw_of_a_part_has_the_slope_of_the_surface_there() -> None:
     slopes = [rc.Surface(heights, known.fine).Sdq for heights in (drawn, twin)]
     there = rc.Surface(surface.heights[:256, :256], surface.pixel)
     assert slopes == pytest.approx([there.Sdq, there.Sdq], rel=0.1)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [2014, 2026])
+def test_a_draw_with_a_lay_has_the_slope_of_the_surface(number: int) -> None:
+    # Steps between leveled edges and rims of filled points raised short waves by up to a third.
+    case = coverage.drawn(number)
+    known = measurement._measured(case.map, case.stated, case.shortest_wave)
+    assert known.heights is not case.map.heights
+    drawn, _, _ = known.draw({}, 0)
+    truth = rc.Surface(case.surface, (coverage.PIXEL, coverage.PIXEL))
+    assert rc.Surface(drawn, known.fine).Sdq == pytest.approx(truth.Sdq, rel=0.12)
+
+
+@pytest.mark.long
+def test_the_largest_pressure_at_a_step_between_the_edges_has_no_interval() -> None:
+    image, tool = measured(64, noise=1e-9)
+    ramp = np.linspace(0, 4 * image.Sq, 64)
+    for heights, has in ((image.heights, True), (image.heights + ramp, False)):
+        result = pressed(rc.Surface(heights, image.pixel), ceiling=None)
+        known = result.uncertainty(tool, 4 * UM, draws=4)
+        assert (known.of("max_pressure") is not None) == has
 
 
 def test_equal_quantiles_in_each_column_have_unit_variance() -> None:
@@ -335,10 +372,54 @@ def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     assert held.count(False) <= 6
 
 
-def test_a_structured_surface_is_remarked_on() -> None:
+@pytest.mark.long
+def test_a_sweep_has_the_intervals_of_each_load(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image, _ = measured(64, noise=1e-9)
+    path, table, file = (tmp_path / name for name in ("map.x3p", "curve.json", "one.json"))
+    image.save(path)
+    words = [str(path), "--boundary", "periodic", "--material", "42CrMo4", "--uncertainty",
+             "--instrument", "optical 6 um", "--noise", "1 nm",
+             "--shortest-wave", "4 um"]  # fmt: skip
+    loads = ["--from", "20 MPa", "--to", "40 MPa", "--steps", "2", "--output", str(table)]
+    assert app.main(["sweep", *words, *loads]) == app.SOLVED
+    assert "95 of 100" in capsys.readouterr().out
+    curve = json.loads(table.read_text("utf-8"))
+    assert app.main(["solve", *words, "--load", "40 MPa", "--output", str(file)]) == app.SOLVED
+    one = json.loads(file.read_text("utf-8"))["uncertainty"]["intervals"]
+    for name in ("contact_fraction", "mean_gap", "stiffness"):
+        for end in ("value", "low", "high"):
+            assert curve[f"{name}_{end}"][1] == pytest.approx(one[name][end], rel=1e-3)
+    heights, steel = rc.Surface(image.heights, image.pixel), rc.Material(210e9, 0.3)
+    by_approach = rc.sweep(heights, material=steel, approaches=["0.1 um"], boundary="periodic")
+    with pytest.raises(InputError, match="approach has no intervals"):
+        measurement.curve_uncertainty(by_approach)
+
+
+@pytest.mark.long
+def test_choices_are_told_outside_the_intervals() -> None:
+    image, tool = measured(64, noise=1e-9)
+    y = np.linspace(0, 1, 64)[:, None]
+    curved = rc.Surface(image.heights + 2 * image.Sq * (y - 0.5) ** 2, image.pixel).leveled()
+    result = pressed(curved, load="200 MPa")
+    known = result.uncertainty(tool, 4 * UM, draws=4)
+    form, volume = known.remarks[-2:]
+    other = pressed(curved.leveled("quadric"), load="200 MPa")
+    change = changed_by(other.mean_gap / result.mean_gap - 1)
+    assert form.startswith("A choice outside the intervals: leveling a quadric changes contact")
+    assert f"mean gap {change}" in form
+    assert "plasticity of the volume changes contact area" in volume
+
+
+@pytest.mark.long
+def test_structured_surfaces_are_refused() -> None:
     image, tool = measured()
     heights = image.heights - image.heights.min()
-    tracks = rc.Surface(np.where(np.arange(64) % 8 < 1, 5, 1) * heights, image.pixel)
-    for surface, is_skewed in ((image, False), (tracks, True)):
-        known = pressed(surface).uncertainty(tool, 8 * UM, draws=4)
-        assert any("skewed" in remark for remark in known.remarks) == is_skewed
+    tracks = np.where(np.arange(64) % 8 < 1, 5, 1) * heights
+    particle = heights.copy()
+    particle[20:22, 30:32] += 8 * image.Sq
+    pressed(image).uncertainty(tool, 8 * UM, draws=4)
+    for structured, told in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
+        with pytest.raises(InputError, match=told):
+            pressed(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from functools import partial
 from operator import attrgetter
 from typing import Any
 
@@ -550,6 +551,35 @@ CURVE: Table = (
 )  # fmt: skip
 """Of a `LoadCurve`."""
 
+
+def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
+    return [getattr(known.of(name), end, math.nan) for known in curve.intervals]
+
+
+def _contact_intervals(curve: LoadCurve) -> list[str]:
+    ends = zip(*(_ends(curve, "contact_fraction", end) for end in ("low", "high")), strict=True)
+    return [phrases.between(*pair, phrases.share) for pair in ends]
+
+
+_INTERVALS: Columns = (
+    Column(
+        "contact", "95 of 100", shown=_contact_intervals, form=str, stored=False,
+        when=lambda curve: bool(curve.intervals),
+    ),
+    *(
+        Column(
+            f"{name}_{end}", unit=unit, of=partial(_ends, name=name, end=end),
+            when=lambda curve: bool(curve.intervals),
+        )
+        for name, unit in (
+            ("contact_fraction", "1"), ("saturated_fraction", "1"), ("mean_gap", "m"),
+            ("approach", "m"), ("stiffness", "N/m"), ("max_pressure", "Pa"),
+        )
+        for end in ("value", "low", "high")
+    ),
+)  # fmt: skip
+"""Of the intervals of each step of a `LoadCurve`, where it has them."""
+
 CURVE_COLUMNS: Columns = (
     Column("load", "load", unit="N"),
     Column("approach", "approach", unit="m"),
@@ -574,6 +604,7 @@ CURVE_COLUMNS: Columns = (
     Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
     Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
     Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
+    *_INTERVALS,
 )  # fmt: skip
 """Of the steps of a `LoadCurve`."""
 

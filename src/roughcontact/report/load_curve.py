@@ -69,9 +69,10 @@ def _answer(curve: LoadCurve) -> str:
 
 
 def _remarks(curve: LoadCurve) -> tuple[str, ...]:
-    """Return how exactly the steps are solved."""
+    """Return the limits of the intervals, and how exactly the steps are solved."""
     most = max(step.certificate for step in curve.steps)
-    return (f"Solved: {len(curve.steps)} contacts, certificate {tiny(most)} at most",)
+    limits = curve.intervals[-1].remarks if curve.intervals else ()
+    return (*limits, f"Solved: {len(curve.steps)} contacts, certificate {tiny(most)} at most")
 
 
 KIND = Kind(

@@ -7,7 +7,7 @@ from typing import Any
 
 from roughcontact import memory as limits
 from roughcontact.errors import ArgumentRef, InputError
-from roughcontact.request import options, parsing
+from roughcontact.request import measurement, options, parsing
 from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
 from roughcontact.request.outcome import Outcome, Work
 from roughcontact.request.request import Request
@@ -70,6 +70,8 @@ def _run(request: Request, work: Work) -> Outcome:
             folder=request[options.FOLDER],
             progress=watch,
         )
+    if request[measurement.UNCERTAINTY]:
+        curve = measurement.measured_curve(request, curve, work.look)
     curve = replace(curve, extra_cautions=work.extra_cautions)
     return Outcome(request, curve, extras={"reused": len(reused)})
 
@@ -117,14 +119,17 @@ roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
 """,
     (
         *options.MAP, *_RANGE, *options.BODIES, *options.COATINGS,
-        *options.SOLVER, OUTPUT, options.FOLDER,
+        *options.SOLVER, *measurement.OPTIONS, OUTPUT, options.FOLDER,
         options.REPORT, FIGURE, *options.SHOWN,
     ),
     (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),
     run=_run,
-    rules=tuple(
-        Rule(NEEDED, end, text="a load such as '1 N' or an approach such as '1 um'")
-        for end in (FROM, TO)
+    rules=(
+        *(
+            Rule(NEEDED, end, text="a load such as '1 N' or an approach such as '1 um'")
+            for end in (FROM, TO)
+        ),
+        *measurement.RULES,
     ),
     check=_check,
     last=_last,

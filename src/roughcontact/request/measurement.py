@@ -15,6 +15,7 @@ from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
+    from roughcontact.studies.load_curve import LoadCurve
     from roughcontact.surface.instrument import Instrument
 
 
@@ -84,14 +85,26 @@ RULES = (
 
 def measured(request: Request, result: ContactResult, look: Look) -> ContactResult:
     """Return a contact with its intervals."""
+    return replace(result, measurement=result.uncertainty(**_how(request), progress=look))
+
+
+def measured_curve(request: Request, curve: LoadCurve, look: Look) -> LoadCurve:
+    """Return a load curve with the intervals of each load."""
+    from roughcontact.studies.measurement import curve_uncertainty
+
+    return curve_uncertainty(curve, **_how(request), progress=look)
+
+
+def _how(request: Request) -> dict[str, Any]:
     from roughcontact.formats.read import read_surface
 
     instrument = request[INSTRUMENT]
     if instrument is not None and request[NOISE] is not None:
         instrument = replace(instrument, noise=request[NOISE])
     also = [(read_surface(path).filled().leveled(), tool) for path, tool in request[ALSO]]
-    known = result.uncertainty(
-        instrument, request[SHORTEST_WAVE], request[MATERIAL_UNCERTAINTY], progress=look,
-        also=[item if item[1] else item[0] for item in also],
-    )  # fmt: skip
-    return replace(result, measurement=known)
+    return {
+        "instrument": instrument,
+        "shortest_wave": request[SHORTEST_WAVE],
+        "material": request[MATERIAL_UNCERTAINTY],
+        "also": [item if item[1] else item[0] for item in also],
+    }

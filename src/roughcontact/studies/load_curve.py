@@ -114,6 +114,8 @@ class LoadCurve(Result):
         Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
     specified_load : tuple of GivenLoad
         The loads in the form in which they were given, those that were no forces.
+    intervals : tuple of Uncertainty
+        Intervals of each load that include the instrument, where they were computed.
     _solve_largest : callable, optional
         Solves the contact under the last load again, for a report.
     """
@@ -131,6 +133,7 @@ class LoadCurve(Result):
     extra_cautions: tuple[Caution, ...] = ()
     is_profile: bool = False
     specified_load: tuple[GivenLoad, ...] = ()
+    intervals: tuple[Any, ...] = ()
     _solve_largest: Callable[[], ContactResult] | None = field(default=None, repr=False)
 
     @cached_property

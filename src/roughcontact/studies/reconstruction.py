@@ -8,14 +8,16 @@ error of R is transferred from ζ to y.
 Wilson et al. 2021, arXiv:2011.04026
 
 R: ``H = C T/(C T² + N)`` with the spectrum C, the transfer T and the noise N. A tip is first undone
-by erosion with its own shape. Waves
-of the map beyond k_r first get the power that the model expects there: a transfer that is not as
-stated would raise them without limit.
+by erosion with its own shape. Waves beyond k_r of a map, and of M(ζ), first get the power that the
+model expects of waves of their length: a transfer that is not as stated would raise them without
+limit, as it would the rims of filled points and the step between the edges of a leveled map.
 
 Villarrubia 1997, doi:10.6028/jres.102.030
 
-Worn surfaces have weaker short waves on summits than in valleys. No Gaussian surface is like them:
-they are told by the roughness of the map by height.
+Worn surfaces have weaker short waves on summits. Their heights h are drawn as ``g = ∫ dh/m(h)``, a
+scale on which short waves are even: m is the roughness of the map in the shortest octave at a
+height, over that of the map of a twin, in rounds until both agree. Twins are Gaussian on this
+scale: translation processes (Grigoriu 1998, J. Eng. Mech. 124, 121).
 
 Spectrum: power less noise over T², in fifths of an octave of the wave number k with ``k² = qᵀ A
 q``; A is the inverse of the gradient tensor within an ellipse of the same k. It counts up to k_r,
@@ -38,8 +40,8 @@ Moisan 2011, doi:10.1007/s10851-010-0227-1
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from statistics import NormalDist
 
@@ -68,9 +70,14 @@ UNKNOWN = 4.0
 """Resolution over the shortest wave of a surface, at most, where none is stated."""
 # Largest ratio of the axes of its ellipse, and the smallest that one map tells from a circle.
 _LARGEST_RATIO, _ISOTROPIC = 8.0, 1.25
-# Classes of height, by how much smoother the two highest have to be to count, and the standard
-# deviation of the median of one wave over its root-mean-square, of the mean of two classes.
-_CLASSES, _UNEVEN, _CHANCE = 16, 0.15, 0.83
+# Classes of height, by how much smoother the highest sixteenth has to be to count, the standard
+# deviation of the median of one wave over its root-mean-square, and the median of random heights.
+_CLASSES, _UNEVEN, _CHANCE, _MEDIAN = 96, 0.25, 0.83, 0.6745
+# Rounds in which a scale of heights becomes even, and the smallest roughness of a class of heights
+# over that of rough ones.
+_SCALES, _SMOOTHEST = 6, 0.02
+# Twins whose maps tell how rough summits of unworn surfaces look.
+_TWINS = 3
 # Largest difference of the logarithms of two spectra of one surface in the octave that both show,
 # beyond chance.
 _SAME = 0.7
@@ -116,6 +123,7 @@ class Reconstruction:
     finer: int = 2  # Points of the surface per point of the map along an axis
     others: tuple[Reconstruction, ...] = ()  # Finer maps of the surface
     ellipse: Array | None = None  # A of the wave number k; found from the map by default
+    scale: tuple[Array, Array] | None = None  # Heights, and these on an even scale [m]
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -131,12 +139,12 @@ class Reconstruction:
     @property
     def noise(self) -> float:
         """Noise in the power of one wave [m²]."""
-        return self.instrument.noise**2 / self.heights.size
+        return self._noise(self.instrument)
 
     @cached_property
     def power(self) -> Array:
         """Power of the waves of the map [m²]."""
-        return _power(self.heights)
+        return _power(self.evened(self.heights))
 
     @cached_property
     def limit(self) -> float:
@@ -215,10 +223,11 @@ class Reconstruction:
         # A measured synthetic map has the power of the map.
         for _ in range(_ROUNDS if instrument.tip_radius else 1):
             model = self.surface(result, seed, even=True)
-            image = _power(self.image(model, instrument, np.random.default_rng(seed)))
-            _, got = _binned(self._wave_numbers(self.tensor), image, self.limit)
+            image = self.image(model, instrument, np.random.default_rng(seed))
+            power_seen = _power(self.evened(image))
+            _, got = _binned(self._wave_numbers(self.tensor), power_seen, self.limit)
             _, wanted = _binned(self._wave_numbers(self.tensor), self.power, self.limit)
-            noise = instrument.noise**2 / self.heights.size
+            noise = self._noise(instrument)
             ratio = np.maximum(wanted - noise, 0.1 * wanted) / np.maximum(got - noise, 0.1 * got)
             power = power + np.log(np.clip(ratio, 0.3, 3))
             result = self._continued(place, power, finer, cutoff, deviations)
@@ -232,41 +241,63 @@ class Reconstruction:
             waves *= math.sqrt(2) / np.where(size > 0, size, 1.0)
         k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
         waves *= np.sqrt(spectrum.of_waves(k) / 2) * math.prod(self.shape)
-        return fft.irfft2(waves, self.shape)
+        return self.uneven(fft.irfft2(waves, self.shape))
 
     def image(self, surface: Array, instrument: Instrument, rng: np.random.Generator) -> Array:
-        """Return the map of a surface as this one was made: measured, filled and leveled."""
+        """Return the map of a surface as this one was made: measured, filled, leveled and split."""
         image = instrument.image(surface, self.fine, self.heights.shape)
         image = image + instrument.noise * rng.standard_normal(image.shape)
         if self.missing is not None and self.missing.any():
             image[self.missing] = np.nan
             image = fill(image, self.pixel)
-        return image if self.form is None else level(image, self.form)
+        # Leveling makes a step between opposite edges.
+        return image if self.form is None else periodic_part(level(image, self.form))
 
     def undone(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
         """Return a surface whose map this is nearly."""
+        image = self._shaped(image, spectrum, instrument)
         if instrument.tip_radius:
             image = -dilated(-image, self.pixel, instrument.tip_radius)
         transfer = self._transfer(instrument)
         power = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
-        below = power * transfer**2 + instrument.noise**2 / self.heights.size
+        below = power * transfer**2 + self._noise(instrument)
         undo = np.divide(power * transfer, below, out=np.zeros_like(power), where=power > 0)
         undo[0, 0] = 1.0
-        heights = fft.irfft2(fft.rfft2(image) * undo, self.heights.shape)
+        heights = fft.irfft2(fft.rfft2(self.evened(image)) * undo, self.heights.shape)
         return filters.resample(heights, self.shape)
 
     def draw(self, deviations: Deviations, seed: int) -> tuple[Array, Array, Array]:
         """Return a draw of the surface, and a random surface with its map."""
-        instrument = self.drawn_instrument(deviations)
-        spectrum = self.spectrum(instrument, deviations, seed)
-        twin = self.surface(spectrum, seed)
-        image = self.image(twin, instrument, np.random.default_rng([seed, 1]))
-        known = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
-        return known + twin - self.undone(image, spectrum, instrument), twin, image
+        maps, instrument = self._drawn_scale(deviations), self.drawn_instrument(deviations)
+        spectrum = maps.spectrum(instrument, deviations, seed)
+        twin = maps.surface(spectrum, seed)
+        image = maps.image(twin, instrument, np.random.default_rng([seed, 1]))
+        known = maps.undone(self.heights, spectrum, instrument)
+        drawn = known + maps.evened(twin) - maps.undone(image, spectrum, instrument)
+        return maps.uneven(drawn), twin, image
+
+    @property
+    def structure(self) -> tuple[float, float]:
+        """Skewness of the heights, and kurtosis of their shortest waves."""
+        even = self.evened(self.heights)
+        short, _ = self._split(even)
+        off = even - even.mean()
+        skewness = np.mean(off**3) / np.mean(off**2) ** 1.5
+        return float(skewness), float(np.mean(short**4) / np.mean(short**2) ** 2)
+
+    def _split(self, image: Array) -> tuple[Array, Array]:
+        """Return the shortest waves of a map, and the longer ones."""
+        k = self._wave_numbers(self.tensor) * max(1 / self.limit, self.shortest_wave or 0.0)
+        # Smooth filters do not spread what is rough over what is smooth.
+        low, waves = np.exp2(-((2 * k) ** 2)), fft.rfft2(image)
+        short, long = (
+            fft.irfft2(waves * part, image.shape) for part in (np.exp2(-(k**2)) - low, low)
+        )
+        return short, long
 
     @property
     def is_worn(self) -> bool:
-        """Whether the shortest octave that each map shows is weaker on summits, beyond chance."""
+        """Whether short waves are weaker on summits than elsewhere, beyond chance."""
         rough, chance = np.array([maps._summits for maps in (self, *self.others)]).T
         weight = chance**-2
         least = 1 - max(_UNEVEN, 2 / math.sqrt(weight.sum()))
@@ -275,34 +306,102 @@ class Reconstruction:
     @property
     def _summits(self) -> tuple[float, float]:
         """Roughness of the summits over that of the map, and its standard deviation by chance."""
-        instrument = self.drawn_instrument({})
-        spectrum = self.spectrum(instrument, {}, 0)
-        heights = self.undone(self._shaped(spectrum, instrument), spectrum, instrument)
-        k = _wave_numbers(self.shape, self.fine, spectrum.tensor)
-        end = min(self.limit, spectrum.cutoff)
-        waves = fft.rfft2(heights)
-        short = fft.irfft2(np.where((k > end / 2) & (k <= end), waves, 0), self.shape)
-        order = fft.irfft2(np.where(k <= end / 2, waves, 0), self.shape).ravel().argsort()
-        # Medians: the edges of a worn plateau are no roughness of it.
-        parts = np.array_split(np.abs(short).ravel()[order], _CLASSES)
-        local = np.array([np.median(part) for part in parts])
-        local /= math.sqrt(np.mean(local**2))
-        # One over the root of the number of waves in a class.
-        chance = _CHANCE / math.sqrt(0.75 * math.pi * end**2 * self._area / _CLASSES)
-        return float(local[-2:].mean()), chance
+        _, rough = self._unevenness(range(_TWINS))
+        top, end = _CLASSES // 16, min(self.limit, 1 / (self.shortest_wave or 1e-300))
+        # One over the root of the number of waves in these classes.
+        waves = 0.75 * math.pi * end**2 * self._area * top / _CLASSES
+        return float(rough[-top:].mean()), _CHANCE * math.sqrt((1 + 1 / _TWINS) / waves)
 
-    def _shaped(self, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
-        """Return the map, with the power that a twin's map has in the waves beyond the limit."""
-        k = self._wave_numbers(spectrum.tensor)
-        expected = spectrum.of_waves(k) * self._transfer(instrument) ** 2
-        expected += instrument.noise**2 / self.heights.size
-        (place, wanted), (_, got) = (_binned(k, p, float(k.max())) for p in (expected, self.power))
-        beyond = k > self.limit
-        factor = np.ones(k.shape)
-        factor[beyond] = np.exp(
-            np.interp(np.log(k[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+    def _unevenness(self, seeds: Iterable[int]) -> tuple[Array, Array]:
+        """Return ends of classes of height, and the roughness there over that of maps of twins."""
+        instrument, twins = self.drawn_instrument({}), []
+        for seed in seeds:
+            twin = self.surface(self.spectrum(instrument, {}, seed), seed)
+            image = self.image(twin, instrument, np.random.default_rng(seed))
+            twins.append(self._roughness(image)[1])
+        ends, local = self._roughness(self.heights)
+        rough = local / np.mean(twins, axis=0)
+        return ends, np.maximum(rough / np.quantile(rough, 0.75), _SMOOTHEST)
+
+    def _roughness(self, image: Array) -> tuple[Array, Array]:
+        """Return the ends of classes of height of a map, and its roughness in short waves there."""
+        short, long = (part.ravel() for part in self._split(self.evened(image)))
+        parts = np.array_split(long.argsort(), _CLASSES)
+        # Medians: the edges of a worn plateau are no roughness of it, nor is the mean curvature.
+        local = [np.median(np.abs(short[part] - np.median(short[part]))) for part in parts]
+        return np.array([long.min(), *(long[part].max() for part in parts)]), np.array(local)
+
+    @property
+    def hides_summits(self) -> bool:
+        """Whether more than half of the power of short waves on summits may be noise."""
+        point = np.zeros(self.heights.shape)
+        point[0, 0] = _MEDIAN * self.instrument.noise
+        noise = np.square(self._split(point)[0]).sum()
+        _, local = self._roughness(self.heights)
+        return bool(noise > local[-_CLASSES // 16 :].mean() ** 2 / 2)
+
+    def on_even_scale(self) -> Reconstruction:
+        """Return it on a scale of heights on which short waves are as high as those of twins."""
+        maps = self
+        for seed in range(_SCALES):
+            ends, rough = maps._unevenness([seed])
+            far = 10 * float(np.ptp(ends))
+            ends = ends + far * np.r_[-1, np.zeros(_CLASSES - 1), 1]
+            even = np.r_[0.0, np.cumsum(np.diff(ends) / rough)]
+            heights = maps.uneven(ends)
+            even -= np.interp(self.heights, heights, even).mean()
+            maps = replace(self, scale=(heights, even))
+        return maps
+
+    def _drawn_scale(self, deviations: Deviations) -> Reconstruction:
+        """Return it with its summits smoother by some standard deviations of chance."""
+        if self.scale is None or not deviations.get("summits"):
+            return self
+        heights, even = self.scale
+        slope = np.diff(even) / np.diff(heights)
+        summits = np.log(slope[-_CLASSES // 16 :]).mean()
+        slope **= 1 + deviations["summits"] * self._summits[1] / summits
+        even = even[0] + np.r_[0.0, np.cumsum(slope * np.diff(heights))]
+        even -= np.interp(self.heights, heights, even).mean()
+        return replace(self, scale=(heights, even))
+
+    def _shaped(self, image: Array, spectrum: RoughSpectrum, instrument: Instrument) -> Array:
+        """Return a map with the power that is expected in its waves beyond the limit."""
+        # The transfer depends on the wavelength rather than on k.
+        q = self._wave_numbers(np.eye(2))
+        expected = spectrum.of_waves(self._wave_numbers(spectrum.tensor))
+        expected *= self._transfer(instrument) ** 2
+        expected += self._noise(instrument)
+        even = self.evened(image)
+        (place, wanted), (_, got) = (
+            _binned(q, p, float(q.max())) for p in (expected, _power(even))
         )
-        return fft.irfft2(fft.rfft2(self.heights) * factor, self.heights.shape)
+        beyond = q > self.limit
+        factor = np.ones(q.shape)
+        factor[beyond] = np.exp(
+            np.interp(np.log(q[beyond]), place, np.log(np.maximum(wanted / got, 1e-30)) / 2)
+        )
+        return self.uneven(fft.irfft2(fft.rfft2(even) * factor, image.shape))
+
+    def _noise(self, instrument: Instrument) -> float:
+        """Return the noise in the power of one wave of the even scale [m²]."""
+        return self._gain * instrument.noise**2 / self.heights.size
+
+    @cached_property
+    def _gain(self) -> float:
+        """Mean square of the slope of the even scale."""
+        if self.scale is None:
+            return 1.0
+        slope = np.diff(self.scale[1]) / np.diff(self.scale[0])
+        return float(np.mean(slope[np.searchsorted(self.scale[0][1:-1], self.heights)] ** 2))
+
+    def evened(self, heights: Array) -> Array:
+        """Return heights on the even scale."""
+        return heights if self.scale is None else np.interp(heights, *self.scale)
+
+    def uneven(self, heights: Array) -> Array:
+        """Return the heights of a surface from those on the even scale."""
+        return heights if self.scale is None else np.interp(heights, *self.scale[::-1])
 
     def _transfer(self, instrument: Instrument) -> Array:
         return instrument.transfer(self.heights.shape, self.pixel, self.pixel)
@@ -318,7 +417,7 @@ class Reconstruction:
 
     def _bins(self, instrument: Instrument) -> tuple[Array, Array]:
         """Return the logarithms of wave number and power of each bin, without the instrument."""
-        noise = instrument.noise**2 / self.heights.size
+        noise = self._noise(instrument)
         clean = (self.power - noise) / self._transfer(instrument) ** 2
         place, power = _binned(self._wave_numbers(self.tensor), clean, self.limit)
         _, raw = _binned(self._wave_numbers(self.tensor), self.power, self.limit)

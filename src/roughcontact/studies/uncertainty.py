@@ -68,6 +68,7 @@ class Cause(StrEnum):
     SHORT_WAVES = "short waves"
     SHORTEST_WAVE = "shortest wave"
     OTHER_MAPS = "finer maps"
+    SUMMITS = "roughness of summits"
     CHANCE = "waves not measured"
     SAMPLE = "finite sample"
     CORRECTIONS = "difference of the two corrections"
@@ -218,8 +219,6 @@ def uncertainty_intervals(
     if result.measurement is not None:
         intervals: tuple[Interval, ...] = result.measurement.intervals
         return intervals
-    yields = result.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN)
-    yields = yields or (result.pair.is_coated and result.ceiling is not None)
     answer = []
     for name in QUANTITIES:
         value = float(getattr(result, name))
@@ -229,8 +228,8 @@ def uncertainty_intervals(
             continue
         grid = _grid(name, result, study)
         doubts = [*grid, ErrorSource(Cause.TOLERANCE, -result.certificate, result.certificate)]
-        if yields:
-            doubts.insert(0, _yielding(name, result))
+        if (volume := volume_plasticity(name, result)) is not None:
+            doubts.insert(0, volume)
         if name == "contact_fraction" and not grid[0].known:
             doubts.insert(0, _rim(result))
         answer.append(Interval(name, value, tuple(_possible(item, name, value) for item in doubts)))
@@ -273,7 +272,12 @@ def _rim(result: ContactResult) -> ErrorSource:
     return ErrorSource(Cause.RIM, result.perimeter_corrected_area / result.contact_area - 1, 0.0)
 
 
-def _yielding(name: str, result: ContactResult) -> ErrorSource:
+def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
+    """Return how far plasticity of the volume may move a number; None below first yield."""
+    if result.regime in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN) and not (
+        result.pair.is_coated and result.ceiling is not None
+    ):
+        return None
     other = result.calibrated
     if other is not None and other.is_of_base and hasattr(other, name):
         # What a coated body bears lies between coating and base.
