@@ -335,7 +335,6 @@ class Page:
             self._answer = session.number
         is_old = self._answer != session.number
         self._header.numbers.styles = style.OLD if is_old else style.NEW
-        self._sheet.css_classes = [f"request-{self._answer}"]
         if is_old:
             self._header.show_state("Out of date, solving …", "caution")
         elif session.failure is not None:
@@ -433,12 +432,12 @@ class Page:
             *(step.root for step in self._steps), width=style.LEFT, margin=0,
             stylesheets=[style.COLUMN, style.LEFT_SIDE],
         )  # fmt: skip
-        self._sheet = pn.Column(
+        sheet = pn.Column(
             self._views.body, sizing_mode="stretch_both", margin=0, stylesheets=[style.COLUMN]
         )
         return pn.Column(
             first, self._header.root, self._notice,
-            pn.Row(left, self._sheet, sizing_mode="stretch_both", margin=0,
+            pn.Row(left, sheet, sizing_mode="stretch_both", margin=0,
                    styles={"min-height": "0", "overflow": "hidden"}),
             self._header.drawer, self._window,
             sizing_mode="stretch_both", margin=0, stylesheets=[style.PAGE],
