@@ -20,11 +20,11 @@ from roughcontact.desk.controls import Run, button
 from roughcontact.desk.detail_panel import Detail
 from roughcontact.desk.header import Header
 from roughcontact.desk.live_solver import Event, Failed, Live, Prepared, Preview
-from roughcontact.desk.maps import NAMES, Maps
+from roughcontact.desk.maps import Maps
 from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Line, Session, State, Value
-from roughcontact.desk.widgets import Frame, TabStrip, Views, reload_when_broken, tell_when_lost
+from roughcontact.desk.widgets import Frame, Views, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import contact, kinds, phrases
 from roughcontact.report.kind import TRUST
@@ -389,7 +389,7 @@ class Page:
         visit = self._visit
         return Relief(
             self.session, self._bench, self._run, visit.folder, visit.offer,
-            self.sight.maps.figures,
+            self.sight.maps.bars,
         )  # fmt: skip
 
     def _ask(self) -> Any:
@@ -491,7 +491,6 @@ class ContactView:
         created = Maps()
         created.on_section(self._call_draw)
         created.on_box(self._boxed)
-        created.on_enlarge(lambda key: self.enlarge(list(NAMES).index(key)))
         return created
 
     @cached_property
@@ -500,16 +499,8 @@ class ContactView:
         return Detail(self.maps.zoom, self._call_draw, self._call_run)
 
     @cached_property
-    def choice(self) -> TabStrip:
-        """The names of the maps, of which one is large."""
-        names = [f"{number} {name}" for number, name in enumerate(NAMES.values(), 1)]
-        created = TabStrip(names=names, active=1, **style.STRIP)
-        created.param.watch(lambda event: self.maps.enlarge(list(NAMES)[event.new]), "active")
-        return created
-
-    @cached_property
     def _figures(self) -> Any:
-        return pn.Column(self.choice, self._keep, self.maps.root, self.detail.below, margin=0)
+        return pn.Column(self._keep, self.maps.root, self.detail.below, margin=0)
 
     @cached_property
     def _sheet(self) -> Any:
@@ -531,9 +522,8 @@ class ContactView:
     ) -> None:
         """Show a contact, or a surface alone; a line of None is the one that is proposed."""
         self._surface = surface
-        with style.together(self.maps.root.document):
+        with style.together(self.maps.plot.document):
             self.fit(*self._size)
-            self.choice.visible = result is not None and not surface.is_profile
             self.maps.show(surface, result)
             self.detail.show(surface, result, line, numbers)
             self.maps.section.put(self.detail.line)
@@ -553,7 +543,7 @@ class ContactView:
     def enlarge(self, place: int) -> None:
         """Show one of the maps large, by its place."""
         if self._surface is not None:
-            self.choice.active = place
+            self.maps.strip.active = place
 
     def cut(self, result: ContactResult | None, line: Line | None) -> None:
         """Show another section, if there is anything to cut."""

@@ -117,9 +117,9 @@ class Relief(View):
         run: Run,
         folder: Path,
         offer: Offer,
-        figures: Mapping[str, Any],
+        bars: Mapping[str, Any],
     ) -> None:
-        self._session, self._folder, self._offer, self._figures = session, folder, offer, figures
+        self._session, self._folder, self._offer, self._bars = session, folder, offer, bars
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._filmed: State | None = None
@@ -166,7 +166,7 @@ class Relief(View):
         else:
             key, scale = PRESSURE, result_scales(result)[PRESSURE]
             values = rasters.pressure(rasters.pressed(result, view))
-        bar = self._figures[key].right[0]
+        bar = self._bars[key]
         if bar.color_mapper.low is None:
             # The map itself was not seen yet.
             (low, high, _, _), factor, unit = scale
@@ -196,7 +196,7 @@ class Relief(View):
         if self._result is None or self._filmed != _without_load(self._session.state):
             # Another contact came meanwhile.
             return
-        bar = self._figures[PRESSURE].right[0]
+        bar = self._bars[PRESSURE]
         factor = np.float32(result_scales(self._result)[PRESSURE].factor)
         heads = [
             _head(PRESSURE, bar, picture.pressure.shape, _words(picture)) for picture in pictures

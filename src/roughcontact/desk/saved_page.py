@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from bokeh import models
 from bokeh.embed import json_item
-from bokeh.plotting import figure
 from bokeh.resources import Resources
 from numpy.typing import NDArray
 
@@ -31,6 +30,7 @@ from roughcontact.desk.maps import (
     color_mappers,
     headlines,
     height_scale,
+    map_figure,
     result_scales,
 )
 from roughcontact.errors import InputError
@@ -155,16 +155,11 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
     reset = models.CustomJS(args=ranges, code=_RESET)
     mappers, plots = color_mappers(), []
     for key, name in NAMES.items():
-        wheel = models.WheelZoomTool(zoom_on_axis=False)
-        plot: Any = figure(
-            title=", ".join(filter(None, (name, titles.get(key)))), **ranges,
+        plot = map_figure(
+            ", ".join(filter(None, (name, titles.get(key)))), cross=cross, **ranges,
             frame_width=max(round(wide * side), 60), frame_height=max(round(tall * side), 60),
-            tools=[models.PanTool(), wheel, models.BoxZoomTool(match_aspect=True),
-                   models.ResetTool(), models.CrosshairTool(overlay=cross)],
-            active_scroll=wheel, toolbar_location="above", styles={"flex": "none"},
+            styles={"flex": "none"},
         )  # fmt: skip
-        style.quiet(plot)
-        plot.grid.visible = False
         plot.xaxis.axis_label = f"x, y [{unit}]"
         _draw(plot, key, source, layers.get(key), scales.get(key), mappers.get(key))
         plot.js_on_event("mousemove", read)

@@ -95,16 +95,23 @@ _STRIP = """
 export function render({ model }) {
   const list = document.createElement("div");
   list.setAttribute("role", "tablist");
+  list.className = model.pictured ? "pictured" : "";
+  const images = [];
   const tabs = model.names.map((name, place) => {
     const tab = document.createElement("button");
     tab.type = "button";
     tab.setAttribute("role", "tab");
-    tab.textContent = name;
+    if (model.pictured) {
+      images.push(document.createElement("img"));
+      images[place].alt = "";
+      tab.append(images[place]);
+    }
+    tab.append(name);
     tab.addEventListener("click", () => { model.active = place; });
     list.append(tab);
     return tab;
   });
-  const steps = { ArrowLeft: -1, ArrowRight: 1 };
+  const steps = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
   list.addEventListener("keydown", (event) => {
     if (!(event.key in steps)) return;
     event.preventDefault();
@@ -115,8 +122,17 @@ export function render({ model }) {
     tab.setAttribute("aria-selected", place == model.active);
     tab.tabIndex = place == model.active ? 0 : -1;
   });
+  const draw = () => images.forEach((image, place) => {
+    image.hidden = !model.pictures[place];
+    if (!image.hidden) image.src = model.pictures[place];
+  });
+  const fit = () => list.style.setProperty("--side", `${model.side}px`);
   model.on("active", show);
+  model.on("pictures", draw);
+  model.on("side", fit);
   show();
+  draw();
+  fit();
   return list;
 }
 """
@@ -128,6 +144,12 @@ button {{ font-family: {style.FONT}; font-size: 13px; color: var(--text); backgr
 button:hover {{ background: var(--sunken); }}
 button[aria-selected=true] {{ border-color: var(--accent); font-weight: 600; }}
 button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; }}
+.pictured {{ display: grid; grid-template-columns: repeat(2, var(--side)); gap: 8px; width: auto;
+  align-content: start; }}
+.pictured button {{ padding: 0 0 4px; text-align: left; font-size: 11px; white-space: nowrap; }}
+img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
+  object-position: top left; }}
+[hidden] {{ display: none; }}
 """
 
 _SLIDER = """
@@ -246,10 +268,16 @@ input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
 
 
 class TabStrip(JSComponent):  # type: ignore[misc]
-    """Names of pages of which one is shown; `active` is its place."""
+    """Names of pages of which one is shown; `active` is its place.
+
+    If ``pictured``, each has a picture, an address of its own, of so many dots to a ``side``.
+    """
 
     names = param.List([])
     active = param.Integer(0)
+    pictured = param.Boolean(False)
+    pictures = param.List([])
+    side = param.Integer(0)
 
     _esm = _STRIP
     _stylesheets: ClassVar = [_STRIP_SHEET]
