@@ -16,7 +16,7 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
-from roughcontact.desk.style import ACCENT, FONT, INK
+from roughcontact.desk.tokens import ACCENT, FONT, INK
 from roughcontact.desk.widgets import TabStrip
 from roughcontact.plots.cells import (
     Limits,
