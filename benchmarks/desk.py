@@ -43,7 +43,7 @@ from visiting import Visitor
 _WATCH = """() => {
   const models = [...Bokeh.documents[0]._all_models.values()];
   const map = models.find((m) => m.type == "Figure" && m.title.text.startsWith("Pressure"));
-  const source = map.renderers.find((one) => one.glyph.type == "Image").data_source;
+  const source = map.renderers.find((one) => one.glyph.type == "Image" && one.visible).data_source;
   let begun = 0;
   window.waited = [];
   window.pictures = 0;

@@ -129,4 +129,4 @@ def _objects(found: Any) -> Iterator[dict[str, Any]]:
 def _is_picture(event: dict[str, Any]) -> bool:
     data = event.get("new", event.get("data"))
     entries = data.get("entries", []) if isinstance(data, dict) else []
-    return any(name == "saturated" and len(values) > 0 for name, values in entries)
+    return any(name == "pressure" and len(values) > 0 for name, values in entries)

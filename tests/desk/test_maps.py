@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import base64
+import io
+
 import numpy as np
 import pytest
+from PIL import Image
 
 import roughcontact as rc
 
@@ -12,6 +16,7 @@ pytest.importorskip("panel")
 from roughcontact.desk import rasters
 from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
 from roughcontact.desk.rasters import Box
+from roughcontact.plots.style import OPEN
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 
@@ -30,14 +35,16 @@ def results(surface):
 def test_the_sources_hold_the_numbers_of_the_result(surface, results):
     shown = Maps()
     shown.show(surface, results[0])
-    data = shown.contact.data
+    data = shown.sources[PRESSURE].data
     pressure = np.nan_to_num(data[PRESSURE][0]) / 1e3
     np.testing.assert_allclose(pressure, results[0].pressure * 1e-12, rtol=1e-6)
-    assert data["told"][0][PRESSURE] == "GPa"
+    assert data["told"][0]["unit"] == "GPa"
     gap = np.where(results[0].contact, np.nan, results[0].gap)
-    np.testing.assert_allclose(data[GAP][0], gap * 1e9, rtol=1e-5)
+    np.testing.assert_allclose(shown.sources[GAP].data[GAP][0], gap * 1e9, rtol=1e-5)
     heights = (surface.heights - surface.heights.mean()) * 1e9
-    np.testing.assert_allclose(shown.heights.data[HEIGHTS][0], heights, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(
+        shown.sources[HEIGHTS].data[HEIGHTS][0], heights, rtol=1e-4, atol=1e-4
+    )
     place = [data[name][0] for name in ("x", "y", "dw", "dh")]
     assert place == pytest.approx([0, 0, 60, 30])
 
@@ -45,17 +52,18 @@ def test_the_sources_hold_the_numbers_of_the_result(surface, results):
 def test_another_result_changes_only_what_is_of_the_result(surface, results):
     shown = Maps()
     shown.show(surface, results[0])
-    heights, contact = shown.heights.data, shown.contact.data
+    heights, pressure = (shown.sources[key].data for key in (HEIGHTS, PRESSURE))
     shown.show(surface, results[1])
-    assert shown.heights.data is heights
-    assert shown.contact.data is not contact
-    assert "largest 3 GPa" in shown.figures[PRESSURE].title.text
+    assert shown.sources[HEIGHTS].data is heights
+    assert shown.sources[PRESSURE].data is not pressure
+    assert "largest 3 GPa" in shown.plot.title.text
 
 
 def test_it_is_told_whose_heights_are_shown(surface, results):
     shown = Maps()
     shown.show(surface, results[0])
-    title = shown.figures[HEIGHTS].title
+    title = shown.plot.title
+    shown.enlarge(HEIGHTS)
     assert title.text.startswith("Heights, Sq")
     both = rc.solve(surface, load=0.2, material=STEEL, counter_surface=surface)
     shown.show(surface, both)
@@ -84,7 +92,7 @@ def test_maps_are_true_to_scale_and_show_all_of_the_box(surface, box):
     wide = shown.x_range.end - shown.x_range.start
     tall = shown.y_range.start - shown.y_range.end
     assert tall > 0  # row 0 is at the top
-    frame = shown.figures[HEIGHTS]
+    frame = shown.plot
     assert wide / tall == pytest.approx(frame.frame_width / frame.frame_height)
     wanted, seen = box or rasters.box_of(surface), shown.seen
     assert seen.left <= wanted.left + 1e-12
@@ -96,15 +104,18 @@ def test_moving_the_ranges_shows_the_points_there(results, surface):
     shown.show(surface, results[0])
     shown.x_range.update(start=20, end=30)
     shown.y_range.update(start=18, end=10)
-    told = shown.heights.data["told"][0]
+    told = shown.sources[HEIGHTS].data["told"][0]
     assert told["cell"] == [1, 1]
-    left, top = round(shown.contact.data["x"][0]), round(shown.contact.data["y"][0])
-    ny, nx = shown.contact.data[PRESSURE][0].shape
+    left, top = (
+        round(shown.sources[PRESSURE].data["x"][0]),
+        round(shown.sources[PRESSURE].data["y"][0]),
+    )
+    ny, nx = shown.sources[PRESSURE].data[PRESSURE][0].shape
     assert left <= 20 <= 30 <= left + nx
     assert top <= 10 <= 18 <= top + ny
     part = results[0].pressure[top : top + ny, left : left + nx]
     np.testing.assert_allclose(
-        np.nan_to_num(shown.contact.data[PRESSURE][0]), part * 1e-9, rtol=1e-6
+        np.nan_to_num(shown.sources[PRESSURE].data[PRESSURE][0]), part * 1e-9, rtol=1e-6
     )
 
 
@@ -112,20 +123,22 @@ def test_what_is_not_there_is_not_shown(surface, results):
     shown = Maps()
     shown.show(surface, results[0])
     shown.show(surface, None)
-    assert shown.contact.data[PRESSURE] == []
-    assert shown.figures[PRESSURE].title.text == "Pressure"
-    assert len(shown.heights.data[HEIGHTS]) == 1
+    assert shown.sources[PRESSURE].data[PRESSURE] == []
+    assert shown.plot.title.text.startswith("Heights, Sq")
+    assert len(shown.sources[HEIGHTS].data[HEIGHTS]) == 1
     shown.clear()
-    assert shown.heights.data[HEIGHTS] == []
+    assert shown.sources[HEIGHTS].data[HEIGHTS] == []
 
 
 def test_a_contact_without_a_ceiling_leaves_nothing(surface):
     elastic = rc.solve(surface, load=0.1, material=rc.Material(210e9, 0.3))
     shown = Maps()
     shown.show(surface, elastic)
-    assert shown.figures[RESIDUAL].title.text == "Residual indentation, none"
-    assert np.isnan(shown.contact.data[RESIDUAL][0]).all()
-    assert "saturated" not in shown.figures[TOUCH].title.text
+    shown.enlarge(RESIDUAL)
+    assert shown.plot.title.text == "Residual indentation, none"
+    assert np.isnan(shown.sources[RESIDUAL].data[RESIDUAL][0]).all()
+    shown.enlarge(TOUCH)
+    assert "saturated" not in shown.plot.title.text
 
 
 @pytest.mark.long
@@ -135,3 +148,20 @@ def test_a_profile_has_no_maps(surface):
     assert not shown.root.visible
     shown.show(surface)
     assert shown.root.visible
+
+
+def test_one_map_is_large_and_all_are_small(surface, results):
+    shown = Maps()
+    shown.show(surface, results[0])
+    for key in (GAP, HEIGHTS, TOUCH):
+        shown.enlarge(key)
+        seen = [name for name, layers in shown._layers.items() if any(x.visible for x in layers)]
+        assert seen == [key]
+    for key, address in zip(shown.sources, shown.strip.pictures, strict=True):
+        data = base64.b64decode(address.partition(",")[2])
+        picture = np.asarray(Image.open(io.BytesIO(data)))
+        assert picture.shape == (30, 60, 3), key
+    pressure = np.asarray(Image.open(io.BytesIO(base64.b64decode(
+        shown.strip.pictures[1].partition(",")[2]))))  # fmt: skip
+    open_color = [int(OPEN[place : place + 2], 16) for place in (1, 3, 5)]
+    np.testing.assert_array_equal((pressure == open_color).all(axis=2), ~results[0].contact)

@@ -11,7 +11,7 @@ pytest.importorskip("panel")
 
 from bokeh.events import SelectionGeometry
 
-from roughcontact.desk.maps import PRESSURE, Maps
+from roughcontact.desk.maps import Maps
 from roughcontact.desk.rasters import Box
 
 
@@ -57,7 +57,7 @@ def test_zooming_keeps_the_line_and_the_size_of_its_handles(maps):
 def test_a_box_is_drawn_moved_and_taken_away(maps):
     told = []
     maps.on_box(told.append)
-    plot = maps.figures[PRESSURE]
+    plot = maps.plot
     geometry = {"type": "rect", "x0": 40.0, "x1": 10.0, "y0": -5.0, "y1": 20.2}
     plot._trigger_event(SelectionGeometry(plot, geometry=geometry, final=True))
     assert told[-1] == pytest.approx((0, 10e-6, 20.2e-6, 40e-6))

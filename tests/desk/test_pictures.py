@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import base64
+import io
+
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from PIL import Image
 
 import roughcontact as rc
 from roughcontact.desk import rasters
@@ -131,3 +135,20 @@ def test_cells_lie_where_their_points_lie():
     view = rasters.window((10, 10), PIXEL, Box(0, 0, 20e-6, 10e-6), (3, 3))
     assert view.blocks == (4, 4)
     assert rasters.extent(view, PIXEL) == pytest.approx((0, 0, 24e-6, 12e-6))
+
+
+def test_a_thumbnail_is_small_and_has_the_colours_of_the_cells():
+    from bokeh.models import LinearColorMapper
+
+    mapper = LinearColorMapper(palette=["#000000", "#0000ff"], low=0, high=2, nan_color="#ff0000",
+                               high_color="#00ff00")  # fmt: skip
+    values = np.array([[0.0, 0.99, 1.0], [2.0, 2.1, np.nan]], np.float32)
+    blue, black = [0, 0, 255], [0, 0, 0]
+    found = bytes_of(rasters.colored(values, mapper))[..., :3]
+    np.testing.assert_array_equal(found, [[black, black, blue], [blue, [0, 255, 0], [255, 0, 0]]])
+    # Cells of several points lie in memory in another order.
+    many = np.asfortranarray(rasters.colored(np.full((900, 700), 2.0, np.float32), mapper))
+    data = base64.b64decode(rasters.thumbnail(many).partition(",")[2])
+    picture = np.asarray(Image.open(io.BytesIO(data)))
+    assert picture.shape == (150, 117, 3)
+    assert (picture == blue).all()

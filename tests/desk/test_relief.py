@@ -40,7 +40,7 @@ def path(tmp_path: Path) -> Path:
 def view(tmp_path: Path) -> Iterator[relief.Relief]:
     bench = WorkerPool(spare=False)
     session = Session(tmp_path / "project.toml", lambda _: None)
-    made = relief.Relief(session, bench, lambda done: done(), tmp_path, str, Maps().figures)
+    made = relief.Relief(session, bench, lambda done: done(), tmp_path, str, Maps().bars)
     yield made
     session.close()
     bench.close()
@@ -55,7 +55,7 @@ def shown(view: relief.Relief, **given: str) -> Any:
     result = None if outcome is None else outcome.contact
     for key, scale in {} if result is None else result_scales(result).items():
         low, high = scale.limits.low * scale.factor, scale.limits.high * scale.factor
-        relief.style.set_bar(view._figures[key].right[0], low, high, scale.unit)
+        relief.style.set_bar(view._bars[key], low, high, scale.unit)
     view.show()
     return result
 
@@ -93,7 +93,7 @@ def test_the_browser_gets_the_heights_and_the_colors_of_the_pressure(
     )
     canvas = view._canvas
     assert len(canvas.palette) == 256
-    mapper = view._figures[PRESSURE].right[0].color_mapper
+    mapper = view._bars[PRESSURE].color_mapper
     assert (canvas.palette[0], canvas.palette[1]) == (mapper.nan_color, mapper.palette[0])
     assert canvas.palette[254:] == [mapper.palette[-1], mapper.high_color]
 
@@ -116,7 +116,7 @@ def test_another_load_sends_no_heights_again(view: relief.Relief, path: Path) ->
 @pytest.mark.long
 def test_a_map_alone_has_the_colors_of_its_heights(view: relief.Relief, path: Path) -> None:
     view._session.bring(path)
-    bar = view._figures[HEIGHTS].right[0]
+    bar = view._bars[HEIGHTS]
     relief.style.set_bar(bar, -300, 300, "nm")
     assert shown(view) is None
     assert json.loads(view._canvas.colors[0])["title"] == "Heights"

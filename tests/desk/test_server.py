@@ -604,3 +604,13 @@ def test_without_panel_it_is_said_how_to_get_it(
     assert capsys.readouterr().err == (
         "roughcontact: error: the desk needs Panel; run pip install 'roughcontact[desk]'\n"
     )
+
+
+@pytest.mark.process
+def test_it_listens_before_what_makes_pages_is_imported() -> None:
+    words = "import sys, roughcontact.desk.server; print(*sys.modules)"
+    found = subprocess.run(
+        [sys.executable, "-c", words], capture_output=True, text=True, check=True
+    )
+    heavy = {name.partition(".")[0] for name in found.stdout.split()}
+    assert not heavy & {"panel", "bokeh", "matplotlib", "numpy", "scipy"}

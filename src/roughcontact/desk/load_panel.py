@@ -235,9 +235,10 @@ class Load:
             self._set(self.slider.texts[place], self._give if event.new["done"] else self._drag)
 
     def _set(self, text: str, give: Give) -> None:
-        try:
-            give(self._form.option, text)
-        except RoughcontactError as error:
-            controls.show_alert(self._wrong, controls.error_text(error))
-        else:
-            self._wrong.visible = False
+        with style.together(pn.state.curdoc):
+            try:
+                give(self._form.option, text)
+            except RoughcontactError as error:
+                controls.show_alert(self._wrong, controls.error_text(error))
+            else:
+                self._wrong.visible = False

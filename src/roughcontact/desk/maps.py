@@ -6,16 +6,18 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import panel as pn
 from bokeh import models
 from bokeh.core.properties import value
-from bokeh.events import DoubleTap, SelectionGeometry, Tap
+from bokeh.events import DoubleTap, SelectionGeometry
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
-from roughcontact.desk.style import ACCENT, FONT, INK
+from roughcontact.desk.tokens import ACCENT, FONT, INK
+from roughcontact.desk.widgets import TabStrip
 from roughcontact.plots.cells import (
     Limits,
     gap_limit,
@@ -59,9 +61,9 @@ class View(NamedTuple):
 
 
 class SectionLine:
-    """A line on all maps, whose ends one drags."""
+    """A line on the map, whose ends one drags."""
 
-    def __init__(self, plots: Sequence[Any]) -> None:
+    def __init__(self, plot: Any) -> None:
         self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._line: Line | None = None
         self._drawing = False
@@ -78,18 +80,17 @@ class SectionLine:
             )
             for _ in range(2)
         ]  # fmt: skip
-        for plot in plots:
-            plot.line("x", "y", source=self.source, line_color="white", line_width=4)
-            plot.line("x", "y", source=self.source, line_color=ACCENT, line_width=2)
-            plot.text(
-                "x", "y", "name", source=self.source, x_offset="beside", y_offset=-8,
-                text_font=value(FONT), text_font_size=style.TEXT_SIZE, text_font_style="bold",
-                text_color=INK, text_outline_color="white",
-            )  # fmt: skip
-            for end in self.ends:
-                plot.add_layout(end)
+        plot.line("x", "y", source=self.source, line_color="white", line_width=4)
+        plot.line("x", "y", source=self.source, line_color=ACCENT, line_width=2)
+        plot.text(
+            "x", "y", "name", source=self.source, x_offset="beside", y_offset=-8,
+            text_font=value(FONT), text_font_size=style.TEXT_SIZE, text_font_style="bold",
+            text_color=INK, text_outline_color="white",
+        )  # fmt: skip
+        for end in self.ends:
+            plot.add_layout(end)
         follow = models.CustomJS(args={"ends": self.ends, "source": self.source}, code=_FOLLOW)
-        later = style.Later(plots[0], self._dragged)
+        later = style.Later(plot, self._dragged)
         for end in self.ends:
             for edge in ("left", "right", "top", "bottom"):
                 end.js_on_change(edge, follow)
@@ -155,9 +156,9 @@ class SectionLine:
 
 
 class CropBox:
-    """A box on all maps, drawn with a tool of its own, then moved and resized."""
+    """A box on the map, drawn with a tool of its own, then moved and resized."""
 
-    def __init__(self, plots: Sequence[Any]) -> None:
+    def __init__(self, plot: Any) -> None:
         self._view = View(1.0, 1.0, Box(0.0, 0.0, 1.0, 1.0))
         self._box: Box | None = None
         self._drawing = False
@@ -167,15 +168,12 @@ class CropBox:
             fill_color="white", fill_alpha=0.25, line_color=ACCENT, line_width=2,
             hover_fill_color="white", hover_fill_alpha=0.35, hover_line_color=ACCENT,
         )  # fmt: skip
-        self._later = style.Later(plots[0], self._dragged)
-        for plot in plots:
-            plot.add_layout(self.frame)
-            plot.add_tools(
-                models.BoxSelectTool(
-                    renderers=[], description="Draw a box, for example to crop to it"
-                )
-            )
-            plot.on_event(SelectionGeometry, self._drawn)
+        self._later = style.Later(plot, self._dragged)
+        plot.add_layout(self.frame)
+        plot.add_tools(
+            models.BoxSelectTool(renderers=[], description="Draw a box, for example to crop to it")
+        )
+        plot.on_event(SelectionGeometry, self._drawn)
         style.on_changes(self.frame, ("left", "right", "top", "bottom"), self._later)
 
     @property
@@ -264,13 +262,15 @@ NAMES = {
 _MARGIN = 0.15
 _SMALLEST = 60
 # Dots around the frame of the large map: title and tools, ticks and label, and the scale.
-_ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 72
-# Dots from one thumbnail to the next, of its name, of its largest side, and of the tools.
-_APART, _NAME, _WIDEST, _TOOLS = 8, 22, 150, 44
+_ABOVE, _BELOW, _BEFORE, _BEHIND = 32, 46, 48, 104
+# Dots between thumbnails, of the name of one, and of its sides at least and at most.
+_APART, _NAME, _NARROWEST, _WIDEST = 8, 26, 60, 150
+# Milliseconds after which the maps follow that are not large.
+_OTHERS = 80
 
-_RESULT_COLUMNS = (
-    PRESSURE, TOUCH, GAP, "cover", RESIDUAL, "touching", "saturated", "missing",
-)  # fmt: skip
+_SHORT = {RESIDUAL: "Indentation"}
+_BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
+"""What the sources of maps hold beside the picture."""
 
 
 class Scale(NamedTuple):
@@ -324,63 +324,64 @@ def headlines(result: ContactResult) -> dict[str, str]:
 
 
 class Maps:
-    """Five maps with one view: who zooms one zooms all."""
+    """One of five maps large, the others as thumbnails: all have one view."""
 
     def __init__(self) -> None:
         self.x_range: Any = models.Range1d(0.0, 1.0)
         self.y_range: Any = models.Range1d(1.0, 0.0)
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
-        self._mean, self._factor = 0.0, 1.0
-        self._roughness = ""
+        self._part: rasters.Pressed | None = None
+        self._mean, self._factor, self._unit = 0.0, 1.0, "m"
+        self._titles: dict[str, str] = {}
         self._scales: dict[str, Scale] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
-        columns = ("x", "y", "dw", "dh")
-        self.heights: Any = style.source(*columns, HEIGHTS, "told")
-        self.contact: Any = style.source(*columns, *_RESULT_COLUMNS, "told")
+        self.sources: dict[str, Any] = {
+            key: style.source("x", "y", "dw", "dh", key, *_BESIDES.get(key, ()), "told")
+            for key in NAMES
+        }
         self.mappers = color_mappers()
-        crosshair = [models.Span(dimension=d, line_color=NEUTRAL, line_width=1, line_dash="dotted",
-                          syncable=False) for d in ("width", "height")]  # fmt: skip
-        self.figures = {key: self._figure(key, crosshair) for key in NAMES}
-        plots = list(self.figures.values())
-        self.section, self.crop = SectionLine(plots), CropBox(plots)
+        self.bars = {key: style.bar_of(mapper) for key, mapper in self.mappers.items()}
+        self.plot = self._figure()
+        self._layers = {key: self._draw_layers(key) for key in NAMES}
+        self.section, self.crop = SectionLine(self.plot), CropBox(self.plot)
         self.legend, self.readout = (
             style.markup(sizing_mode="stretch_width", margin=(4, 8)) for _ in range(2)
         )
         self.readout.syncable = False
         self._read_out()
         self._room, self._frame, self._large = (640, 420), (300, 300), PRESSURE
-        # One for all figures.
-        tools = style.grid([plots]).toolbar
-        tools.css_classes = ["tools"]
-        self.root: Any = models.Column(*plots, tools, stylesheets=[_ARRANGED])
-        self._later = style.Later(plots[0], self._moved)
+        names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
+        self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
+        self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
+        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), self.strip, margin=0)
+        self._later = style.Later(self.plot, self._moved)
+        self._others = style.Later(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
             style.on_changes(model, ("start", "end"), self._later)
         self._arrange()
 
     @property
     def seen(self) -> Box:
-        """What lies within the frames [m]."""
+        """What lies within the frame [m]."""
         edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
         return Box(*(float(edge) / self._factor for edge in edges))
 
     def show(self, surface: Surface | None, result: ContactResult | None = None) -> None:
         """Show a surface and a result on it; what is ``None`` is empty."""
-        with style.together(self.figures[HEIGHTS].document):
-            is_new = (surface is None, result is None) != (
-                self._surface is None, self._result is None
-            )  # fmt: skip
+        with style.together(self.plot.document):
+            before = self.large
             # A profile is all seen in its section.
             self.root.visible = surface is None or not surface.is_profile
+            self.strip.visible = result is not None
             if surface is not self._surface:
                 self._put_surface(surface)
             if result is not self._result:
                 self._put_result(result)
-            if is_new:
+            if before != self.large:
                 self._arrange()
-            self._name_heights()
+            self._name()
             self._legend()
 
     def clear(self) -> None:
@@ -395,11 +396,6 @@ class Maps:
         """Have ``call(box)`` called with the box [m] that one draws, ``None`` for none."""
         self.crop.on_change(call)
 
-    def on_enlarge(self, call: Callable[[str], None]) -> None:
-        """Have ``call(key)`` called with the map that one clicks."""
-        for key, plot in self.figures.items():
-            plot.on_event(Tap, lambda _, key=key: None if key == self.large else call(key))
-
     @property
     def large(self) -> str:
         """The key of the map that is large; the heights where there is no contact."""
@@ -408,145 +404,152 @@ class Maps:
     def enlarge(self, key: str) -> None:
         """Show a map large."""
         self._large = key
-        with style.together(self.figures[HEIGHTS].document):
+        with style.together(self.plot.document):
+            self._draw_map(self.large)
             self._arrange()
+            self._name()
 
     def fit(self, width: int, height: int) -> None:
         """Take up all of some room [dots]."""
         if (width, height) != self._room:
             self._room = width, height
-            with style.together(self.figures[HEIGHTS].document):
+            with style.together(self.plot.document):
                 self._arrange()
                 self._fit(self._wanted)
                 self._draw()
 
     def _arrange(self) -> None:
-        """Show one map large, the others as thumbnails."""
+        """Give the large map what the thumbnails leave."""
         width, height = self._room
         tall, wide = self._home.bottom - self._home.top, self._home.right - self._home.left
-        has_others = self._result is not None
         down = max(height - _ABOVE - _BELOW, _SMALLEST)
-        small = (down + _ABOVE + _BELOW - 3 * _APART) / 4 - _NAME
-        small = max(min(small / tall, _WIDEST / wide), 16 / max(tall, wide))
-        beside = (small * wide + _APART if has_others else 0.0) + _TOOLS
+        side, beside = 0.0, 0.0
+        if self._result is not None:
+            # In two columns and three rows.
+            left = width - _BEFORE - _BEHIND - down * wide / tall - 3 * _APART
+            side = min(max(left / 2, _NARROWEST), _WIDEST, height / 3 - _NAME)
+            beside = 2 * side + 3 * _APART
         large = min((width - beside - _BEFORE - _BEHIND) / wide, down / tall)
         large = max(large, _SMALLEST / min(tall, wide) / 2)
         self._frame = round(tall * large), round(wide * large)
-        for key, plot in self.figures.items():
-            is_large = key == self.large
-            scale = large if is_large else small
-            plot.visible = is_large or has_others
-            plot.axis.visible = plot.title.visible = is_large
-            for bar in plot.right:
-                bar.visible = is_large
-            # The name of a thumbnail.
-            plot.below[-1].visible = not is_large
-            plot.update(
-                frame_height=round(tall * scale), frame_width=round(wide * scale),
-                styles={"grid-area": "1 / 1 / 5 / 2" if is_large else "auto"},
-            )  # fmt: skip
+        self.plot.update(frame_height=self._frame[0], frame_width=self._frame[1])
+        self.strip.side = round(side)
+        for key, layers in self._layers.items():
+            for layer in layers:
+                layer.visible = key == self.large
 
     def zoom(self, box: Box | None = None) -> None:
         """Bring a box into sight [m]; by default the whole map."""
-        with style.together(self.figures[HEIGHTS].document):
+        with style.together(self.plot.document):
             self._fit(self._home if box is None else box)
             self._draw()
 
     def _put_surface(self, surface: Surface | None) -> None:
         before, self._surface = self._surface, surface
-        self._roughness = "" if surface is None else f", Sq {engineering(surface.Sq, 'm')}"
         if surface is None:
-            self.heights.data = {name: [] for name in self.heights.data}
+            self._titles = {}
+            style.empty(self.sources[HEIGHTS])
             return
         self._scales[HEIGHTS], self._mean = height_scale(surface)
-        self._set_scale(HEIGHTS)
         if before is None or (before.size, before.shape) != (surface.size, surface.shape):
             self._home = rasters.box_of(surface)
-            self._factor, unit = prefixed_window(0.0, max(surface.size))
-            for plot in self.figures.values():
-                plot.xaxis.axis_label = f"x, y [{unit}]"
-            self._unit = unit
+            self._factor, self._unit = prefixed_window(0.0, max(surface.size))
+            self.plot.xaxis.axis_label = f"x, y [{self._unit}]"
             self._arrange()
             self._fit(self._home)
-        self._draw_heights()
-
-    def _name_heights(self) -> None:
-        """Tell whose heights are shown."""
-        result = self._result
-        two = result is not None and result.counter_surface is not None
-        name = f"{NAMES[HEIGHTS]} of the body" if two else NAMES[HEIGHTS]
-        self.figures[HEIGHTS].title.text = name + self._roughness
+        self._draw_map(HEIGHTS)
 
     def _put_result(self, result: ContactResult | None) -> None:
         self._result = result
-        titles = headlines(result) if result is not None else {}
-        for key in (PRESSURE, TOUCH, GAP, RESIDUAL):
-            text = titles.get(key, "")
-            self.figures[key].title.text = f"{NAMES[key]}, {text}" if text else NAMES[key]
+        self._titles = headlines(result) if result is not None else {}
         if result is None:
-            self.contact.data = {name: [] for name in self.contact.data}
+            self._part = None
+            style.empty(*(self.sources[key] for key in NAMES if key != HEIGHTS))
             return
         self._scales |= result_scales(result)
-        for key in (PRESSURE, GAP, RESIDUAL):
-            self._set_scale(key)
-        self._draw_contact()
+        self._draw_result()
+
+    def _name(self) -> None:
+        """Tell what the large map shows; of heights, whose they are."""
+        result, key = self._result, self.large
+        name, text = NAMES[key], self._titles.get(key, "")
+        if key == HEIGHTS and self._surface is not None:
+            two = result is not None and result.counter_surface is not None
+            name = f"{name} of the body" if two else name
+            text = f"Sq {engineering(self._surface.Sq, 'm')}"
+        self.plot.title.text = f"{name}, {text}" if text else name
 
     def _set_scale(self, key: str) -> None:
         (low, high, _, _), factor, unit = self._scales[key]
-        style.set_bar(self.figures[key].right[0], low * factor, high * factor, unit)
+        style.set_bar(self.bars[key], low * factor, high * factor, unit)
 
     def _window(self, surface: Surface) -> Window:
         return rasters.window(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
 
-    def _place(self, surface: Surface, view: Window) -> dict[str, Any]:
+    def _draw(self) -> None:
+        self._draw_map(HEIGHTS)
+        self._draw_result()
+
+    def _draw_result(self) -> None:
+        """Draw the large map at once, the others after it."""
+        if self._result is None:
+            return
+        # A preview has larger pixels than the map.
+        self._part = rasters.pressed(self._result, self._window(self._result.surface))
+        self._draw_map(self.large)
+        self._others()
+
+    def _draw_others(self) -> None:
+        if self._result is None:
+            return
+        with style.together(self.plot.document):
+            for key in NAMES:
+                if key not in (HEIGHTS, self.large):
+                    self._draw_map(key)
+            self.strip.pictures = [self._thumbnail(key) for key in NAMES]
+
+    def _draw_map(self, key: str) -> None:
+        """Give a map its values and its scale."""
+        surface, part = self._surface, self._part
+        if surface is None or (part is None and key != HEIGHTS):
+            return
+        told: dict[str, Any] = {}
+        if key in self._scales:
+            self._set_scale(key)
+            told = {"unit": self._scales[key].unit}
+        if key == HEIGHTS:
+            view = self._window(surface)
+            columns = {key: rasters.heights(surface, view, self._mean)}
+        else:
+            assert part is not None
+            assert self._result is not None
+            surface, view = self._result.surface, part.view
+            columns = _columns(key, part)
+        if key in self._scales:
+            columns[key] = columns[key] * np.float32(self._scales[key].factor)
         top, left, bottom, right = (
             edge * self._factor for edge in rasters.extent(view, surface.pixel)
         )
-        return {"x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top]}
-
-    def _draw(self) -> None:
-        self._draw_heights()
-        self._draw_contact()
-
-    def _draw_heights(self) -> None:
-        if self._surface is None:
-            return
-        view = self._window(self._surface)
-        scale = self._scales[HEIGHTS]
-        values = rasters.heights(self._surface, view, self._mean) * np.float32(scale.factor)
-        text = {"unit": scale.unit, "length": self._unit, "cell": list(view.blocks)}
-        self.heights.data = {**self._place(self._surface, view), HEIGHTS: [values], "told": [text]}
-
-    def _draw_contact(self) -> None:
-        if self._result is None or self._surface is None:
-            return
-        # A preview has larger pixels than the map.
-        surface = self._result.surface
-        view = self._window(surface)
-        part = rasters.pressed(self._result, view)
-        values = {
-            PRESSURE: rasters.pressure(part), GAP: rasters.gap(part),
-            RESIDUAL: rasters.residual(part),
+        told |= {"length": self._unit, "cell": list(view.blocks)}
+        self.sources[key].data = {
+            "x": [left], "y": [top], "dw": [right - left], "dh": [bottom - top], "told": [told],
+            **{name: [values] for name, values in columns.items()},
         }  # fmt: skip
-        scaled = {key: [values[key] * np.float32(self._scales[key].factor)] for key in values}
-        touching, saturated, missing = rasters.shares(part)
-        self.contact.data = {
-            **self._place(surface, view),
-            **scaled,
-            TOUCH: [rasters.contact(part)],
-            "cover": [rasters.cover(part)],
-            "touching": [touching],
-            "saturated": [saturated],
-            "missing": [missing],
-            "told": [{key: self._scales[key].unit for key in values}],
-        }
+
+    def _thumbnail(self, key: str) -> str:
+        """Return a small picture of a map, as an address of its own."""
+        data = self.sources[key].data
+        values = data[key][0]
+        if key in self.mappers:
+            values = rasters.colored(values, self.mappers[key])
+        return rasters.thumbnail(values, data["cover"][0] if key == GAP else None)
 
     def _moved(self) -> None:
         ranges = self._ranges()
         if self._surface is None or ranges == self._fitted:
             return
         self._fitted, self._wanted = ranges, self.seen
-        with style.together(self.figures[HEIGHTS].document):
+        with style.together(self.plot.document):
             self._look()
             self._draw()
 
@@ -554,7 +557,7 @@ class Maps:
         return (self.x_range.start, self.x_range.end, self.y_range.start, self.y_range.end)
 
     def _fit(self, box: Box) -> None:
-        """Set the ranges so that the frames show a box, true to scale."""
+        """Set the ranges so that the frame shows a box, true to scale."""
         self._wanted = box
         height, width = box.bottom - box.top, box.right - box.left
         down, across = self._frame
@@ -576,43 +579,32 @@ class Maps:
         self._look()
 
     def _look(self) -> None:
-        """Tell what is drawn on the maps how they are looked at."""
+        """Tell what is drawn on the map how it is looked at."""
         dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
         view = View(dots, self._factor, self._home)
         self.section.look_from(view)
         self.crop.look_from(view)
 
-    def _figure(self, key: str, crosshair: list[models.Span]) -> Any:
-        tools: list[Any] = [
-            models.PanTool(), models.WheelZoomTool(zoom_on_axis=False),
-            models.BoxZoomTool(match_aspect=True), models.ResetTool(),
-            models.CrosshairTool(overlay=crosshair),
-        ]  # fmt: skip
-        plot: Any = figure(
-            x_range=self.x_range, y_range=self.y_range, title=NAMES[key], tools=tools,
-            active_scroll=tools[1], min_border=0, frame_align=False, toolbar_location=None,
-        )  # fmt: skip
-        style.quiet(plot)
-        plot.grid.visible = False
-        number = list(NAMES).index(key) + 1
-        name: Any = models.Title(
-            text=f"{number} {NAMES[key].partition(' ')[-1].capitalize() or NAMES[key]}",
-            text_font=FONT, text_font_size=style.SMALL, text_font_style="normal",
-        )  # fmt: skip
-        plot.add_layout(name, "below")
+    def _figure(self) -> Any:
+        cross: list[Any] = [models.Span(dimension=d, line_color=NEUTRAL, line_dash="dotted",
+                                        syncable=False) for d in ("width", "height")]  # fmt: skip
+        plot = map_figure("", self.x_range, self.y_range, cross)
+        plot.min_border = 0
         plot.on_event(DoubleTap, lambda _: self.zoom())
-        source = self.heights if key == HEIGHTS else self.contact
-        place: dict[str, Any] = {"x": "x", "y": "y", "dw": "dw", "dh": "dh", "source": source}
-        if key == TOUCH:
-            plot.image_rgba(image=TOUCH, **place)
-        else:
-            plot.image(image=key, color_mapper=self.mappers[key], **place)
-            bar = style.bar_of(self.mappers[key])
-            bar.visible = False
+        for bar in self.bars.values():
             plot.add_layout(bar, "right")
-        if key == GAP:
-            plot.image_rgba(image="cover", **place)
         return plot
+
+    def _draw_layers(self, key: str) -> list[Any]:
+        """Draw a map, and return all that belongs to it."""
+        place: dict[str, Any] = dict(zip(("x", "y", "dw", "dh"), ("x", "y", "dw", "dh"),
+                                         strict=True), source=self.sources[key])  # fmt: skip
+        if key == TOUCH:
+            return [self.plot.image_rgba(image=TOUCH, **place)]
+        layers = [self.plot.image(image=key, color_mapper=self.mappers[key], **place)]
+        if key == GAP:
+            layers.append(self.plot.image_rgba(image="cover", **place))
+        return [*layers, self.bars[key]]
 
     def _legend(self) -> None:
         result = self._result
@@ -637,13 +629,36 @@ class Maps:
     def _read_out(self) -> None:
         """Have the place under the cursor tell its values."""
         style.put(self.readout, _NOTHING)
-        args = {"heights": self.heights, "contact": self.contact, "div": self.readout}
+        args = {**self.sources, "div": self.readout}
         read = models.CustomJS(args=args, code=_READ)
         leave = models.CustomJS(args={"div": self.readout, "text": self.readout.text}, code=_LEAVE)
-        for plot in self.figures.values():
-            plot.js_on_event("mousemove", read)
-            plot.js_on_event("tap", read)
-            plot.js_on_event("mouseleave", leave)
+        self.plot.js_on_event("mousemove", read)
+        self.plot.js_on_event("tap", read)
+        self.plot.js_on_event("mouseleave", leave)
+
+
+def _columns(key: str, part: rasters.Pressed) -> dict[str, Any]:
+    """Return what a map shows of the cells of a contact [SI]."""
+    if key == TOUCH:
+        shares = dict(zip(_BESIDES[TOUCH], rasters.shares(part), strict=True))
+        return {TOUCH: rasters.contact(part), **shares}
+    if key == GAP:
+        return {GAP: rasters.gap(part), "cover": rasters.cover(part)}
+    return {key: rasters.pressure(part) if key == PRESSURE else rasters.residual(part)}
+
+
+def map_figure(title: str, x_range: Any, y_range: Any, cross: list[Any], **look: Any) -> Any:
+    """Return a figure of a map that one moves, zooms and looks up, with the spans of its cross."""
+    wheel = models.WheelZoomTool(zoom_on_axis=False)
+    plot: Any = figure(
+        x_range=x_range, y_range=y_range, title=title, active_scroll=wheel, frame_align=False,
+        tools=[models.PanTool(), wheel, models.BoxZoomTool(match_aspect=True), models.ResetTool(),
+               models.CrosshairTool(overlay=cross)],
+        toolbar_location="right", **look,
+    )  # fmt: skip
+    style.quiet(plot)
+    plot.grid.visible = False
+    return plot
 
 
 def color_mappers() -> dict[str, Any]:
@@ -667,13 +682,6 @@ def color_mappers() -> dict[str, Any]:
     }
 
 
-# One large map on the left, the others below each other on its right.
-_ARRANGED = f"""
-:host {{ display: grid !important; grid-template-columns: repeat(3, max-content);
-  grid-template-rows: repeat(4, max-content); gap: {_APART}px; justify-content: start; }}
-.tools {{ grid-area: 1 / 3 / 5 / 4; }}
-"""
-
 _NOTHING = '<span class="quiet">Point at a map to read its values.</span>'
 _LEAVE = "div.text = text"
 
@@ -693,19 +701,17 @@ const show = (value, unit) =>
 const share = (value) => `${Number((100 * value).toPrecision(3))} %`
 if (heights.data.told.length == 0) return
 const told = heights.data.told[0], [by, bx] = told.cell, exact = by == 1 && bx == 1
+const value = (source, name) => show(at(source, name), source.data.told[0]?.unit)
 const rows = [
   ["x, y", `${Number(x.toPrecision(5))}, ${Number(y.toPrecision(5))} ${told.length}`],
-  [exact ? "height" : "mean height", show(at(heights, "heights"), told.unit)],
+  [exact ? "height" : "mean height", value(heights, "heights")],
 ]
 if (contact.data.told.length) {
-  const units = contact.data.told[0]
   const touching = at(contact, "touching"), saturated = at(contact, "saturated")
   const missing = at(contact, "missing")
-  rows.push([exact ? "pressure" : "largest pressure",
-             show(at(contact, "pressure"), units.pressure)])
-  rows.push([exact ? "gap" : "mean open gap", show(at(contact, "gap"), units.gap)])
-  rows.push([exact ? "indentation" : "deepest indentation",
-             show(at(contact, "residual"), units.residual)])
+  rows.push([exact ? "pressure" : "largest pressure", value(pressure, "pressure")],
+            [exact ? "gap" : "mean open gap", value(gap, "gap")],
+            [exact ? "indentation" : "deepest indentation", value(residual, "residual")])
   let state = "\u2013"
   if (touching != null) {
     if (exact) {

@@ -20,11 +20,11 @@ from roughcontact.desk.controls import Run, button
 from roughcontact.desk.detail_panel import Detail
 from roughcontact.desk.header import Header
 from roughcontact.desk.live_solver import Event, Failed, Live, Prepared, Preview
-from roughcontact.desk.maps import NAMES, Maps
+from roughcontact.desk.maps import Maps
 from roughcontact.desk.rasters import Box
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import Line, Session, State, Value
-from roughcontact.desk.widgets import Frame, TabStrip, Views, reload_when_broken, tell_when_lost
+from roughcontact.desk.widgets import Frame, Views, reload_when_broken, tell_when_lost
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import contact, kinds, phrases
 from roughcontact.report.kind import TRUST
@@ -335,7 +335,6 @@ class Page:
             self._answer = session.number
         is_old = self._answer != session.number
         self._header.numbers.styles = style.OLD if is_old else style.NEW
-        self._sheet.css_classes = [f"request-{self._answer}"]
         if is_old:
             self._header.show_state("Out of date, solving …", "caution")
         elif session.failure is not None:
@@ -390,7 +389,7 @@ class Page:
         visit = self._visit
         return Relief(
             self.session, self._bench, self._run, visit.folder, visit.offer,
-            self.sight.maps.figures,
+            self.sight.maps.bars,
         )  # fmt: skip
 
     def _ask(self) -> Any:
@@ -433,12 +432,12 @@ class Page:
             *(step.root for step in self._steps), width=style.LEFT, margin=0,
             stylesheets=[style.COLUMN, style.LEFT_SIDE],
         )  # fmt: skip
-        self._sheet = pn.Column(
+        sheet = pn.Column(
             self._views.body, sizing_mode="stretch_both", margin=0, stylesheets=[style.COLUMN]
         )
         return pn.Column(
             first, self._header.root, self._notice,
-            pn.Row(left, self._sheet, sizing_mode="stretch_both", margin=0,
+            pn.Row(left, sheet, sizing_mode="stretch_both", margin=0,
                    styles={"min-height": "0", "overflow": "hidden"}),
             self._header.drawer, self._window,
             sizing_mode="stretch_both", margin=0, stylesheets=[style.PAGE],
@@ -492,7 +491,6 @@ class ContactView:
         created = Maps()
         created.on_section(self._call_draw)
         created.on_box(self._boxed)
-        created.on_enlarge(lambda key: self.enlarge(list(NAMES).index(key)))
         return created
 
     @cached_property
@@ -501,16 +499,8 @@ class ContactView:
         return Detail(self.maps.zoom, self._call_draw, self._call_run)
 
     @cached_property
-    def choice(self) -> TabStrip:
-        """The names of the maps, of which one is large."""
-        names = [f"{number} {name}" for number, name in enumerate(NAMES.values(), 1)]
-        created = TabStrip(names=names, active=1, **style.STRIP)
-        created.param.watch(lambda event: self.maps.enlarge(list(NAMES)[event.new]), "active")
-        return created
-
-    @cached_property
     def _figures(self) -> Any:
-        return pn.Column(self.choice, self._keep, self.maps.root, self.detail.below, margin=0)
+        return pn.Column(self._keep, self.maps.root, self.detail.below, margin=0)
 
     @cached_property
     def _sheet(self) -> Any:
@@ -532,9 +522,8 @@ class ContactView:
     ) -> None:
         """Show a contact, or a surface alone; a line of None is the one that is proposed."""
         self._surface = surface
-        with style.together(self.maps.root.document):
+        with style.together(self.maps.plot.document):
             self.fit(*self._size)
-            self.choice.visible = result is not None and not surface.is_profile
             self.maps.show(surface, result)
             self.detail.show(surface, result, line, numbers)
             self.maps.section.put(self.detail.line)
@@ -554,7 +543,7 @@ class ContactView:
     def enlarge(self, place: int) -> None:
         """Show one of the maps large, by its place."""
         if self._surface is not None:
-            self.choice.active = place
+            self.maps.strip.active = place
 
     def cut(self, result: ContactResult | None, line: Line | None) -> None:
         """Show another section, if there is anything to cut."""

@@ -8,8 +8,10 @@ picture is area of contact. A window with no more points than there are dots sho
 
 from __future__ import annotations
 
+import base64
+import io
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,8 +114,13 @@ class Pressed(NamedTuple):
     gap: Array
     touching: Mask
     saturated: Mask
-    blocks: tuple[int, int]
+    view: Window
     shares: cells.Shares
+
+    @property
+    def blocks(self) -> tuple[int, int]:
+        """The points (y, x) to a cell."""
+        return self.view.blocks
 
 
 def pressed(result: ContactResult, view: Window) -> Pressed:
@@ -125,7 +132,7 @@ def pressed(result: ContactResult, view: Window) -> Pressed:
         saturated = pressure >= np.broadcast_to(result.ceiling, result.pressure.shape)[view.part]
     touching, gap = pressure > 0, result.gap[view.part]
     shares = cells.shares(touching, saturated, gap, view.blocks)
-    return Pressed(pressure, gap, touching, saturated, view.blocks, shares)
+    return Pressed(pressure, gap, touching, saturated, view, shares)
 
 
 def pressure(part: Pressed) -> Values:
@@ -136,7 +143,7 @@ def pressure(part: Pressed) -> Values:
 
 def contact(part: Pressed) -> Colours:
     """Return the colours of open, elastic, saturated and missing points in their shares."""
-    return _packed(cells.classes(part.shares))
+    return packed(cells.classes(part.shares))
 
 
 def shares(part: Pressed) -> tuple[Values, Values, Values]:
@@ -155,7 +162,7 @@ def gap(part: Pressed) -> Values:
 
 def cover(part: Pressed) -> Colours:
     """Return the colours of closed and missing points; their opacity is their share of a cell."""
-    return _packed(cells.closed_cover(part.shares, CLOSED))
+    return packed(cells.closed_cover(part.shares, CLOSED))
 
 
 def residual(part: Pressed) -> Values:
@@ -165,8 +172,44 @@ def residual(part: Pressed) -> Values:
     return np.where(deepest > 0, deepest, np.nan).astype(np.float32)
 
 
-def _packed(colours: Array) -> Colours:
+def packed(colours: Array) -> Colours:
     """Return colours of parts of one as one number each: red in the lowest byte."""
     result = np.full((*colours.shape[:2], 4), 255, np.uint8)
     result[..., : colours.shape[2]] = np.rint(colours * 255)
     return result.view(np.dtype("<u4"))[..., 0]
+
+
+# Thumbnails: the same cells, so small that a page may hold a picture of each map.
+
+
+_SIDE = 160
+"""Dots of the longer side of a thumbnail, at most."""
+
+
+def colored(values: Values, mapper: Any) -> Colours:
+    """Return values in the colours of a mapper of Bokeh."""
+    colors = [*mapper.palette, mapper.high_color or mapper.palette[-1], mapper.nan_color]
+    bytes_of = np.array([int(color[1:], 16) for color in colors], ">u4")[None, :, None]
+    table = packed(bytes_of.view(np.uint8)[..., 1:] / 255)[0]
+    levels = len(mapper.palette)
+    with np.errstate(invalid="ignore"):
+        steps = (values - np.float32(mapper.low)) * np.float32(levels / (mapper.high - mapper.low))
+    # The largest value belongs to the last colour.
+    steps = np.where(values == np.float32(mapper.high), levels - 1, np.clip(steps, 0, levels))
+    index = np.where(np.isnan(steps), levels + 1, steps).astype(np.intp)
+    return table[index]
+
+
+def thumbnail(colours: Colours, cover: Colours | None = None) -> str:
+    """Return colours, under others if there are some, as the address of a small picture."""
+    from PIL import Image
+
+    layers = (np.ascontiguousarray(layer) for layer in (colours, cover) if layer is not None)
+    ground, *more = (Image.fromarray(layer.view(np.uint8).reshape(*layer.shape, 4), "RGBA")
+                     for layer in layers)  # fmt: skip
+    for layer in more:
+        ground = Image.alpha_composite(ground, layer)
+    small = ground.convert("RGB").reduce(math.ceil(max(ground.size) / _SIDE))
+    stream = io.BytesIO()
+    small.save(stream, "png", compress_level=1)
+    return f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}"

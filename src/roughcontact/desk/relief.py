@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from panel.custom import JSComponent
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import rasters, style, workers
+from roughcontact.desk import rasters, style, tokens, workers
 from roughcontact.desk.controls import Run, Working, escaped
 from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
@@ -63,21 +63,21 @@ class Canvas(JSComponent):  # type: ignore[misc]
     _esm = (Path(__file__).parent / "relief.js").read_text(encoding="utf-8")
     _stylesheets: ClassVar = [
         f"""
-:host {{ color: var(--text, {style.INK}); font-family: {style.FONT}; font-size: 13px; }}
+:host {{ color: var(--text, {tokens.INK}); font-family: {tokens.FONT}; font-size: 13px; }}
 .relief {{ display: flex; flex-direction: column; gap: 8px; height: 100%; min-height: 360px; }}
 .scene {{ position: relative; flex: 1; min-height: 0; cursor: grab; touch-action: none;
-  background: var(--surface, white); border: 1px solid var(--line, {style.LINE});
+  background: var(--surface, white); border: 1px solid var(--line, {tokens.LINE});
   border-radius: 6px; overflow: hidden; }}
-.scene:focus-visible {{ outline: 2px solid var(--accent, {style.ACCENT}); }}
+.scene:focus-visible {{ outline: 2px solid var(--accent, {tokens.ACCENT}); }}
 canvas {{ position: absolute; inset: 0; width: 100%; height: 100%; }}
 .below {{ display: flex; flex-wrap: wrap; gap: 6px 20px; align-items: center; }}
 [hidden] {{ display: none !important; }}
 label {{ display: flex; gap: 8px; align-items: center; }}
-input {{ accent-color: var(--accent, {style.ACCENT}); margin: 0; }}
+input {{ accent-color: var(--accent, {tokens.ACCENT}); margin: 0; }}
 output {{ min-width: 50px; font-variant-numeric: tabular-nums; }}
 button {{ font: inherit; color: inherit; background: var(--surface, white); padding: 4px 10px;
-  border: 1px solid var(--control, {style.LINE}); border-radius: 4px; cursor: pointer; }}
-p {{ margin: 0; width: 100%; color: var(--muted, {style.QUIET}); }}
+  border: 1px solid var(--control, {tokens.LINE}); border-radius: 4px; cursor: pointer; }}
+p {{ margin: 0; width: 100%; color: var(--muted, {tokens.QUIET}); }}
 """
     ]
 
@@ -117,9 +117,9 @@ class Relief(View):
         run: Run,
         folder: Path,
         offer: Offer,
-        figures: Mapping[str, Any],
+        bars: Mapping[str, Any],
     ) -> None:
-        self._session, self._folder, self._offer, self._figures = session, folder, offer, figures
+        self._session, self._folder, self._offer, self._bars = session, folder, offer, bars
         self._surface: Surface | None = None
         self._result: ContactResult | None = None
         self._filmed: State | None = None
@@ -166,7 +166,7 @@ class Relief(View):
         else:
             key, scale = PRESSURE, result_scales(result)[PRESSURE]
             values = rasters.pressure(rasters.pressed(result, view))
-        bar = self._figures[key].right[0]
+        bar = self._bars[key]
         if bar.color_mapper.low is None:
             # The map itself was not seen yet.
             (low, high, _, _), factor, unit = scale
@@ -196,7 +196,7 @@ class Relief(View):
         if self._result is None or self._filmed != _without_load(self._session.state):
             # Another contact came meanwhile.
             return
-        bar = self._figures[PRESSURE].right[0]
+        bar = self._bars[PRESSURE]
         factor = np.float32(result_scales(self._result)[PRESSURE].factor)
         heads = [
             _head(PRESSURE, bar, picture.pressure.shape, _words(picture)) for picture in pictures

@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from bokeh import models
 from bokeh.embed import json_item
-from bokeh.plotting import figure
 from bokeh.resources import Resources
 from numpy.typing import NDArray
 
 from roughcontact import files
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import controls, rasters, style
+from roughcontact.desk import controls, rasters, style, tokens
 from roughcontact.desk.controls import escaped, table
 from roughcontact.desk.maps import (
     GAP,
@@ -31,6 +30,7 @@ from roughcontact.desk.maps import (
     color_mappers,
     headlines,
     height_scale,
+    map_figure,
     result_scales,
 )
 from roughcontact.errors import InputError
@@ -155,16 +155,11 @@ def _maps(result: ContactResult) -> tuple[Any, str]:
     reset = models.CustomJS(args=ranges, code=_RESET)
     mappers, plots = color_mappers(), []
     for key, name in NAMES.items():
-        wheel = models.WheelZoomTool(zoom_on_axis=False)
-        plot: Any = figure(
-            title=", ".join(filter(None, (name, titles.get(key)))), **ranges,
+        plot = map_figure(
+            ", ".join(filter(None, (name, titles.get(key)))), cross=cross, **ranges,
             frame_width=max(round(wide * side), 60), frame_height=max(round(tall * side), 60),
-            tools=[models.PanTool(), wheel, models.BoxZoomTool(match_aspect=True),
-                   models.ResetTool(), models.CrosshairTool(overlay=cross)],
-            active_scroll=wheel, toolbar_location="above", styles={"flex": "none"},
+            styles={"flex": "none"},
         )  # fmt: skip
-        style.quiet(plot)
-        plot.grid.visible = False
         plot.xaxis.axis_label = f"x, y [{unit}]"
         _draw(plot, key, source, layers.get(key), scales.get(key), mappers.get(key))
         plot.js_on_event("mousemove", read)
@@ -241,18 +236,18 @@ _POLICY = (
     "img-src data: blob:; font-src data:"
 )
 _SHEET = f"""
-body {{ margin: 16px; font: 13px/1.4 {style.FONT}; color: {style.INK}; background: white; }}
+body {{ margin: 16px; font: 13px/1.4 {tokens.FONT}; color: {tokens.INK}; background: white; }}
 h1 {{ font-size: 18px; }} h2 {{ font-size: 14px; margin: 20px 0 6px; }}
 .maps {{ display: flex; gap: 16px; }} #maps {{ flex: 1; min-width: 0; }}
 aside {{ width: 250px; flex: none; position: sticky; top: 16px; align-self: flex-start; }}
 #readout {{ min-height: 130px; }}
-.quiet {{ color: {style.QUIET}; }}
+.quiet {{ color: {tokens.QUIET}; }}
 table {{ border-collapse: collapse; }}
 td, th {{ padding: 3px 14px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}
-tr + tr td {{ border-top: 1px solid {style.LINE}; }}
+tr + tr td {{ border-top: 1px solid {tokens.LINE}; }}
 ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
-li.warning b {{ color: {style.WARNING}; }}
-pre {{ border: 1px solid {style.LINE}; border-radius: 4px; padding: 8px; white-space: pre-wrap; }}
+li.warning b {{ color: {tokens.WARNING}; }}
+pre {{ border: 1px solid {tokens.LINE}; border-radius: 4px; padding: 8px; white-space: pre-wrap; }}
 """
 
 _RESET = """

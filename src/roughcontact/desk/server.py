@@ -31,9 +31,9 @@ from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
 
 from roughcontact import memory
-from roughcontact.desk import style
 from roughcontact.desk.access import Guarded, key_of
 from roughcontact.desk.projects import ProjectStore, SavedProject, Upload, require_size, shown
+from roughcontact.desk.tokens import FONT, INK, QUIET
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 
@@ -633,7 +633,7 @@ class _Waiting(web.RequestHandler):
             # Another version keeps them elsewhere: the page asks for them by itself.
             result = []
         scripts = "".join(f'\n<link rel="preload" as="script" href="{item}">' for item in result)
-        self.write(_PAGE.format(scripts=scripts, font=style.FONT, ink=style.INK, quiet=style.QUIET))
+        self.write(_PAGE.format(scripts=scripts, font=FONT, ink=INK, quiet=QUIET))
         await self.flush()
         await self._opened.wait()
         self.finish(_GO_ON)

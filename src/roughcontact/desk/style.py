@@ -17,10 +17,7 @@ from panel.io.document import hold
 from panel.io.state import state
 from panel.models import HTML
 
-INK, QUIET, LINE, ACCENT, WARNING = "#14181f", "#525b67", "#dfe3e7", "#0b5cad", "#a6320c"
-"""Colors of figures, and of what comes before or after the page."""
-
-FONT = '-apple-system, "Segoe UI", Roboto, "Noto Sans", "Helvetica Neue", Arial, sans-serif'
+from roughcontact.desk.tokens import ACCENT, FONT, INK, LINE, QUIET, WARNING
 
 _LIGHT = f"""
   --bg: #f5f6f7; --surface: #ffffff; --sunken: #eef0f2; --line: {LINE}; --control: #858e99;

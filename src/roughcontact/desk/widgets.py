@@ -11,7 +11,7 @@ from bokeh.events import ConnectionLost, DocumentReady
 from bokeh.models import CustomJS
 from panel.custom import JSComponent
 
-from roughcontact.desk import style
+from roughcontact.desk import style, tokens
 
 _SCRIPT = """
 export function render({ model, el }) {
@@ -61,7 +61,7 @@ export function render({ model, el }) {
 _SHEET = f"""
 :host {{ border: 0; }}
 .brought {{ display: block; border: 1px dashed var(--muted); border-radius: 6px; padding: 10px;
-  cursor: pointer; font-family: {style.FONT}; font-size: 13px; color: var(--text); }}
+  cursor: pointer; font-family: {tokens.FONT}; font-size: 13px; color: var(--text); }}
 .brought:hover, .brought.over, .brought:focus-within {{ border-color: var(--accent);
   background: var(--accent-weak); }}
 .brought input {{ display: block; margin-top: 6px; font: inherit; max-width: 100%; }}
@@ -95,16 +95,23 @@ _STRIP = """
 export function render({ model }) {
   const list = document.createElement("div");
   list.setAttribute("role", "tablist");
+  list.className = model.pictured ? "pictured" : "";
+  const images = [];
   const tabs = model.names.map((name, place) => {
     const tab = document.createElement("button");
     tab.type = "button";
     tab.setAttribute("role", "tab");
-    tab.textContent = name;
+    if (model.pictured) {
+      images.push(document.createElement("img"));
+      images[place].alt = "";
+      tab.append(images[place]);
+    }
+    tab.append(name);
     tab.addEventListener("click", () => { model.active = place; });
     list.append(tab);
     return tab;
   });
-  const steps = { ArrowLeft: -1, ArrowRight: 1 };
+  const steps = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
   list.addEventListener("keydown", (event) => {
     if (!(event.key in steps)) return;
     event.preventDefault();
@@ -115,19 +122,34 @@ export function render({ model }) {
     tab.setAttribute("aria-selected", place == model.active);
     tab.tabIndex = place == model.active ? 0 : -1;
   });
+  const draw = () => images.forEach((image, place) => {
+    image.hidden = !model.pictures[place];
+    if (!image.hidden) image.src = model.pictures[place];
+  });
+  const fit = () => list.style.setProperty("--side", `${model.side}px`);
   model.on("active", show);
+  model.on("pictures", draw);
+  model.on("side", fit);
   show();
+  draw();
+  fit();
   return list;
 }
 """
 
 _STRIP_SHEET = f"""
 div {{ display: flex; gap: 2px; width: 100%; height: 100%; }}
-button {{ font-family: {style.FONT}; font-size: 13px; color: var(--text); background: none;
+button {{ font-family: {tokens.FONT}; font-size: 13px; color: var(--text); background: none;
   border: 0; border-bottom: 2px solid transparent; padding: 7px 10px; cursor: pointer; }}
 button:hover {{ background: var(--sunken); }}
 button[aria-selected=true] {{ border-color: var(--accent); font-weight: 600; }}
 button:focus-visible {{ outline: 2px solid var(--accent); outline-offset: -2px; }}
+.pictured {{ display: grid; grid-template-columns: repeat(2, var(--side)); gap: 8px; width: auto;
+  align-content: start; }}
+.pictured button {{ padding: 0 0 4px; text-align: left; font-size: 11px; white-space: nowrap; }}
+img {{ display: block; width: var(--side); max-height: var(--side); object-fit: contain;
+  object-position: top left; }}
+[hidden] {{ display: none; }}
 """
 
 _SLIDER = """
@@ -180,7 +202,7 @@ export function render({ model }) {
 """
 
 _SLIDER_SHEET = f"""
-:host > div {{ position: relative; height: 54px; width: 100%; font: 11px/14px {style.FONT}; }}
+:host > div {{ position: relative; height: 54px; width: 100%; font: 11px/14px {tokens.FONT}; }}
 input {{ position: absolute; top: 18px; left: 0; width: 100%; margin: 0; height: 16px;
   accent-color: var(--accent); cursor: pointer; }}
 output {{ position: absolute; top: -1px; transform: translateX(-50%); padding: 1px 6px;
@@ -209,7 +231,7 @@ export function render({ model }) {
 """
 
 _CHECK_SHEET = f"""
-label {{ display: flex; gap: 6px; align-items: center; font-family: {style.FONT}; font-size: 13px;
+label {{ display: flex; gap: 6px; align-items: center; font-family: {tokens.FONT}; font-size: 13px;
   color: var(--text); cursor: pointer; }}
 input {{ accent-color: var(--accent); margin: 0; }}
 """
@@ -238,7 +260,7 @@ export function render({ model }) {
 """
 
 _FIELD_SHEET = f"""
-label {{ display: block; font-family: {style.FONT}; font-size: 13px; color: var(--text); }}
+label {{ display: block; font-family: {tokens.FONT}; font-size: 13px; color: var(--text); }}
 input {{ display: block; box-sizing: border-box; width: 100%; height: 32px; padding: 0 12px;
   font: inherit; border: 1px solid var(--line); border-radius: 5px; }}
 input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
@@ -246,10 +268,16 @@ input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
 
 
 class TabStrip(JSComponent):  # type: ignore[misc]
-    """Names of pages of which one is shown; `active` is its place."""
+    """Names of pages of which one is shown; `active` is its place.
+
+    If ``pictured``, each has a picture, an address of its own, of so many dots to a ``side``.
+    """
 
     names = param.List([])
     active = param.Integer(0)
+    pictured = param.Boolean(False)
+    pictures = param.List([])
+    side = param.Integer(0)
 
     _esm = _STRIP
     _stylesheets: ClassVar = [_STRIP_SHEET]
@@ -343,7 +371,7 @@ export function render({ model }) {
 
 _CHOICE_SHEET = f"""
 .choice {{ display: grid; grid-template-columns: 1fr 1fr; gap: 8px; width: 100%;
-  font: 12px/15px {style.FONT}; color: var(--text); }}
+  font: 12px/15px {tokens.FONT}; color: var(--text); }}
 label {{ grid-column: 1 / 3; cursor: pointer; display: flex; gap: 6px; align-items: center; }}
 input {{ accent-color: var(--accent); margin: 0; }}
 .pictured {{ grid-column: auto; display: grid; align-content: start; gap: 4px; padding: 6px;
@@ -477,7 +505,7 @@ if (document.getElementById("lost") == null) {{
   said.setAttribute("role", "alert")
   said.textContent = words
   said.style.cssText = `position: fixed; z-index: 1000; inset: 0 0 auto 0; padding: 10px 16px;
-    background: {style.WARNING}; color: white; font: 14px {style.FONT}`
+    background: {tokens.WARNING}; color: white; font: 14px {tokens.FONT}`
   document.body.append(said)
 }}
 """

@@ -16,14 +16,16 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from roughcontact import files, memory, processes
 from roughcontact.errors import InsufficientMemoryError, RoughcontactError
 from roughcontact.request.options import FOLDER
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
-from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from roughcontact.surface.surface import Surface
 
 READING_MEMORY = 4 * memory.GIB
 """Bytes that the reading of a file that was brought may take."""
