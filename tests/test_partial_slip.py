@@ -78,7 +78,7 @@ def test_a_shift_and_its_force_give_one_traction() -> None:
 def test_the_certificate_notices_a_wrong_traction() -> None:
     stated = problem()
     solver = partial_slip._Solver(operator(), stated)
-    state = solver.start()
+    state = solver.placed(solver.total[:, None] / solver.bound.sum() * solver.bound, np.zeros(2))
     assert solver.judged(state, 0).certificate > 1e-3
 
 

@@ -36,7 +36,7 @@ FEW = {
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
     "joint.tangential": {"_take": "two components"},
     "solvers.partial_slip": dict.fromkeys(
-        ("_dual", "linear", "merit", "project", "stiffness"), "two components"
+        ("_dual", "iterates", "merit", "project", "stiffness"), "two components"
     ),
     "solvers.active_set": {"_orthonormal": "three by three"},
     "solvers.problem": {"_balanced": "three by three"},

@@ -180,11 +180,13 @@ def test_superposition_gives_curve_and_stick_of_rough_steel(boundary: str) -> No
     assert curve.stick_fraction[-1] == pytest.approx(result.last.stick_fraction, abs=0.01)
 
 
-def test_the_backbone_of_a_rough_joint_is_that_of_superposition() -> None:
-    contact = rough(0.3, "periodic")
+@pytest.mark.parametrize(("points", "ceiling"), [(64, None), (128, "auto")])
+def test_the_backbone_of_a_ground_joint_is_that_of_superposition(
+    points: int, ceiling: str | None
+) -> None:
+    contact = rough(0.3, "periodic", points, ceiling)
     most = 0.9 * FRICTION * contact.load
-    forces = [most * part / 3 for part in range(1, 4)]
-    result = pushed(contact, 0.9, force=forces)
+    result = pushed(contact, 0.9, force=[0.5 * most, most])
     np.testing.assert_allclose(result.column("shift"), result.superposition.shift[1:], rtol=0.02)
     once = pushed(contact, 0.9)
     assert once.last.shift == pytest.approx(result.last.shift, rel=1e-3)
@@ -342,6 +344,16 @@ def test_near_the_limit_all_slides() -> None:
     assert steep.last.shift > 2 * FRICTION * contact.approach
     with pytest.raises(rc.CapacityError, match="slides at"):
         pushed(contact, 1.0)
+
+
+@pytest.mark.parametrize("points", [64, 128])
+def test_applications_do_not_grow_with_the_grid(points: int) -> None:
+    contact = rough(0.3, "free", points, "auto")
+    assert pushed(contact, 0.5, tolerance=1e-6).applications < 20
+    # A cycle starts from its first traction, reversed.
+    most = 0.5 * FRICTION * contact.load
+    cycle = pushed(contact, 0.5, force=[most, -most, most], tolerance=1e-6)
+    assert cycle.applications < 40
 
 
 def test_a_shift_gives_the_force_that_needs_it() -> None:

@@ -6,6 +6,7 @@ rows of values in place of one.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,20 @@ class TangentialConvolution(Convolution):
         Transforms of K_yy, K_xx, which are even, and of K_xy, which is odd in x and in y.
     shape, padded, **options
         As for `Convolution`.
+    coarser : callable, optional
+        ``coarser((ky, kx))`` returns the same on pixels that are ``ky × kx`` as large.
     """
 
     def __init__(
-        self, spectra: NDArray[Any], shape: tuple[int, int], padded: tuple[int, int], **options: Any
+        self,
+        spectra: NDArray[Any],
+        shape: tuple[int, int],
+        padded: tuple[int, int],
+        coarser: Callable[[tuple[int, int]], TangentialConvolution] | None = None,
+        **options: Any,
     ) -> None:
         super().__init__(spectra[0], shape, padded, **options)
+        self._coarser = coarser
         other = Convolution(spectra[1], shape, padded, **options)
         self.spectra: NDArray[Any] = spectra.astype(self.real, copy=False)
         self.self_displacement = max(self.self_displacement, other.self_displacement)
@@ -104,9 +113,14 @@ class TangentialConvolution(Convolution):
     def in_single(self) -> TangentialConvolution:
         """Return the same in single precision, with the buffer in common."""
         return TangentialConvolution(
-            self.spectra, self.shape, self.padded, workspace=self.workspace,
+            self.spectra, self.shape, self.padded, self._coarser, workspace=self.workspace,
             softness=self.softness, precision="single",
         )  # fmt: skip
+
+    def coarser(self, times: tuple[int, int]) -> TangentialConvolution:
+        """Return the same on pixels that are ``times[0] × times[1]`` as large."""
+        assert self._coarser is not None
+        return self._coarser(times)
 
     def approximate_inverse(self) -> TangentialConvolution:
         """Return ``displacement / K₀₀ → traction`` with next to no padding.
@@ -148,17 +162,24 @@ def operator(
         Threads and memory to use instead of new ones.
     """
     work = workspace or Workspace()
+
+    def coarser(times: tuple[int, int]) -> TangentialConvolution:
+        (ny, nx), (dy, dx) = shape, pixel
+        fewer = (-(-ny // times[0]), -(-nx // times[1]))
+        larger = (dy * times[0], dx * times[1])
+        return operator(boundary, fewer, larger, contact_modulus, poisson, work)
+
     if shape[0] == 1:
         datum = longer_side(shape, pixel)
         normal = boundary.operator(shape, pixel, contact_modulus, datum=datum, workspace=work)
         own = normal.spectrum
         return TangentialConvolution(
-            np.stack([own, own, np.zeros_like(own)]), shape, normal.padded,
+            np.stack([own, own, np.zeros_like(own)]), shape, normal.padded, coarser,
             workspace=work, softness=normal.softness,
         )  # fmt: skip
     if boundary == Boundary.PERIODIC:
         symbols = kernels.periodic_tangential(shape, pixel, contact_modulus, poisson)
-        return TangentialConvolution(symbols, shape, shape, workspace=work)
+        return TangentialConvolution(symbols, shape, shape, coarser, workspace=work)
     boundary.require_tangential()
     half = (fft.fast_length(shape[0]), fft.fast_length(shape[1]))
     edges = (1.0, pixel[1] / pixel[0])
@@ -178,7 +199,7 @@ def operator(
 
     return TangentialConvolution(
         SPECTRA.get(("cerruti", half, edges, poisson), make), shape, (2 * half[0], 2 * half[1]),
-        workspace=work, softness=pixel[0] / contact_modulus,
+        coarser, workspace=work, softness=pixel[0] / contact_modulus,
     )  # fmt: skip
 
 

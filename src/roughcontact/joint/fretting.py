@@ -22,7 +22,7 @@ class Fretting:
 
     δ is the amplitude of the slip in a cycle between that force and its opposite: half of what the
     last step slips at the end of a cycle, else all of the slip. Ruiz, Boddington and Chen 1984,
-    Exp. Mech. 24, 208, doi:10.1007/BF02323167.
+    Exp. Mech. 24, 208.
     """
 
     stress: StressResult  # Below the contact, with the largest tension at the surface

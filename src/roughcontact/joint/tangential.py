@@ -37,7 +37,7 @@ UNLIKE = 0.05
 """Dundurs' β above which the coupling of pressure and traction has a caution."""
 
 # Forces of the superposition's curve, and the certificate of all but the last.
-_POINTS, _DRAWN = 3, 1e-4
+_POINTS, _DRAWN = 2, 1e-4
 
 
 @dataclass(frozen=True)
@@ -476,13 +476,15 @@ class _Path:
         offset = self._offset(contact, index, 0.0 if force is None else force - before)
         earlier = self.traction[:, index]
         goal = None if force is None else force / area * self.along
+        reverses = contact is self.contact and force and math.isclose(force, -before, rel_tol=1e-9)
         solution = partial_slip.solve(
             self.operator,
             partial_slip.Problem(
                 index, bound, offset,
                 total=goal,
                 shift=None if shift is None else shift * self.along,
-                start=earlier if self.steps else None,
+                # After a reversal the traction is that before it, reversed (Masing).
+                start=-earlier if reverses else None,
                 scale=_norm(earlier),
             ),
             self.tolerance,

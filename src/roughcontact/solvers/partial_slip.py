@@ -4,10 +4,12 @@ Minimize ½⟨q, K q⟩ - ⟨t + f, q⟩ over ``|q|`` ≤ b, where the rigid shi
 multiplier of a given sum of q. The slip is s = t + f - K q: zero where ``|q|`` < b, along q where
 ``|q|`` = b.
 
-A few projected-gradient steps find stick and slip roughly. Semi-smooth Newton steps finish: pixels
-that slip go to the rim of their disc and move along it, all others move freely. The linear problem
-of each step is solved by preconditioned conjugate gradients, with the sum of q as a constraint.
-Inside both, K q is computed in single precision; each step ends with K q in double precision.
+On the coarsest grid a few projected-gradient steps find stick and slip roughly; each finer grid
+starts from the part of its bound that a pixel carries on the grid before. Semi-smooth Newton steps
+finish: pixels that slip go to the rim of their disc and move along it, all others move freely. The
+linear problem of each step is solved by preconditioned conjugate gradients, with the sum of q as a
+constraint, no further than stick and slip are known. K q is computed in single precision, but once
+near the solution and for the certificate.
 
 References
 ----------
@@ -19,13 +21,21 @@ Birgin, Martínez and Raydan 2000, SIAM J. Optim. 10, 1196, doi:10.1137/S1052623
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.solvers.operator import Sums, norm
+from roughcontact.solvers.preconditioner import (
+    block_edges,
+    block_of,
+    forces_on_blocks,
+    own_part,
+)
 from roughcontact.solvers.progress import Status
 
 Array = NDArray[np.float64]
@@ -36,18 +46,28 @@ STICK = 1e-9
 FORCE_TOLERANCE = 1e-10
 """Largest force error of a converged solution, over the largest force."""
 
-# Projected-gradient steps at the start, and where a Newton step fails.
+# Projected-gradient steps on the coarsest grid, and where a Newton step fails.
 _DESCENT = 10
 # Rounds of a solve, Newton steps of a round, and conjugate-gradient steps of each.
 _ROUNDS, _NEWTON, _INNER = 4, 30, 200
-# Residual of the linear problem of a step, over its first.
-_FORCING = 0.05
-# That of a stiffness, whose error is its square: it follows from the energy.
-_RESPONSE = 1e-2
+# Residual of the linear problem of a step, over its first: the least, and the most where stick and
+# slip are off by more than so many times the residual.
+_FORCING, _ROUGH, _SETS = 0.05, 0.3, 1.5
+# Error of the energy that a stiffness follows from, about.
+_RESPONSE = 1e-5
+# Certificate on coarse grids, and that below which a sum of displacements in single precision is
+# replaced.
+_COARSE, _NEAR = 1e-2, 1e-3
+# Answer of the inverse to a uniform displacement, at least.
+_STIFFEST = 1e-6
 
 
 class TangentialOperator(Protocol):
     """A map of tractions, shape (2, n), to the tangential displacement of the same pixels."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Grid points ``(ny, nx)`` of the map."""
 
     @property
     def sums(self) -> Sums:
@@ -68,6 +88,9 @@ class TangentialOperator(Protocol):
 
     def approximate_inverse(self) -> TangentialOperator:
         """Return ``displacement / K₀₀ → traction``, about."""
+
+    def coarser(self, times: tuple[int, int], /) -> TangentialOperator:
+        """Return the same on pixels that are ``times[0] × times[1]`` as large."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +118,6 @@ class Solution:
     status: Status
     steps: int  # Newton steps
     applications: int  # Of the operator: two transforms forward and back each
-    inversions: int  # Of its approximate inverse: the same on a smaller grid
 
 
 def within(values: Array, bound: Array) -> Array:
@@ -178,6 +200,16 @@ def solve(operator: TangentialOperator, problem: Problem, tolerance: float = 1e-
     return _Solver(operator, problem).solve(tolerance)
 
 
+class _Iterate(NamedTuple):
+    """A solution of the linear problem of a step, about."""
+
+    step: Array  # z
+    moved: Array  # K z, with that of the change to the rim
+    shift: Array  # t
+    residual: Array
+    square: float  # ⟨residual, M residual⟩
+
+
 @dataclass(frozen=True, eq=False)
 class _State:
     """A traction, its displacement and the shift, in the units of the solver."""
@@ -185,6 +217,14 @@ class _State:
     traction: Array
     displacement: Array
     shift: Array
+
+    def after(self, rim: Array, iterate: _Iterate, part: float = 1.0) -> _State:
+        """Return the state after a part of a Newton step."""
+        return _State(
+            self.traction + part * (rim + iterate.step),
+            self.displacement + part * iterate.moved,
+            self.shift + part * iterate.shift,
+        )
 
 
 class _Space:
@@ -205,6 +245,83 @@ class _Space:
         return values - across * self.normal
 
 
+class _Blocks:
+    """What spots do to each other, which the wrapped inverse does not see.
+
+    See `roughcontact.solvers.preconditioner.FreePixelInverse`; D is that of each component.
+    """
+
+    def __init__(self, operator: TangentialOperator, index: NDArray[np.int64]) -> None:
+        edges = block_edges(operator.shape)
+        assert edges is not None
+        self.blocks, self.sums = operator.coarser(edges).in_single(), operator.sums
+        (by, bx), area = self.blocks.shape, edges[0] * edges[1]
+        self.block = block_of(index, operator.shape[1], edges, bx)
+        touching = self.sums.added(np.bincount(self.block, minlength=by * bx))
+        self.number, self.touching = by * bx, np.flatnonzero(touching)
+        self.support = self.blocks.support(self.touching)
+        self.own = own_part(touching[self.touching], edges)
+        self.softness = 1 / (operator.self_displacement * area)
+
+    def within(self, weight: Array) -> Callable[[Array], Array]:
+        """Return what to take off the answer of the wrapped inverse.
+
+        Parameters
+        ----------
+        weight : ndarray, shape (2, n)
+            Its answer to a uniform displacement, component by component.
+        """
+        yielding = 1 / self.added(weight)
+        own, itself = yielding * self.own, self.softness * self.blocks.self_displacement
+
+        def shared(values: Array) -> Array:
+            common = yielding * self.added(weight * values)
+            common -= yielding * forces_on_blocks(self.displaced, common, own, itself)
+            spread = np.zeros((2, self.number))
+            spread[:, self.touching] = common
+            return weight * spread[:, self.block]
+
+        return shared
+
+    def added(self, values: Array) -> Array:
+        """Return the sums of both components over the pixels of each block that touches."""
+        parts = [np.bincount(self.block, row, minlength=self.number) for row in values]
+        return self.sums.added(np.stack(parts))[:, self.touching]
+
+    def displaced(self, force: Array) -> Array:
+        """Return C times the forces on the blocks."""
+        return self.blocks.gather(self.support, force) * self.softness
+
+
+class _Inverse:
+    """Approximate solution of (K + Λ) z = values in the space of a step."""
+
+    def __init__(
+        self, wrapped: Callable[[Array], Array], blocks: _Blocks | None, space: _Space
+    ) -> None:
+        self.wrapped, self.space = wrapped, space
+        shape = space.normal.shape
+        units = [space.along(np.broadcast_to(unit[:, None], shape)) for unit in np.eye(2)]
+        self.uniform = [self.alone(unit) for unit in units]
+        self.shared = None
+        if blocks is not None:
+            weight = np.maximum(np.stack([self.uniform[0][0], self.uniform[1][1]]), _STIFFEST)
+            self.shared = blocks.within(weight)
+            self.uniform = [self.less(*pair) for pair in zip(self.uniform, units, strict=True)]
+
+    def __call__(self, values: Array) -> Array:
+        """Return z."""
+        return self.less(self.alone(values), values)
+
+    def alone(self, values: Array) -> Array:
+        """Return z as the wrapped inverse has it."""
+        return self.space.along(self.space.weight * self.wrapped(self.space.weight * values))
+
+    def less(self, answer: Array, values: Array) -> Array:
+        """Return z less what spots do to each other."""
+        return answer if self.shared is None else answer - self.space.along(self.shared(values))
+
+
 class _Solver:
     """The problem in units of its largest bound, K₀₀ = 1."""
 
@@ -218,9 +335,11 @@ class _Solver:
         self.support = operator.support(problem.index)
         self.rough = operator.in_single()
         self.rough_support = self.rough.support(problem.index)
-        self.inverse = operator.approximate_inverse()
-        self.inverse_support = self.inverse.support(problem.index)
-        self.applications = self.inversions = 0
+        wrapped = operator.approximate_inverse()
+        self.wrapped = partial(wrapped.gather, wrapped.support(problem.index))
+        small = block_edges(operator.shape) is None
+        self.blocks = None if small else _Blocks(operator, problem.index)
+        self.applications = 0
         self.points = self.sums.size(self.bound)
 
     def displaced(self, traction: Array) -> Array:
@@ -229,7 +348,7 @@ class _Solver:
         return self.operator.gather(self.support, traction) / self.operator.self_displacement
 
     def nearly(self, traction: Array) -> Array:
-        """Return K q in single precision, where `displaced` follows."""
+        """Return K q in single precision."""
         self.applications += 1
         displacement = self.rough.gather(self.rough_support, traction)
         return displacement / self.operator.self_displacement
@@ -263,14 +382,18 @@ class _Solver:
 
     def solve(self, tolerance: float) -> Solution:
         """Return the solution."""
-        state, newton = self.descended(self.start()), 0
+        state, newton, near = self.start(), 0, False
         for _ in range(_ROUNDS):
-            limit = tolerance * self.norm(state)
+            size = self.norm(state)
             for _ in range(_NEWTON):
                 merit = self.merit(state)
-                if merit <= 0.5 * limit:
+                if not near and merit <= max(_NEAR, tolerance) * size:
+                    # Rounding of what comes on top is as small as that.
+                    state, near = self.placed(state.traction, state.shift), True
+                    continue
+                if merit <= 0.5 * tolerance * size:
                     break
-                tried = self.advanced(state, merit)
+                tried = self.advanced(state, merit, 0.5 * tolerance * size)
                 newton += 1
                 state = self.descended(state) if tried is None else tried
             solution = self.judged(state, newton)
@@ -286,13 +409,47 @@ class _Solver:
 
     def start(self) -> _State:
         """Return where to start from."""
-        shift = np.zeros(2) if self.problem.shift is None else self.problem.shift / self.length
-        traction = np.zeros((2, self.bound.size))
+        given = self.problem.shift
+        shift = np.zeros(2) if given is None else given / self.length
+        rough = self.problem.start is None and self.blocks is None
         if self.problem.start is not None:
             traction = self.projected(self.problem.start / self.pressure)[0]
-        elif self.total is not None:
-            traction = self.total[:, None] / self.sums.total(self.bound) * self.bound
-        return self.placed(traction, shift)
+        elif not rough:
+            traction = self.from_coarser()
+        else:
+            part = np.zeros(2) if self.total is None else self.total / self.sums.total(self.bound)
+            traction = part[:, None] * self.bound
+        state = _State(traction, self.nearly(traction), shift)
+        if rough:
+            return self.descended(state)
+        return replace(state, shift=shift + self.projected(traction + self.slip(state))[1])
+
+    def from_coarser(self) -> Array:
+        """Return the traction that carries as much of each bound as on half the grid."""
+        problem, shape = self.problem, self.operator.shape
+        times = (min(2, shape[0]), 2)
+        coarse = self.operator.coarser(times)
+        block = block_of(problem.index, shape[1], times, coarse.shape[1])
+        pixels, number = times[0] * times[1], coarse.shape[0] * coarse.shape[1]
+
+        def mean(values: Array) -> Array:
+            return np.bincount(block, values, minlength=number) / pixels
+
+        bound = mean(problem.bound)
+        index = np.flatnonzero(bound)
+        offset = np.stack([mean(problem.bound * row)[index] for row in problem.offset])
+        solution = solve(
+            coarse,
+            Problem(
+                index, bound[index], offset / bound[index],
+                total=None if problem.total is None else problem.total / pixels,
+                shift=problem.shift, scale=problem.scale,
+            ),
+            _COARSE,
+        )  # fmt: skip
+        part = np.zeros((2, number))
+        part[:, index] = solution.traction / bound[index]
+        return part[:, block] * self.bound
 
     def placed(self, traction: Array, shift: Array) -> _State:
         """Return the state of a traction."""
@@ -312,25 +469,28 @@ class _Solver:
             if not (square > 0 and work > 0):
                 break
             length = square / work
-        return self.placed(state.traction, state.shift)
+        return state
 
-    def advanced(self, state: _State, merit: float) -> _State | None:
-        """Return the state after a Newton step; None if none is better."""
-        target = state.traction + self.slip(state)
-        space = _Space(target, self.bound)
-        traction = np.where(space.slips, self.bound * space.normal, state.traction)
-        change = traction - state.traction
-        lack = None if self.total is None else self.total - self.sum(traction)
-        driving = self.slip(state) - self.nearly(change)
-        step, _, shift = self.linear(space, driving, lack)
-        change += step
-        displacement = self.displaced(change)
+    def advanced(self, state: _State, merit: float, enough: float) -> _State | None:
+        """Return the state after a Newton step, none better than enough; None if none is better."""
+        slip = self.slip(state)
+        space = _Space(state.traction + slip, self.bound)
+        rim = np.where(space.slips, self.bound * space.normal - state.traction, 0.0)
+        lack = None if self.total is None else self.total - self.sum(state.traction + rim)
+        first = 0.0
+        for iterate in self.iterates(space, slip, rim, lack):
+            first = first or iterate.square
+            value = self.merit(state.after(rim, iterate))
+            left = iterate.residual + space.along(
+                np.broadcast_to(iterate.shift[:, None], slip.shape)
+            )
+            blurred = value > _SETS * norm(left.ravel(), self.sums)
+            forcing = _ROUGH if blurred else _FORCING
+            if value <= enough or iterate.square <= forcing**2 * first:
+                break
         best = None
         for part in (1.0, 0.5, 0.25):
-            tried = _State(
-                state.traction + part * change, state.displacement + part * displacement,
-                state.shift + part * shift,
-            )  # fmt: skip
+            tried = state.after(rim, iterate, part)
             value = self.merit(tried)
             if value < 0.9 * merit:
                 return tried
@@ -338,10 +498,10 @@ class _Solver:
                 best = tried
         return best
 
-    def linear(
-        self, space: _Space, driving: Array, lack: Array | None, forcing: float = _FORCING
-    ) -> tuple[Array, Array, Array]:
-        """Return z in the space with (K + Λ) z = driving + t, its displacement, and t.
+    def iterates(
+        self, space: _Space, driving: Array, rim: Array, lack: Array | None
+    ) -> Iterator[_Iterate]:
+        """Yield z in the space with (K + Λ) z = driving + t - K rim, nearer and nearer.
 
         Parameters
         ----------
@@ -349,46 +509,40 @@ class _Solver:
             Where z lies, and Λ.
         driving : ndarray, shape (2, n)
             Slip to take away.
+        rim : ndarray, shape (2, n)
+            Change of the traction that comes before z.
         lack : ndarray, shape (2,), or None
             Sum of z, with t as its multiplier; t is 0 without it.
-        forcing : float
-            Residual over the first.
         """
-        step, moved = np.zeros_like(driving), np.zeros_like(driving)
-        residual = space.along(driving)
-        uniform, inverse, shift = None, np.zeros((2, 2)), np.zeros(2)
+        invert = _Inverse(self.wrapped, self.blocks, space)
+        step, inverse, shift = np.zeros_like(driving), np.zeros((2, 2)), np.zeros(2)
         if lack is not None:
-            units = (np.broadcast_to(unit[:, None], driving.shape) for unit in np.eye(2))
-            uniform = [self.inverted(space, space.along(unit)) for unit in units]
-            inverse = np.linalg.pinv(np.array([self.sum(field) for field in uniform]), rcond=1e-9)
-            step = _combined(uniform, inverse @ lack)
-            moved = self.nearly(step)
-            residual = residual - space.along(moved) - space.stiffness * step
-        direction, last, first = np.zeros_like(driving), 0.0, 0.0
-        for count in range(_INNER):
-            gradient = self.inverted(space, residual)
-            if uniform is not None:
+            sums = np.array([self.sum(field) for field in invert.uniform]).T
+            inverse = np.linalg.pinv(sums, rcond=1e-9)
+            step = _combined(invert.uniform, inverse @ lack)
+        moved = self.nearly(rim + step)
+        residual: Array = space.along(driving - moved) - space.stiffness * step
+        response, last = residual, 1.0
+        direction: Array = np.zeros_like(step)
+        for _ in range(_INNER):
+            gradient = invert(residual)
+            if lack is not None:
                 shift = -inverse @ self.sum(gradient)
-                gradient = gradient + _combined(uniform, shift)
+                gradient += _combined(invert.uniform, shift)
             square = self.dot(residual, gradient)
-            first = first or square
-            if square <= forcing**2 * first or square <= 0:
-                break
-            direction = gradient + (square / last * direction if count else 0.0)
+            yield _Iterate(step, moved, shift, residual, square)
+            if square <= 0:
+                return
+            # The inverse is not quite linear: see `roughcontact.solvers.active_set`.
+            direction = gradient - self.dot(response, gradient) / last * direction
             last = square
             displaced = self.nearly(direction)
-            image = space.along(displaced) + space.stiffness * direction
-            length = square / self.dot(direction, image)
+            response = space.along(displaced) + space.stiffness * direction
+            length = square / self.dot(direction, response)
             step = step + length * direction
             moved = moved + length * displaced
-            residual = residual - length * image
-        return step, moved, shift
-
-    def inverted(self, space: _Space, values: Array) -> Array:
-        """Return the approximate solution of (K + Λ) z = values in the space."""
-        self.inversions += 1
-        inner = self.inverse.gather(self.inverse_support, space.weight * values)
-        return space.along(space.weight * inner)
+            response *= length
+            residual = residual - response
 
     def judged(self, state: _State, steps: int) -> Solution:
         """Return the nearest admissible traction with its certificate, computed from it alone."""
@@ -409,7 +563,6 @@ class _Solver:
             status=Status.STALLED,
             steps=steps,
             applications=self.applications,
-            inversions=self.inversions,
         )
 
 
@@ -443,7 +596,10 @@ def stiffness(
         traction, slip, bound = solution
     solver = _Solver(operator, Problem(index, bound, np.zeros((2, index.size))))
     space = _Space((traction / solver.pressure + slip / solver.length), solver.bound * (1 - STICK))
-    step, moved, _ = solver.linear(space, np.zeros_like(slip), direction, _RESPONSE)
+    none = np.zeros_like(slip)
+    for step, moved, _, _, square in solver.iterates(space, none, none, direction):
+        energy = solver.dot(step, moved + space.stiffness * step)
+        if square <= _RESPONSE * energy:
+            break
     force = float(direction @ solver.sum(step))
-    energy = solver.dot(step, moved + space.stiffness * step)
     return force**2 / (energy * operator.self_displacement) if energy > 0 else 0.0

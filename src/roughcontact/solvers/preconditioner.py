@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,19 +112,19 @@ class FreePixelInverse:
             self._weights[index], self._size = weight, size
             stiffness = sums.added(np.bincount(block, weight, minlength=number))
             touching = sums.added(np.bincount(block, minlength=number))
-            free = 1 - touching / (self._edges[0] * self._edges[1])
             self._yielding = np.divide(1, stiffness, out=np.zeros(number), where=stiffness > 0)
-            self._own = self._yielding * np.maximum(free**2, _STIFFEST)
+            self._own = self._yielding * own_part(touching, self._edges)
         else:
             weight[unknown] = 1e-6
         yielding, own = self._yielding, self._own
+        itself = self._softness * self._blocks.self_displacement
 
         def apply(displacement: Array) -> Array:
             pressure = self._wrapped.gather(support, displacement)
             force = sums.added(np.bincount(block, weight * displacement, minlength=number))
             # As M sees it; where no pixel touched when D was made, M is left alone.
             common = yielding * force
-            common -= yielding * self._forces(common, own)
+            common -= yielding * forces_on_blocks(self._displaced, common, own, itself)
             shared: Array = common[block]
             shared *= weight
             pressure -= shared
@@ -135,42 +136,8 @@ class FreePixelInverse:
         """Return the flat index of the block that each pixel lies in; None without blocks."""
         if self._blocks is None:
             return None
-        # In place: where all of the map touches, these are the largest arrays of all.
-        row, block = np.divmod(index, self._wrapped.shape[1])
-        row += self._wrapped.rows.start
-        row //= self._edges[0]
-        row *= self._blocks.shape[1]
-        block //= self._edges[1]
-        block += row
-        return block
-
-    def _forces(self, displacement: Array, own: Array) -> Array:
-        """Return the forces on the blocks that touch which displace them so, about."""
-        assert self._blocks is not None
-        touching = own > 0
-        # Alone, a block moves by what it does to itself.
-        alone = own + self._softness * self._blocks.self_displacement
-        alone = np.divide(1, alone, out=np.zeros(own.size), where=touching)
-        force = np.zeros(own.size)
-        residual = displacement.copy()
-        enough = _ROUGHLY**2 * _dot(residual, residual)
-        direction, previous = np.zeros(own.size), 1.0
-        for step in range(_MOST_STEPS):
-            z = alone * residual
-            product = _dot(residual, z)
-            if not product > 0:
-                break
-            direction = z if step == 0 else z + product / previous * direction
-            previous = product
-            response = self._displaced(direction)
-            response *= touching
-            response += own * direction
-            length = product / _dot(direction, response)
-            force += length * direction
-            residual -= length * response
-            if _dot(residual, residual) <= enough:
-                break
-        return force
+        shape, first = self._wrapped.shape, self._wrapped.rows.start
+        return block_of(index, shape[1], self._edges, self._blocks.shape[1], first)
 
     def _displaced(self, force: Array) -> Array:
         """Return C times the forces on the blocks."""
@@ -181,6 +148,81 @@ class FreePixelInverse:
             result = self._blocks(force.reshape(self._blocks.shape)).ravel().astype(np.float64)
         result *= self._softness
         return result
+
+
+def block_of(
+    index: NDArray[np.int64], width: int, edges: tuple[int, int], across: int, first_row: int = 0
+) -> NDArray[np.int64]:
+    """Return the flat index of the block that each pixel of a map lies in.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        Flat indices of the pixels.
+    width : int
+        Pixels in a row of the map.
+    edges : (int, int)
+        Pixels along the edges ``(y, x)`` of a block.
+    across : int
+        Blocks in a row.
+    first_row : int
+        Row of the whole map that the indices count from.
+    """
+    # In place: where all of the map touches, these are the largest arrays of all.
+    row, block = np.divmod(index, width)
+    row += first_row
+    row //= edges[0]
+    row *= across
+    block //= edges[1]
+    block += row
+    return block
+
+
+def own_part(touching: NDArray[Any], edges: tuple[int, int]) -> Array:
+    """Return (1 - θ)² of blocks of which so many pixels touch."""
+    part: Array = np.maximum((1 - touching / (edges[0] * edges[1])) ** 2, _STIFFEST)
+    return part
+
+
+def forces_on_blocks(
+    displaced: Callable[[Array], Array], displacement: Array, own: Array, itself: float
+) -> Array:
+    """Return the forces on the blocks that touch which displace them so, about.
+
+    Parameters
+    ----------
+    displaced : callable
+        C times the forces.
+    displacement : ndarray
+        What the blocks are displaced by.
+    own : ndarray, of the same shape
+        How much each yields to its own force beside C; 0 where nothing touches.
+    itself : float
+        What a block does to itself in C.
+    """
+    touching = own > 0
+    # Alone, a block moves by what it does to itself.
+    alone = np.divide(1, own + itself, out=np.zeros(own.shape), where=touching)
+    force = np.zeros(own.shape)
+    residual = displacement.copy()
+    enough = _ROUGHLY**2 * _dot(residual, residual)
+    direction, previous = np.zeros(own.shape), 1.0
+    for step in range(_MOST_STEPS):
+        z = alone * residual
+        product = _dot(residual, z)
+        if not product > 0:
+            break
+        direction = z if step == 0 else z + product / previous * direction
+        previous = product
+        response = displaced(direction)
+        response *= touching
+        response += own * direction
+        length = product / _dot(direction, response)
+        force += length * direction
+        residual -= length * response
+        if _dot(residual, residual) <= enough:
+            break
+    return force
 
 
 def _coupling(blocks: Operator) -> Array:
@@ -203,6 +245,14 @@ def _dot(first: Array, second: Array) -> float:
 # Pixels along the edge of a block, and the points along each side of a map that has blocks: on
 # smaller ones the wrapped inverse does as well, and better where pixels are far from square.
 _BLOCK, _SMALL = 8, 64
+
+
+def block_edges(shape: tuple[int, int]) -> tuple[int, int] | None:
+    """Return the edges of the blocks of a map, None where it is too small for them."""
+    # A profile has a single row.
+    if min(points for points in (*shape, _SMALL) if points > 1) < _SMALL:
+        return None
+    return min(_BLOCK, shape[0]), min(_BLOCK, shape[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,12 +320,11 @@ class Patches:
 
     def _patch(self, first: tuple[int, int], operator: Operator) -> Patch:
         inverse, unit = operator.approximate_inverse(), operator.self_displacement
-        # A profile has a single row.
-        if min(points for points in (*operator.shape, _SMALL) if points > 1) < _SMALL:
+        edges = block_edges(operator.shape)
+        if edges is None:
             return Patch(first, self._width, operator, FreePixelInverse(inverse))
-        edges = [min(_BLOCK, points) for points in operator.shape]
         number = [-(-points // edge) for points, edge in zip(operator.shape, edges, strict=True)]
         pixel = (edges[0] * self._pixel[0], edges[1] * self._pixel[1])
         blocks = self._family((number[0], number[1]), pixel)
-        blockwise = FreePixelInverse(inverse, blocks, (edges[0], edges[1]), unit)
+        blockwise = FreePixelInverse(inverse, blocks, edges, unit)
         return Patch(first, self._width, operator, blockwise)
