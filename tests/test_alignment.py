@@ -109,6 +109,8 @@ def test_spans_are_the_points_on_the_map(angle, offset, mirrored) -> None:
     st.tuples(st.integers(4, 14), st.integers(4, 14)),
 )
 @example(1.5719194357607559e-06, (0.0, 0.0), (5, 9))
+# Two columns are enough.
+@example(0.0, (0.0, 6.5), (11, 4))
 def test_the_common_rectangle_is_the_largest(angle, offset, shape) -> None:
     new_shape = (11, 13)
     maps = [

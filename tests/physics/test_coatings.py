@@ -91,6 +91,10 @@ def test_limits_of_long_waves() -> None:
         young, poisson, base = PAIRS[name]
         limit = young / (1 - poisson**2) * base.compliance
         assert 1 + excess(coated(name), np.array([1e-7]))[0] == pytest.approx(limit, rel=1e-5)
+        # On an elastic base the mean of a period is not displaced.
+        pair = Coatings.of(coated(name), rc.RIGID)
+        assert pair is not None
+        assert pair.uniform() == 0
     # Confined, and with free sides along the wave.
     layer = [rc.Layer(1.0, 0.3, 1.0)]
     for base, value in (("bonded", 0.742857), ("frictionless", 0.91)):

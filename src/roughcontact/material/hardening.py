@@ -198,7 +198,7 @@ class Tabulated:
         """Refuse a table that is too short, out of order or not positive."""
         try:
             strain, stress = (np.array(row, float) for row in (self.strain, self.stress))
-        except (TypeError, ValueError):
+        except ValueError:
             raise InputError(
                 f"and {ArgumentRef('stress')} must be rows of numbers", argument="strain"
             ) from None
