@@ -140,6 +140,9 @@ def test_layers_below_a_profile_are_told_by_its_points() -> None:
     stress = rc.subsurface_stress(result)
     assert [part.name for part in stress.parts] == ["DLC", "steel"]
     assert not any("quarter of a layer" in str(caution) for caution in stress.own_cautions)
+    free = rc.solve(trace, material=TOOL, load="10 N/mm", ceiling=None)
+    with pytest.raises(rc.InputError, match="solve with 'periodic'"):
+        rc.subsurface_stress(free)
 
 
 def test_a_rigid_base_has_no_stress() -> None:

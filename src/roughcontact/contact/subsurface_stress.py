@@ -466,6 +466,11 @@ def _in_layers(
     if options["friction"] or "traction" in options:
         raise InputError("is not available for a coated body; leave it out", argument="friction")
     pressure, pixel, boundary = result.pressure, result.pair.pixel, result.boundary
+    if result.pair.is_profile and boundary.free_axes:
+        raise InputError(
+            f"= {str(boundary)!r} is not available for layers below a profile; solve with "
+            f"{str(Boundary.PERIODIC)!r}", argument="boundary", value=boundary,
+        )  # fmt: skip
     # What layers change is computed on a larger map.
     larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
     require_memory(larger, boundary=boundary, precision=options["precision"])
