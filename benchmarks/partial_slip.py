@@ -5,8 +5,8 @@
 
 The map is `rc.reference_map`, steel on steel, 1 N, friction 0.15, half of the force that slides.
 Times are processor times, the smallest of three; contact and partial slip alternate. A pair is one
-field transformed there and back on the grid of the displacement operator; pairs on smaller grids
-count by their points.
+field transformed forward and backward on the grid of the displacement operator; pairs on smaller
+grids count by their points.
 """
 
 from __future__ import annotations
