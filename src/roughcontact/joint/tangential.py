@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,11 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
-from roughcontact.halfspace import tangential as halfspace
+from roughcontact.halfspace import stress_summary, tangential as halfspace
 from roughcontact.joint.fretting import Fretting, fretting
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
+from roughcontact.roots import brentq
 from roughcontact.solvers import partial_slip
 from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
@@ -38,6 +39,8 @@ UNLIKE = 0.05
 
 # Forces of the superposition's curve, and the certificate of all but the last.
 _POINTS, _DRAWN = 2, 1e-4
+# Error of the force of first yield, over that which slides.
+_YIELD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -319,7 +322,7 @@ def tangential(
         Loads and tangential forces that change together, from no contact on.
     stress : bool
         Whether to compute the stress below the surface under the last force, too, and from it
-        tension and Ruiz' parameters (``fretting`` of the result).
+        tension, Ruiz' parameters and the force of first yield (``fretting`` of the result).
     tolerance : float
         Certificate of each step.
 
@@ -376,10 +379,8 @@ def tangential(
     if not stress:
         return found
     amplitude = 0.5 * path.last_slip if found.is_cycle else path.slip
-    return replace(
-        found,
-        fretting=fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape)),
-    )
+    below = fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape))
+    return replace(found, fretting=replace(below, yield_force=_yield_force(path)))
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
@@ -600,6 +601,37 @@ class _Path:
         if not constant or not 0 < force < limit or self.bound.max() >= shear_strength(contact):
             return None
         return _superposed(self, contact, force)
+
+
+def _yield_force(path: _Path) -> float | None:
+    """Return the force at which the body yields first; see `Fretting`."""
+    contact, bound = path.result, path.bound
+    strength = contact.material.yield_strength
+    if strength is None or any(step.load != contact.load for step in path.steps):
+        return None
+    capacity = float(bound.sum()) * contact.pixel_area
+    ahead = math.copysign(1.0, path.steps[-1].force)
+
+    @cache
+    def excess(force: float) -> float:
+        traction = ahead * path.along[:, None] * bound
+        if force < capacity:
+            trial = _Path(contact, path.friction, path.direction, _DRAWN)
+            trial.contact = contact
+            trial.follow(contact, force=ahead * force)
+            traction = trial.traction
+        summary = stress_summary.summarize(
+            contact.pressure, contact.pair.pixel, contact.material.poisson,
+            traction=traction.reshape(2, *contact.pressure.shape),
+            **subsurface_stress.loading(contact.pair, "body", 0.0, 0.0),
+        )  # fmt: skip
+        return summary.max_von_mises / strength - 1
+
+    if excess(0.0) >= 0:
+        return 0.0
+    if excess(capacity) < 0:
+        return math.inf
+    return brentq(excess, 0.0, capacity, xtol=_YIELD * capacity)
 
 
 def _case(result: ContactResult, load: float) -> LoadCase:
