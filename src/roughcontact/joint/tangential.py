@@ -231,9 +231,8 @@ def _norm(field: Array) -> float:
 
 def joint_poisson(pair: Pair) -> float:
     """Return ν of both bodies together, Σ(ν/G)/Σ(1/G)."""
-    bodies = (pair.material, pair.counter_material)
-    shear = [2 * (1 + body.poisson) / body.young for body in bodies]
-    return sum(b.poisson * s for b, s in zip(bodies, shear, strict=True)) / sum(shear)
+    bodies = _shear(pair)
+    return sum(poisson * shear for poisson, shear in bodies) / sum(shear for _, shear in bodies)
 
 
 def tangential_compliance(pair: Pair) -> float:
@@ -247,11 +246,15 @@ def tangential_compliance(pair: Pair) -> float:
 
 def dundurs(pair: Pair) -> float:
     """Return Dundurs' β: how much pressure and tangential displacement are coupled."""
+    bodies = _shear(pair)
+    first, second = ((1 - 2 * poisson) * shear for poisson, shear in bodies)
+    return (first - second) / (2 * sum((1 - poisson) * shear for poisson, shear in bodies))
+
+
+def _shear(pair: Pair) -> list[tuple[float, float]]:
+    """Return ν and 1/G of both bodies."""
     bodies = (pair.material, pair.counter_material)
-    shear = [2 * (1 + body.poisson) / body.young for body in bodies]
-    coupled = [(1 - 2 * b.poisson) * s for b, s in zip(bodies, shear, strict=True)]
-    own = [(1 - b.poisson) * s for b, s in zip(bodies, shear, strict=True)]
-    return (coupled[0] - coupled[1]) / (2 * sum(own))
+    return [(body.poisson, 2 * (1 + body.poisson) / body.young) for body in bodies]
 
 
 def shear_strength(result: ContactResult) -> float:
@@ -455,8 +458,6 @@ class _Path:
         self.bound = np.zeros(points)
         self.shift = np.zeros(2)
         self.steps: list[TangentialStep] = []
-        # Traction, slip and bound of the last step, on the pixels in contact.
-        self.end = np.zeros((2, 0)), np.zeros((2, 0)), np.zeros(0)
 
     def contact_under(self, load: float) -> ContactResult:
         """Return the contact under a load: elastic on the indented surface where it has fallen."""
@@ -549,7 +550,6 @@ class _Path:
         self.slip, self.contact, self.shift = total, contact, self.shift + solution.shift
         if self.heaviest is None or contact.load >= self.heaviest.load:
             self.heaviest = contact
-        self.end = solution.traction, solution.slip, bound
         length = np.hypot(*total[:, index])
         self.steps.append(
             TangentialStep(
@@ -577,6 +577,7 @@ class _Path:
         last = self.steps[-1]
         ahead = self.along if last.force >= 0 else -self.along
         area = contact.pixel_area
+        end = self.traction[:, index], self.last_slip[:, index], self.bound[index]
         return Tangential(
             solution=contact,
             friction=self.friction,
@@ -586,7 +587,7 @@ class _Path:
             slip=self.slip.reshape(2, *shape),
             bound=self.bound.reshape(shape),
             initial_stiffness=area * partial_slip.stiffness(self.operator, index, ahead),
-            tangent_stiffness=area * partial_slip.stiffness(self.operator, index, ahead, self.end),
+            tangent_stiffness=area * partial_slip.stiffness(self.operator, index, ahead, end),
             superposition=self._superposition(),
             messages=tuple(_messages(self, contact)),
         )

@@ -180,7 +180,8 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
             f"stick {phrases.share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)
-    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {tiny(_normal(result))}")
+    normal = tiny(result.solution.certificate)
+    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {normal}")
     return tuple(lines)
 
 
@@ -218,10 +219,6 @@ def _first_yield(force: float, unit: str) -> str:
 def _place(center: tuple[float, float], stress: StressResult) -> str:
     y, x = (engineering(length, "m") for length in center)
     return f"at x = {x}" if stress.solution.pair.is_profile else f"at y, x = {y}, {x}"
-
-
-def _normal(result: Tangential) -> float:
-    return result.solution.certificate
 
 
 def _sentences(result: Tangential) -> tuple[str, ...]:
