@@ -1,12 +1,13 @@
 """Partial slip beside the contact that it is of: time, applications and certificate.
 
-    python benchmarks/partial_slip.py            # up to 1024 points per side
+    python benchmarks/partial_slip.py                  # up to 1024 points per side
     python benchmarks/partial_slip.py 2048
+    python benchmarks/partial_slip.py FILE "50 MPa"    # a measured map, leveled
 
 The map is `rc.reference_map`, steel on steel, 1 N, friction 0.15, half of the force that slides.
 Times are processor times, the smallest of three; contact and partial slip alternate. A pair is one
-field transformed there and back on the grid of the displacement operator; pairs on smaller grids
-count by their points.
+field transformed forward and backward on the grid of the displacement operator; pairs on smaller
+grids count by their points.
 """
 
 from __future__ import annotations
@@ -57,19 +58,17 @@ def counted(call: Callable[[], object], points: int) -> float:
     return pairs[0]
 
 
-def row(points: int, boundary: str) -> str:
+def row(surface: rc.Surface, boundary: str, load: Any = 1.0) -> str:
     """Return a row of the table."""
-    heights, pixel = rc.reference_map(points)
-    surface = rc.Surface(heights, pixel)
 
     def pressed() -> rc.ContactResult:
-        return rc.solve(surface, material=STEEL, counter_material=STEEL, load=1.0,
+        return rc.solve(surface, material=STEEL, counter_material=STEEL, load=load,
                         boundary=boundary, calibrated=False)  # fmt: skip
 
     contact = pressed()
 
     def slipped() -> Tangential:
-        return rc.tangential(contact, friction=FRICTION, force="75 mN")
+        return rc.tangential(contact, friction=FRICTION, force=0.5 * FRICTION * contact.load)
 
     grid = contact.pair.operators("double", Workspace())(contact.pair.shape, (1, 1)).padded
     pairs = [counted(call, grid[0] * grid[1]) for call in (pressed, slipped)]
@@ -81,7 +80,7 @@ def row(points: int, boundary: str) -> str:
     normal, slip = (min(column) for column in zip(*times, strict=True))
     last = found.last
     return (
-        f"| {points}², {boundary} | {normal:.3g} s, {pairs[0]:.0f} | "
+        f"| {' × '.join(map(str, surface.shape))}, {boundary} | {normal:.3g} s, {pairs[0]:.0f} | "
         f"{slip:.3g} s, {pairs[1]:.0f} | "
         f"{slip / normal:.1f}, {pairs[1] / pairs[0]:.1f} | {contact.certificate:.1e} | "
         f"{last.certificate:.1e} |"
@@ -90,14 +89,18 @@ def row(points: int, boundary: str) -> str:
 
 def main() -> None:
     """Print the table."""
-    largest = int(sys.argv[1]) if len(sys.argv) > 1 else 1024
+    asked = sys.argv[1] if len(sys.argv) > 1 else "1024"
     heads = ("grid", "contact, pairs", "partial slip, pairs", "ratio of both",
              "certificate", "tangential certificate")  # fmt: skip
     print(f"| {' | '.join(heads)} |", "|---|---|---|---|---|---|", sep="\n")
+    if not asked.isdigit():
+        measured = rc.read_surface(asked).filled().leveled()
+        print(row(measured, "free", rc.NominalPressure(sys.argv[2])))
+        return
     points = 256
-    while points <= largest:
+    while points <= int(asked):
         for boundary in ("free", "periodic"):
-            print(row(points, boundary), flush=True)
+            print(row(rc.Surface(*rc.reference_map(points)), boundary), flush=True)
         points *= 2
 
 

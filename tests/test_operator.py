@@ -379,10 +379,13 @@ ALLOWED = {
     },
     "partial_slip": {
         **dict.fromkeys(
-            ("advanced", "descended", "judged", "linear", "merit", "solve"),
+            ("advanced", "descended", "iterates", "judged", "merit", "solve", "start"),
             "methods that take the operator's sums, and two components",
         ),
-        "_dual": "parts that `added` sums over the processes",
+        **dict.fromkeys(
+            ("__init__", "_dual", "added"), "parts that `added` sums over the processes"
+        ),
+        "mean": "a map of half the points, which lies on one process",
         "sum": "parts that `added` sums over the processes",
         "along": "the two components of each pixel",
         "project": "two by two",

@@ -133,6 +133,9 @@ def test_the_stress_is_told_drawn_and_written(tmp_path: Path) -> None:
     result = rc.tangential(contact(), friction=0.15, force="50 mN", stress=True)
     below = result.fretting
     assert "σ_t τδ" in repr(result)
+    # The ceiling is three times the yield strength: pressure alone is enough.
+    assert "First yield: without tangential force" in repr(result)
+    assert result.summary()["yield_force"] == below.yield_force == 0
     assert result.summary()["max_tension"] == below.stress.max_tension
     assert {"Ruiz1984", "Hamilton1983"} <= {work.key for work in result.references()}
     assert "yielded" in {caution.kind for caution in result.cautions}

@@ -45,6 +45,15 @@ def test_depth_below_a_sphere_that_sticks_in_its_middle() -> None:
         np.testing.assert_allclose(found.stress, expected, atol=1e-3)
 
 
+def at_the_trailing_edge(part: float, poisson: float) -> tuple[float, float]:
+    """Return the largest tension under Q = part μP and the von Mises stress there, over p₀."""
+    # The smaller circle does not reach the edge; at the edge Hamilton's form has its limit.
+    sliding = exact(np.array(-1.0), np.array(1e-9), 1e-9, part, poisson)
+    sliding -= sliding_sphere(-1.0, 1e-9, 1e-9, poisson, FRICTION)
+    along, across = np.array(at_the_rim(poisson, FRICTION)) + sliding[:2]
+    return along, math.hypot(along - across / 2, across * 0.75**0.5)
+
+
 @pytest.mark.parametrize(
     ("radius", "part", "error"),
     # The rim of slip is 21, 11, 5, 4.5 and 2 pixels wide. Pixel centers alone are 11 to 26 % low.
@@ -56,13 +65,9 @@ def test_the_largest_tension_is_at_the_trailing_edge(
 ) -> None:
     (y, x), pressure, traction = partial_slip(radius, part)
     found = stress_summary.summarize(pressure, (1.0, 1.0), poisson, depths=[0.0], traction=traction)
-    # The smaller circle does not reach the edge; at the edge Hamilton's form has its limit.
-    sliding = exact(np.array(-1.0), np.array(1e-9), 1e-9, part, poisson)
-    sliding -= sliding_sphere(-1.0, 1e-9, 1e-9, poisson, FRICTION)
-    along, across = np.array(at_the_rim(poisson, FRICTION)) + sliding[:2]
-    assert found.max_tension == pytest.approx(along, rel=error)
-    assert found.von_mises[0] == pytest.approx(math.hypot(along - across / 2, across * 0.75**0.5),
-                                               rel=error)  # fmt: skip
+    tension, von_mises = at_the_trailing_edge(part, poisson)
+    assert found.max_tension == pytest.approx(tension, rel=error)
+    assert found.von_mises[0] == pytest.approx(von_mises, rel=error)
     place = x[found.tension_pixel], y[found.tension_pixel]
     assert math.atan2(place[1], -place[0]) == pytest.approx(0, abs=0.5)
     assert math.hypot(*place) == pytest.approx(radius, abs=1.5)
@@ -131,6 +136,27 @@ def test_ruiz_of_a_sphere(boundary: str, angle: float) -> None:
     area = contact.pixel_area
     assert 4 * fretting.work.sum() * area == pytest.approx(found.cycle_energy, rel=1e-6)
     assert fretting.stress.max_tension >= fretting.tension.max()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("part", "factor", "expected"),
+    # Sliding itself is Hamilton's; pressure alone reaches 0.62 p₀.
+    [(0.7, 1.0, 0.7), (0.97, 1.0, 0.97), (0.9999, 1.03, math.inf), (0.7, 0.5, 0.0)],
+)
+def test_a_sphere_yields_first_at_its_trailing_edge(
+    part: float, factor: float, expected: float
+) -> None:
+    radius, load, points = 10e-3, 1.0, 96
+    modulus = rc.contact_modulus(*2 * [rc.Material(young=210e9, poisson=0.3)])
+    a = (3 * load * radius / (4 * modulus)) ** (1 / 3)
+    strength = factor * at_the_trailing_edge(part, 0.3)[1] * 1.5 * load / (math.pi * a**2)
+    body = rc.Material(young=210e9, poisson=0.3, yield_strength=strength)
+    y = (np.arange(points) - points / 2 + 0.5) * a / 40
+    ball = rc.Surface(-(y[:, None] ** 2 + y**2) / (2 * radius), pixel=(a / 40, a / 40))
+    contact = rc.solve(ball, material=body, counter_material=body, load=load, ceiling=None)
+    result = rc.tangential(contact, friction=FRICTION, force=0.2 * FRICTION * load, stress=True)
+    assert result.fretting.yield_force == pytest.approx(expected * FRICTION * load, rel=0.03)
 
 
 def test_the_slip_of_a_cycle_is_its_amplitude() -> None:

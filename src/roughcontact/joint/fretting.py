@@ -29,6 +29,9 @@ class Fretting:
     tension: Array  # Larger principal stress in the surface at the pixel centers [Pa], (ny, nx)
     work: Array  # Traction times slip τδ [J/m²], (ny, nx); a cycle dissipates four times as much
     ruiz: Array  # σ_t τδ [Pa²·m], (ny, nx), σ_t the stress along the traction; 0 under compression
+    # Force from zero on at which the body yields first [N]: 0 where it does without, infinite where
+    # the contact slides before; None where the load changes, or without a yield strength.
+    yield_force: float | None = None
 
     def __post_init__(self) -> None:
         """Make the maps read-only."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,11 @@ from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import press
 from roughcontact.contact.stiffness import unloading_stiffness
 from roughcontact.errors import CapacityError, ConvergenceError, InputError, Sentence, message_parts
-from roughcontact.halfspace import tangential as halfspace
+from roughcontact.halfspace import stress_summary, tangential as halfspace
 from roughcontact.joint.fretting import Fretting, fretting
 from roughcontact.material.material import CEILING_FACTOR
 from roughcontact.result import Result
+from roughcontact.roots import brentq
 from roughcontact.solvers import partial_slip
 from roughcontact.solvers.partial_slip import STICK, TangentialOperator
 from roughcontact.solvers.progress import Status
@@ -38,6 +39,8 @@ UNLIKE = 0.05
 
 # Forces of the superposition's curve, and the certificate of all but the last.
 _POINTS, _DRAWN = 2, 1e-4
+# Error of the force of first yield, over that which slides.
+_YIELD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -228,9 +231,8 @@ def _norm(field: Array) -> float:
 
 def joint_poisson(pair: Pair) -> float:
     """Return ν of both bodies together, Σ(ν/G)/Σ(1/G)."""
-    bodies = (pair.material, pair.counter_material)
-    shear = [2 * (1 + body.poisson) / body.young for body in bodies]
-    return sum(b.poisson * s for b, s in zip(bodies, shear, strict=True)) / sum(shear)
+    bodies = _shear(pair)
+    return sum(poisson * shear for poisson, shear in bodies) / sum(shear for _, shear in bodies)
 
 
 def tangential_compliance(pair: Pair) -> float:
@@ -244,11 +246,15 @@ def tangential_compliance(pair: Pair) -> float:
 
 def dundurs(pair: Pair) -> float:
     """Return Dundurs' β: how much pressure and tangential displacement are coupled."""
+    bodies = _shear(pair)
+    first, second = ((1 - 2 * poisson) * shear for poisson, shear in bodies)
+    return (first - second) / (2 * sum((1 - poisson) * shear for poisson, shear in bodies))
+
+
+def _shear(pair: Pair) -> list[tuple[float, float]]:
+    """Return ν and 1/G of both bodies."""
     bodies = (pair.material, pair.counter_material)
-    shear = [2 * (1 + body.poisson) / body.young for body in bodies]
-    coupled = [(1 - 2 * b.poisson) * s for b, s in zip(bodies, shear, strict=True)]
-    own = [(1 - b.poisson) * s for b, s in zip(bodies, shear, strict=True)]
-    return (coupled[0] - coupled[1]) / (2 * sum(own))
+    return [(body.poisson, 2 * (1 + body.poisson) / body.young) for body in bodies]
 
 
 def shear_strength(result: ContactResult) -> float:
@@ -319,7 +325,7 @@ def tangential(
         Loads and tangential forces that change together, from no contact on.
     stress : bool
         Whether to compute the stress below the surface under the last force, too, and from it
-        tension and Ruiz' parameters (``fretting`` of the result).
+        tension, Ruiz' parameters and the force of first yield (``fretting`` of the result).
     tolerance : float
         Certificate of each step.
 
@@ -376,10 +382,8 @@ def tangential(
     if not stress:
         return found
     amplitude = 0.5 * path.last_slip if found.is_cycle else path.slip
-    return replace(
-        found,
-        fretting=fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape)),
-    )
+    below = fretting(found.solution, found.traction, amplitude.reshape(found.slip.shape))
+    return replace(found, fretting=replace(below, yield_force=_yield_force(path)))
 
 
 def _check(result: ContactResult, friction: float, direction: float) -> None:
@@ -454,8 +458,6 @@ class _Path:
         self.bound = np.zeros(points)
         self.shift = np.zeros(2)
         self.steps: list[TangentialStep] = []
-        # Traction, slip and bound of the last step, on the pixels in contact.
-        self.end = np.zeros((2, 0)), np.zeros((2, 0)), np.zeros(0)
 
     def contact_under(self, load: float) -> ContactResult:
         """Return the contact under a load: elastic on the indented surface where it has fallen."""
@@ -548,7 +550,6 @@ class _Path:
         self.slip, self.contact, self.shift = total, contact, self.shift + solution.shift
         if self.heaviest is None or contact.load >= self.heaviest.load:
             self.heaviest = contact
-        self.end = solution.traction, solution.slip, bound
         length = np.hypot(*total[:, index])
         self.steps.append(
             TangentialStep(
@@ -576,6 +577,7 @@ class _Path:
         last = self.steps[-1]
         ahead = self.along if last.force >= 0 else -self.along
         area = contact.pixel_area
+        end = self.traction[:, index], self.last_slip[:, index], self.bound[index]
         return Tangential(
             solution=contact,
             friction=self.friction,
@@ -585,7 +587,7 @@ class _Path:
             slip=self.slip.reshape(2, *shape),
             bound=self.bound.reshape(shape),
             initial_stiffness=area * partial_slip.stiffness(self.operator, index, ahead),
-            tangent_stiffness=area * partial_slip.stiffness(self.operator, index, ahead, self.end),
+            tangent_stiffness=area * partial_slip.stiffness(self.operator, index, ahead, end),
             superposition=self._superposition(),
             messages=tuple(_messages(self, contact)),
         )
@@ -600,6 +602,37 @@ class _Path:
         if not constant or not 0 < force < limit or self.bound.max() >= shear_strength(contact):
             return None
         return _superposed(self, contact, force)
+
+
+def _yield_force(path: _Path) -> float | None:
+    """Return the force at which the body yields first; see `Fretting`."""
+    contact, bound = path.result, path.bound
+    strength = contact.material.yield_strength
+    if strength is None or any(step.load != contact.load for step in path.steps):
+        return None
+    capacity = float(bound.sum()) * contact.pixel_area
+    ahead = math.copysign(1.0, path.steps[-1].force)
+
+    @cache
+    def excess(force: float) -> float:
+        traction = ahead * path.along[:, None] * bound
+        if force < capacity:
+            trial = _Path(contact, path.friction, path.direction, _DRAWN)
+            trial.contact = contact
+            trial.follow(contact, force=ahead * force)
+            traction = trial.traction
+        summary = stress_summary.summarize(
+            contact.pressure, contact.pair.pixel, contact.material.poisson,
+            traction=traction.reshape(2, *contact.pressure.shape),
+            **subsurface_stress.loading(contact.pair, "body", 0.0, 0.0),
+        )  # fmt: skip
+        return summary.max_von_mises / strength - 1
+
+    if excess(0.0) >= 0:
+        return 0.0
+    if excess(capacity) < 0:
+        return math.inf
+    return brentq(excess, 0.0, capacity, xtol=_YIELD * capacity)
 
 
 def _case(result: ContactResult, load: float) -> LoadCase:

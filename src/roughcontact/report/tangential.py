@@ -35,8 +35,8 @@ from roughcontact.report.page import WIDE
 from roughcontact.units import changed_by, engineering, percent, tiny
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
 
 
 def _energy(result: Tangential) -> str:
@@ -109,6 +109,9 @@ _TABLE: Table = (
     Quantity("yield_factor", "yield strength over largest stress",
              of=_of_stress("stress.yield_factor"),
              when=lambda r: _of_stress("stress.yield_factor")(r) is not None),
+    Quantity("yield_force", "tangential force at first yield", unit="N",
+             of=lambda r: _finite(_of_stress("yield_force")(r)),
+             when=lambda r: _finite(_of_stress("yield_force")(r)) is not None),
     Quantity("tangential_certificate", "tangential certificate", "ε_t", form=tiny, part=TRUST,
              of=lambda r: max(step.certificate for step in r.steps)),
     Quantity("force_error", "force error", form=tiny, part=TRUST,
@@ -177,7 +180,8 @@ def _remarks(result: Tangential) -> tuple[str, ...]:
             f"stick {phrases.share(curve.stick_fraction[-1])}"
         )
     worst = max(step.certificate for step in result.steps)
-    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {tiny(_normal(result))}")
+    normal = tiny(result.solution.certificate)
+    lines.append(f"Solved: tangential certificate {tiny(worst)}; contact {normal}")
     return tuple(lines)
 
 
@@ -188,8 +192,10 @@ def _below(result: Tangential) -> Iterator[str]:
     stress, works = result.fretting.stress, result.fretting
     depth, strength = stress.max_von_mises_at[0], stress.material.yield_strength
     where = f"{phrases.size(depth, 'm')} deep" if depth else "at the surface"
-    known = "" if strength is None else f" (σ_Y = {phrases.size(strength, 'Pa')})"
+    known = "" if strength is None else f" ({stress.max_von_mises / strength:.3g} σ_Y)"
     yield f"Von Mises stress: {phrases.size(stress.max_von_mises, 'Pa')}{known}, {where}"
+    if works.yield_force is not None:
+        yield f"First yield: {_first_yield(works.yield_force, result.solution.pair.load_unit)}"
     assert stress.max_tension is not None
     yield (
         f"Tension: {phrases.size(stress.max_tension, 'Pa')} at the surface, "
@@ -201,13 +207,18 @@ def _below(result: Tangential) -> Iterator[str]:
     )
 
 
+def _first_yield(force: float, unit: str) -> str:
+    """Return under which tangential force the body yields."""
+    if not force:
+        return "without tangential force"
+    if math.isinf(force):
+        return "not before it slides"
+    return f"at a tangential force of {phrases.size(force, unit)}"
+
+
 def _place(center: tuple[float, float], stress: StressResult) -> str:
     y, x = (engineering(length, "m") for length in center)
     return f"at x = {x}" if stress.solution.pair.is_profile else f"at y, x = {y}, {x}"
-
-
-def _normal(result: Tangential) -> float:
-    return result.solution.certificate
 
 
 def _sentences(result: Tangential) -> tuple[str, ...]:

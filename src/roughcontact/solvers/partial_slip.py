@@ -422,6 +422,10 @@ class _Solver:
         state = _State(traction, self.nearly(traction), shift)
         if rough:
             return self.descended(state)
+        if self.total is not None:
+            # Near it first: far away the projection does not find it.
+            shift = -self.sum(self.bound * self.slip(state)) / self.sums.total(self.bound)
+            state = replace(state, shift=shift)
         return replace(state, shift=shift + self.projected(traction + self.slip(state))[1])
 
     def from_coarser(self) -> Array:
