@@ -305,6 +305,8 @@ def test_every_control_has_a_name_and_a_tablet_shows_them(seat: Seat) -> None:
             page.wait_for_timeout(100)
         assert len(found) > 30
         assert nameless(found) == []
+        # Else the server is told again what it knows, and warns.
+        assert page.evaluate("Bokeh.documents[0]._new_models.size") == 0
 
 
 def unfold(page: Any) -> None:
