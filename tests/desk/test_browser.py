@@ -197,20 +197,20 @@ def test_the_maps_are_there_again_after_a_look_at_another_tab(seat: Seat) -> Non
 
 
 @pytest.mark.slow
-def test_a_form_to_remove_is_taken_only_where_it_is_typed(seat: Seat, served: Served) -> None:
+def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, served: Served) -> None:
     demonstrate(seat)
     project = served.folder / seat.key / "project.toml"
     seat.unfold("Prepare")
-    seat.page.get_by_label("Form to remove", exact=True).focus()
-    seat.page.keyboard.press("Enter")
-    seat.type("Value with unit", "20 MPa")
-    seat.number("Load").filter(has_text="200 mN").wait_for()
-    assert "form =" not in project.read_text()
-    seat.type("Form to remove", "polynomial 2")
-    seat.page.get_by_text(re.compile("polynomial|paraboloid|second")).first.wait_for()
-    seat.type("Form to remove", "")
-    seat.type("Value with unit", "30 MPa")
-    seat.number("Load").filter(has_text="300 mN").wait_for()
+    seat.choose("Form to remove", "polynomial")
+    seat.page.get_by_text(re.compile("order 2|paraboloid|second")).first.wait_for()
+    order = seat.page.get_by_label("Order", exact=True)
+    order.fill("3")
+    order.press("Enter")
+    seat.page.get_by_text("Up to date").wait_for()
+    seat.page.wait_for_function("() => true")
+    seat.page.locator("button.card-header").filter(has_text="Prepare").first.click()
+    seat.page.get_by_role("button", name="Undo").nth(1).click()
+    seat.page.get_by_text(re.compile("polynomial")).first.wait_for(state="hidden")
     assert "form =" not in project.read_text()
 
 
