@@ -6,7 +6,7 @@ import io
 import re
 import shlex
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -202,16 +202,25 @@ def test_a_form_is_chosen_with_its_order_and_undone_on_its_line(seat: Seat, serv
     project = served.folder / seat.key / "project.toml"
     seat.unfold("Prepare")
     seat.choose("Form to remove", "polynomial")
-    seat.page.get_by_text(re.compile("order 2|paraboloid|second")).first.wait_for()
     order = seat.page.get_by_label("Order", exact=True)
+    order.wait_for()
     order.fill("3")
     order.press("Enter")
-    seat.page.get_by_text("Up to date").wait_for()
-    seat.page.wait_for_function("() => true")
+    wait_for_file(seat, project, lambda text: 'form = "polynomial 3"' in text)
     seat.page.locator("button.card-header").filter(has_text="Prepare").first.click()
+    seat.page.get_by_text("Up to date").wait_for()
+    # The first is that of the header.
     seat.page.get_by_role("button", name="Undo").nth(1).click()
-    seat.page.get_by_text(re.compile("polynomial")).first.wait_for(state="hidden")
-    assert "form =" not in project.read_text()
+    wait_for_file(seat, project, lambda text: "form =" not in text)
+
+
+def wait_for_file(seat: Seat, path: Path, is_so: Callable[[str], bool]) -> None:
+    """Wait until a file holds what it shall."""
+    for _ in range(100):
+        if is_so(path.read_text()):
+            return
+        seat.page.wait_for_timeout(200)
+    raise AssertionError(path.read_text())
 
 
 @pytest.mark.slow
@@ -441,7 +450,7 @@ def test_no_sheet_scrolls_inside_a_scroll_or_sideways(seat: Seat, size: tuple[in
           .every((place) => place && place.right <= size[0] && place.bottom <= size[1])""",
         arg=list(size),
     )
-    place = page.locator(".pictured").bounding_box()
+    place = page.locator("div.pictured").bounding_box()
     assert place is not None
     assert place["x"] + place["width"] <= size[0]
     assert place["y"] + place["height"] <= size[1]
@@ -502,7 +511,7 @@ def test_a_drag_is_live_and_ends_with_the_contact_itself(seat: Seat) -> None:
 def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
     page = seat.page
     page.get_by_role("button", name="Polished, isotropic", exact=True).click()
-    page.get_by_role("button", name="✓ Map").wait_for()
+    page.get_by_role("button", name="✓ Map", exact=True).wait_for()
     for check, control in (("Material", "Material"), ("Extent", None), ("Load", "Load given as")):
         page.get_by_role("button", name=check, exact=True).click()
         field = (
@@ -512,6 +521,6 @@ def test_the_checklist_leads_to_what_is_lacking(seat: Seat) -> None:
         )
         field.wait_for()
     seat.choose("Material", "100Cr6")
-    page.get_by_role("button", name="✓ Material").wait_for()
+    page.get_by_role("button", name="✓ Material", exact=True).wait_for()
     seat.choose("Boundary", "the whole contact")
-    page.get_by_role("button", name="✓ Extent").wait_for()
+    page.get_by_role("button", name="✓ Extent", exact=True).wait_for()
