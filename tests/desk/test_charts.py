@@ -10,6 +10,7 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact import plots
+from roughcontact.desk import analysis_jobs
 from roughcontact.desk.detail_panel import (
     Bearing,
     Histogram,
@@ -18,7 +19,9 @@ from roughcontact.desk.detail_panel import (
     box_around,
     listed,
 )
-from roughcontact.desk.result_plots import Curve, History, SideBySide, Stress, Study
+from roughcontact.desk.result_plots import Curve, SideBySide, Stress, Study
+from roughcontact.report.contact_fields import CONTACT
+from roughcontact.report.kind import quantity_of
 from roughcontact.surface.spectrum import radial_spectrum
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -124,19 +127,6 @@ def test_a_load_curve_and_the_load_now(surface):
     assert not shown.now.visible
 
 
-def test_a_load_history(surface):
-    history = rc.history(surface, [0.3, 1.0, 0.1], material=STEEL)
-    shown = History()
-    assert shown.energy.xaxis[0].ticker.min_interval == 1, "there is no step 1.5"
-    shown.show(history)
-    energy = history.column("dissipated_energy")
-    assert shown.bars.data["energy"] / shown.bars.data["energy"].max() == pytest.approx(
-        energy / energy.max()
-    )
-    assert set(shown.lines.data["kind"]) == {"elastic", "new indentation"}
-    assert "dissipated" in shown.table.text
-
-
 def test_a_study_of_the_resolution(surface):
     fine = rc.Surface(np.kron(surface.heights, np.ones((2, 2))), (1e-6, 0.5e-6))
     study = rc.resolution_study(fine, material=STEEL, load=1.0)
@@ -174,7 +164,7 @@ def test_two_contacts_and_their_difference_are_zoomed_together(result):
     other = rc.solve(result.surface, load=2 * result.load, material=result.material)
     shown = SideBySide(("this", "pinned"))
     shown.show((result, other))
-    first, second, change = (source.data["pressure"][0] for source in shown.sources)
+    first, second, change, _ = (source.data["pressure"][0] for source in shown.sources)
     np.testing.assert_allclose(np.nan_to_num(first), result.pressure * 1e-9, rtol=1e-6)
     np.testing.assert_allclose(np.nan_to_num(second), other.pressure * 1e-9, rtol=1e-6)
     np.testing.assert_allclose(
@@ -182,6 +172,14 @@ def test_two_contacts_and_their_difference_are_zoomed_together(result):
     )
     assert all(plot.x_range is shown.plots[0].x_range for plot in shown.plots)
     assert shown.plots[2].visible
+    for percent, columns in ((50, 24), (0, 48), (100, 1)):
+        shown.swipe.value = percent
+        data = shown.swiped.data
+        np.testing.assert_array_equal(data["pressure"][0], second[:, 48 - columns :])
+        assert shown.edge.location == data["x"][0] == pytest.approx(48 - columns)
+    change_of = {key: analysis_jobs._change(quantity_of(CONTACT, key), result, other)
+                 for key in ("load", "status")}  # fmt: skip
+    assert change_of == {"load": ("−1 N", "−50.0 %"), "status": ("", "")}
     coarse = rc.solve(rc.Surface(result.surface.heights[::2, ::2], (4e-6, 2e-6)), load=result.load,
                       material=result.material)  # fmt: skip
     shown.show((result, coarse))

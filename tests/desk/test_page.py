@@ -436,3 +436,42 @@ def test_controls_show_defaults_as_one_types_them() -> None:
     assert box.widget.value is True
     box.show({})
     assert box.widget.value is False
+
+
+@pytest.mark.long
+def test_a_form_has_an_order_and_the_last_step_is_undone_on_the_folded_line(
+    page: Page, tmp_path: Path
+) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    settle(page)
+    form, step = page._preparation._group.controls["form"], page._preparation.step
+    assert not form._order.visible
+    form._kind.value = "polynomial"
+    assert page.session.state.specified["form"] == "polynomial 2"
+    assert form._order.visible
+    form._order.value = 3
+    assert page.session.state.specified["form"] == "polynomial 3"
+    settle(page)
+    assert step._back.visible
+    assert "polynomial" in step._back.description
+    step.root.collapsed = False
+    assert not step._back.visible
+    step.root.collapsed = True
+    step._back.clicks += 1
+    assert "form" not in page.session.state.specified
+    assert form._kind.value == ""
+    settle(page)
+    assert "level" in step._back.description
+    step._back.clicks += 1
+    settle(page)
+    assert not step._back.visible
+
+
+@pytest.mark.long
+def test_a_coated_body_is_pressed(page: Page, tmp_path: Path) -> None:
+    page._do(lambda: page.session.bring(map_file(tmp_path)))
+    page._do(lambda: page.session.give_all({**GIVEN, "coating": "DLC 2 um", "ceiling": "base"}))
+    settle(page)
+    contact = page.session.outcome.contact
+    assert contact.material.coating
+    assert "10 mN" in numbers_of(page)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable
@@ -13,10 +14,18 @@ from roughcontact import files
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.desk.figures import Drawing, read
 from roughcontact.errors import ConvergenceError
-from roughcontact.plots.export import png
 from roughcontact.report import contact_fields, kinds
-from roughcontact.report.kind import ANSWER, PROBLEM, TRUST, side_by_side
+from roughcontact.report.kind import (
+    ANSWER,
+    PROBLEM,
+    TRUST,
+    Quantity,
+    quantity_of,
+    side_by_side,
+    written,
+)
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import run, shared_runner
@@ -25,8 +34,8 @@ from roughcontact.request.task import Question, Task
 from roughcontact.request.tasks import SHARED_TASKS, TASKS
 from roughcontact.solvers.progress import Progress
 from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_history import LoadHistory
 from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.units import percent
 
 Cells = tuple[str, ...]
 Tell = Callable[[Progress | str], None]
@@ -45,8 +54,8 @@ QUESTIONS = (
 )
 """What is asked of a contact beside its solution, and the task that answers it."""
 
-LIVELY = (LoadCurve, LoadHistory, ResolutionStudy, StressResult)
-"""Results that the page draws itself."""
+LIVELY = (LoadCurve, ResolutionStudy, StressResult)
+"""Results that the page has a view of its own for."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +67,7 @@ class Answer:
     heads: Cells  # A table of many steps, if it has one
     steps: tuple[Cells, ...]  # A table of many steps, if it has one
     cautions: tuple[Caution, ...]  # What has to be known
-    pictures: tuple[tuple[str, bytes], ...]  # Figures with their names, as PNG
+    drawings: tuple[Drawing, ...]  # Figures
     sentences: tuple[str, ...] = ()  # What the numbers mean
     lead: str = ""  # The answer in a sentence
 
@@ -92,21 +101,21 @@ def _answer(tell: Tell, outcome: Outcome) -> Answer:
         heads,
         tuple(steps),
         tuple(result.cautions),
-        _pictures(result) if outcome.converged and not isinstance(result, LIVELY) else (),
+        _drawings(result) if outcome.converged and not isinstance(result, LIVELY) else (),
         kinds.sentences(result),
         kinds.of(result).answer(result),
     )
 
 
-def _pictures(result: Any) -> tuple[tuple[str, bytes], ...]:
-    return tuple((name, png(draw())) for name, draw in kinds.drawings(result).items())
+def _drawings(result: Any) -> tuple[Drawing, ...]:
+    return tuple(read(draw()) for draw in kinds.drawings(result).values())
 
 
 @dataclass(frozen=True)
 class Pair:
     """Two contacts side by side."""
 
-    rows: tuple[Cells, ...]  # Names of numbers, and those of both
+    rows: tuple[Cells, ...]  # Names of numbers, those of both, their difference, and its share
     cautions: tuple[tuple[Caution, ...], tuple[Caution, ...]]  # What has to be known of each
     contacts: tuple[ContactResult, ContactResult]
 
@@ -122,11 +131,37 @@ def compare(tell: Tell, first: Request, second: Request, names: tuple[str, str])
         result.append(outcome.contact)
     item, other = result
     text = [
-        (row.title, *texts)
+        (
+            row.title,
+            *texts,
+            *(
+                _change(quantity_of(contact_fields.CONTACT, row.key), item, other)
+                if part == ANSWER
+                else ("", "")
+            ),
+        )
         for part in (PROBLEM, ANSWER, TRUST)
         for row, texts in side_by_side(contact_fields.CONTACT, result, part)
     ]
     return Pair(tuple(text), (item.cautions, other.cautions), (item, other))
+
+
+def _change(quantity: Quantity, first: ContactResult, second: ContactResult) -> tuple[str, str]:
+    """Return how much more a quantity is in the first of two contacts, and that in percent."""
+    if not (quantity.when(first) and quantity.when(second)):
+        return "", ""
+    values = [quantity.value(result) for result in (first, second)]
+    if not all(isinstance(value, (int, float)) and math.isfinite(value) for value in values):
+        return "", ""
+    change = values[0] - values[1]
+    if not change:
+        return "", ""
+    sign = "−" if change < 0 else "+"
+    share = f"{sign}{percent(abs(change / values[1]))}" if values[1] else ""
+    size = abs(change)
+    text = (quantity.format_value(size) if quantity.unit == "1"
+            else written(size, quantity.unit, quantity.digits))  # fmt: skip
+    return f"{sign}{text}", share
 
 
 def draw(tell: Tell, request: Request, folder: Path, packed: Path) -> Outcome:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,8 @@ from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import Control, Give, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
-from roughcontact.desk.result_plots import Curve, History, SideBySide, Stress, Study
+from roughcontact.desk.figures import Drawing, shown
+from roughcontact.desk.result_plots import Curve, SideBySide, Stress, Study
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
@@ -25,7 +25,6 @@ from roughcontact.request.request import Request
 from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Question, Task
 from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_history import LoadHistory
 from roughcontact.studies.load_search import LoadSearch
 from roughcontact.studies.resolution_study import ResolutionStudy
 from roughcontact.units import engineering
@@ -46,7 +45,7 @@ class Ask(View):
         )
         self._form = pn.Column(self._form_of(names[0]).root, **style.BLOCK)
         self._working = Working(bench, run, "Start", self._started, session)
-        self._answer = pn.Column(sizing_mode="stretch_both")
+        self._answer = pn.Column(**style.HIGH)
         self._curve: Curve | None = None
         self._choice.param.watch(self._chosen, "value")
         self.root = pn.Row(
@@ -54,7 +53,7 @@ class Ask(View):
                 self._choice, self._form, self._working.root, width=250, margin=(8, 16, 0, 0)
             ),
             self._answer,
-            sizing_mode="stretch_both",
+            **style.HIGH,
         )
 
     def _chosen(self, event: Any) -> None:
@@ -101,10 +100,10 @@ class Ask(View):
                 self.show()
             seen = [lead, cautions, pn.pane.Bokeh(view.root, **style.BLOCK)]
             # The others tell these numbers themselves.
-            return [*seen, facts] if isinstance(view, (Curve, History)) else seen
+            return [*seen, facts] if isinstance(view, Curve) else seen
         loads = result.result.answers if isinstance(result.result, LoadSearch) else ()
         uses = [self._use(item.load) for item in loads]
-        parts: list[Any] = [lead, *uses, cautions, *map(picture, result.pictures), facts]
+        parts: list[Any] = [lead, *uses, cautions, *map(figure, result.drawings), facts]
         if result.steps:
             parts.append(pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE))
         return parts
@@ -144,29 +143,22 @@ class Form:
         self._values[name] = value
 
 
-def _view(result: Any) -> Curve | History | Study | Stress | None:
+def _view(result: Any) -> Curve | Study | Stress | None:
     """Return the page's own view of a result, if it has one."""
     views: dict[type, Callable[[], Any]] = {
-        LoadCurve: Curve, LoadHistory: History, ResolutionStudy: Study, StressResult: Stress,
+        LoadCurve: Curve, ResolutionStudy: Study, StressResult: Stress,
     }  # fmt: skip
     for kind, view in views.items():
         if isinstance(result, kind):
             created = view()
             created.show(result)
-            return cast("Curve | History | Study | Stress", created)
+            return cast("Curve | Study | Stress", created)
     return None
 
 
-def picture(figure: tuple[str, bytes]) -> Any:
-    """Return what shows a figure, given with its name as PNG."""
-    name, data = figure
-    text = base64.b64encode(data).decode("ascii")
-    alt = escaped(name.replace("-", " "))
-    return pn.pane.HTML(
-        f'<img alt="{alt}" style="max-width: 100%; height: auto" '
-        f'src="data:image/png;base64,{text}">',
-        **style.WIDE,
-    )
+def figure(drawing: Drawing) -> Any:
+    """Return what shows a figure."""
+    return pn.pane.Bokeh(shown(drawing), **style.BLOCK)
 
 
 # What the joint does in the next model, asked of one contact: solved once, answered one by one.
@@ -200,7 +192,7 @@ class Joint(View):
         }
         self._working = Working(bench, run, "Start", self._started, session)
         self._formulas = pn.pane.HTML("", **style.WIDE)
-        self._answers = pn.Column(sizing_mode="stretch_both")
+        self._answers = pn.Column(**style.HIGH)
         about = pn.pane.HTML(
             '<p class="quiet">Under nominal pressures from one to another, each solved once for '
             "all that is asked.</p>", **style.SHEET,
@@ -212,13 +204,13 @@ class Joint(View):
             pn.Column(
                 about,
                 *(control.root for control in pressures),
-                *parts,
                 self._working.root,
+                *parts,
                 width=250,
                 margin=(8, 16, 0, 0),
             ),
-            pn.Column(self._formulas, self._answers, sizing_mode="stretch_both"),
-            sizing_mode="stretch_both",
+            pn.Column(self._formulas, self._answers, **style.HIGH),
+            **style.HIGH,
         )
 
     def show(self) -> None:
@@ -290,7 +282,7 @@ class Joint(View):
         return [
             pn.pane.HTML(f"<h2>{controls.escaped(name)}</h2>", **style.WIDE),
             pn.pane.HTML(controls.cautions(result.cautions), **style.WIDE),
-            *map(picture, result.pictures),
+            *map(figure, result.drawings),
             pn.pane.HTML(controls.table(result.steps, result.heads), **style.WIDE),
             pn.pane.HTML(controls.table(result.facts) + text, **style.WIDE),
             pn.pane.HTML(f"<p>Files: {links}</p>", **style.WIDE),
@@ -320,10 +312,10 @@ class Compare(View):
         self._unpin = button("Unpin", lambda: do(session.unpin))
         self._differences = pn.pane.HTML("", **style.WIDE)
         self._working = Working(bench, run, "Compare", self._started, session)
-        self._answer = pn.Column(sizing_mode="stretch_both")
+        self._answer = pn.Column(**style.HIGH)
         self.root = pn.Column(
             pn.Row(self._pin, self._swap, self._unpin, self._working.root, **style.BLOCK),
-            self._differences, self._answer, sizing_mode="stretch_both",
+            self._differences, self._answer, **style.HIGH,
         )  # fmt: skip
 
     def show(self) -> None:
@@ -373,7 +365,9 @@ class Compare(View):
         maps.show(result.contacts)
         parts: list[Any] = [
             pn.pane.Bokeh(maps.root, **style.BLOCK),
-            pn.pane.HTML(controls.table(result.rows, ("", *_NAMES)), **style.WIDE),
+            pn.pane.HTML(
+                controls.table(result.rows, ("", *_NAMES, "difference", "in percent")), **style.WIDE
+            ),
             pn.pane.HTML(cautions, **style.WIDE),
         ]
         self._answer[:] = parts

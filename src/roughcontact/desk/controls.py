@@ -74,7 +74,6 @@ Give = Callable[[str, Value], None]
 _SUGGESTED: dict[str, tuple[str, ...]] = {
     "ceiling": ("auto", "calibrated", "none"),
     "channel": (),
-    "form": ("sphere", "cylinder", "polynomial 2", "polynomial 4"),
 }
 """What is proposed where any text can be given."""
 

@@ -48,6 +48,7 @@ _LEVELS = {
 }
 # Of a ceiling that is worked out.
 _DIGITS = 6
+_POLYNOMIAL = "polynomial"
 _TURNS = {"0": "not at all", "90": "90°", "180": "180°", "270": "270°"}
 
 _FIRST = tuple(
@@ -56,7 +57,7 @@ _FIRST = tuple(
 """Of the preparation; all others are folded away."""
 _VALUES = (
     "young", "poisson", "yield-strength", "counter-young", "counter-poisson",
-    "counter-yield-strength",
+    "counter-yield-strength", "coating", "counter-coating",
 )  # fmt: skip
 _FORMS = ("body", "counter-body", "align", "offset", "angle", "mirror")
 _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
@@ -65,8 +66,14 @@ _NOTHING = {"material": "–", "counter-material": "rigid, or the values below"}
 class Step:
     """A part of the column that folds to its title and one line of what is done."""
 
-    def __init__(self, title: str, *parts: Any, collapsed: bool = False) -> None:
-        self._title = title
+    def __init__(
+        self,
+        title: str,
+        *parts: Any,
+        collapsed: bool = False,
+        undo: Callable[[], None] | None = None,
+    ) -> None:
+        self._title, self._last = title, ""
         self._head = pn.pane.HTML("", margin=0, sizing_mode="stretch_width", **style.SHEETS)
         inside = pn.Column(*parts, sizing_mode="stretch_width", margin=(0, 16, 8, 34))
         self.root = pn.Card(
@@ -80,6 +87,23 @@ class Step:
             header_background="transparent",
             active_header_background="transparent",
         )
+        self.whole = self.root
+        if undo is not None:
+            self._back = button(
+                "Undo", undo, visible=False, margin=0, stylesheets=[style.TEXT, style.BACK]
+            )
+            self.whole = pn.Column(self.root, self._back, sizing_mode="stretch_width", margin=0)
+            self.root.param.watch(lambda _: self._offer(), "collapsed")
+
+    def _offer(self) -> None:
+        """Offer to undo the last step where the steps themselves are folded away."""
+        self._back.visible = bool(self._last) and self.root.collapsed
+
+    def show_last(self, sentence: str) -> None:
+        """Tell the last step that can be undone, nothing for none."""
+        self._last = sentence
+        self._back.description = f"Undo: {sentence}"
+        self._offer()
 
     def summarize(self, done: bool, text: str, name: str = "") -> None:
         """Show whether it is done, and what it holds: a name and some words."""
@@ -114,6 +138,42 @@ def fold(title: str, make: Callable[[], list[Any]]) -> Any:
     return folded
 
 
+class FormControl:
+    """The form to remove: a choice, with an order beside the polynomial."""
+
+    def __init__(self, give: Give) -> None:
+        self._give, self._silent = give, False
+        self._kind = pn.widgets.Select(
+            label=options.FORM.label, options={"–": "", "sphere": "sphere", "cylinder": "cylinder",
+                                               _POLYNOMIAL: _POLYNOMIAL}, **style.CONTROL,
+        )  # fmt: skip
+        self._order = pn.widgets.IntInput(
+            label="Order", value=2, start=1, visible=False, width=70, margin=(0, 0, 4, 0),
+            stylesheets=[style.TEXT],
+        )  # fmt: skip
+        for widget in (self._kind, self._order):
+            widget.param.watch(self._changed, "value")
+        self.root = pn.Row(self._kind, self._order, **style.BLOCK)
+
+    def show(self, specified: Mapping[str, Value]) -> None:
+        """Show what is given."""
+        kind, _, order = str(specified.get(options.FORM.name, "")).partition(" ")
+        self._silent = True
+        try:
+            self._kind.value = kind
+            if order:
+                self._order.value = int(order)
+            self._order.visible = kind == _POLYNOMIAL
+        finally:
+            self._silent = False
+
+    def _changed(self, _: Any) -> None:
+        if not self._silent:
+            kind = self._kind.value
+            text = f"{kind} {self._order.value}" if kind == _POLYNOMIAL else kind
+            self._give(options.FORM.name, text)
+
+
 class Group:
     """Some controls of the state, which show what it holds."""
 
@@ -124,7 +184,7 @@ class Group:
         choices: Mapping[str, Mapping[str, str]] | None = None,
     ) -> None:
         self._session, self._give, self._choices = session, give, choices or {}
-        self.controls: dict[str, Control] = {}
+        self.controls: dict[str, Any] = {}
 
     def show(self) -> None:
         """Show what the state holds."""
@@ -136,7 +196,9 @@ class Group:
         for name in names:
             if name not in self.controls:
                 choices = _turned(self._choices.get(name))
-                self.controls[name] = created = Control(name, self._give, choices)
+                created = (FormControl(self._give) if name == options.FORM.name
+                           else Control(name, self._give, choices))  # fmt: skip
+                self.controls[name] = created
                 created.show(self._session.state.specified)
         return [self.controls[name].root for name in names]
 
@@ -159,7 +221,10 @@ class Preparation:
         rest = [option.name for option in (*options.PREPARATION, options.TIP_RADIUS)
                 if option.name not in _FIRST]  # fmt: skip
         folded = fold("Filters, part, grid", partial(self._group.roots, *rest))
-        self.step = Step("Prepare", self._steps, *first, folded, collapsed=True)
+        self._last = ""
+        self.step = Step(
+            "Prepare", self._steps, *first, folded, collapsed=True, undo=self._undo_last
+        )
 
     def show(self, prepared: Prepared | None) -> None:
         """Show the controls as the state holds them, and the steps that were done."""
@@ -181,8 +246,15 @@ class Preparation:
             for sentence in step.sentences
         ]
         self._steps[:] = [self._line(*step) for step in list(failed.items()) or steps]
+        last = next((step for step in reversed(steps) if step[1] in UNDOING), ("", ""))
+        self._last = last[1]
+        self.step.show_last(last[0])
         done = "; ".join(sentence for sentence, _ in steps)
         self.step.summarize(prepared is not None and not failed, done or "nothing so far")
+
+    def _undo_last(self) -> None:
+        self._session.undo_step(self._last)
+        self._changed()
 
     def _requested_steps(self) -> dict[str, str]:
         """Return the steps that are asked for, in the words of the controls, with their methods."""
@@ -225,7 +297,7 @@ class Bodies:
             *roots("material"),
             self._sources,
             *roots("counter-material"),
-            fold("Own values", partial(roots, *_VALUES)),
+            fold("Own values, coatings", partial(roots, *_VALUES)),
             fold("Nominal forms, two maps", partial(roots, *_FORMS)),
         )
 

@@ -13,11 +13,12 @@ from bokeh.events import DoubleTap, SelectionGeometry
 from bokeh.plotting import figure
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.desk import rasters, style
+from roughcontact.desk import controls, rasters, style
 from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.tokens import ACCENT, FONT, INK
 from roughcontact.desk.widgets import TabStrip
+from roughcontact.errors import InputError
 from roughcontact.plots.cells import (
     Limits,
     gap_limit,
@@ -44,7 +45,7 @@ from roughcontact.plots.style import (
 from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface
-from roughcontact.units import engineering, percent
+from roughcontact.units import engineering, parse, percent
 
 # Dots of the side of the handle at each end.
 _HANDLE = 16
@@ -335,6 +336,7 @@ class Maps:
         self._mean, self._factor, self._unit = 0.0, 1.0, "m"
         self._titles: dict[str, str] = {}
         self._scales: dict[str, Scale] = {}
+        self.own_limits: dict[str, tuple[float | None, float | None]] = {}
         self._home = self._wanted = Box(0.0, 0.0, 1.0, 1.0)
         self._fitted: tuple[float, ...] = ()
         self.sources: dict[str, Any] = {
@@ -355,7 +357,9 @@ class Maps:
         names = [f"{number} {_SHORT.get(key, NAMES[key])}" for number, key in enumerate(NAMES, 1)]
         self.strip = TabStrip(names=names, active=1, pictured=True, margin=0)
         self.strip.param.watch(lambda event: self.enlarge(list(NAMES)[event.new]), "active")
-        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), self.strip, margin=0)
+        self.range = ColorRange(self)
+        beside = pn.Column(self.strip, self.range.root, margin=0)
+        self.root = pn.Row(pn.pane.Bokeh(self.plot, margin=0), beside, margin=0)
         self._later = style.Later(self.plot, self._moved)
         self._others = style.Later(self.plot, self._draw_others, _OTHERS)
         for model in (self.x_range, self.y_range):
@@ -455,6 +459,7 @@ class Maps:
             self._home = rasters.box_of(surface)
             self._factor, self._unit = prefixed_window(0.0, max(surface.size))
             self.plot.xaxis.axis_label = f"x, y [{self._unit}]"
+            self.own_limits.clear()
             self._arrange()
             self._fit(self._home)
         self._draw_map(HEIGHTS)
@@ -478,10 +483,31 @@ class Maps:
             name = f"{name} of the body" if two else name
             text = f"Sq {engineering(self._surface.Sq, 'm')}"
         self.plot.title.text = f"{name}, {text}" if text else name
+        self.range.show()
 
     def _set_scale(self, key: str) -> None:
-        (low, high, _, _), factor, unit = self._scales[key]
-        style.set_bar(self.bars[key], low * factor, high * factor, unit)
+        scale = self._scales[key]
+        low, high = self.limits(key)
+        style.set_bar(self.bars[key], low * scale.factor, high * scale.factor, scale.unit)
+
+    def limits(self, key: str) -> tuple[float, float]:
+        """Return the ends of the colors of a map [SI]."""
+        own = self._scales[key].limits
+        low, high = self.own_limits.get(key, (None, None))
+        ends = own.low if low is None else low, own.high if high is None else high
+        # What was given for another load may lie beyond the values of this one.
+        return ends if ends[0] < ends[1] else (own.low, own.high)
+
+    def limit(self, low: float | None, high: float | None) -> None:
+        """Give the large map the ends of its colors [SI]; None for those of the report."""
+        key = self.large
+        own = self._scales[key].limits
+        if not (own.low if low is None else low) < (own.high if high is None else high):
+            raise InputError("the highest value must lie above the lowest")
+        self.own_limits[key] = low, high
+        with style.together(self.plot.document):
+            self._draw_map(key)
+            self._others()
 
     def _window(self, surface: Surface) -> Window:
         return rasters.window(surface.shape, surface.pixel, self.seen, self._frame, _MARGIN)
@@ -635,6 +661,55 @@ class Maps:
         self.plot.js_on_event("mousemove", read)
         self.plot.js_on_event("tap", read)
         self.plot.js_on_event("mouseleave", leave)
+
+
+class ColorRange:
+    """The lowest and the highest value of the colors of the large map, as one types them."""
+
+    def __init__(self, maps: Maps) -> None:
+        self._maps, self._silent = maps, False
+        about = {**style.CONTROL, "sizing_mode": None, "width": 128}
+        self.ends = [
+            pn.widgets.TextInput(label=label, **about)
+            for label in ("Lowest color at", "Highest color at")
+        ]
+        self._wrong = pn.pane.HTML("", visible=False, **style.SHEET)
+        for end in self.ends:
+            end.param.watch(self._typed, "value")
+        self.root = pn.Column(*reversed(self.ends), self._wrong, margin=(8, 0))
+
+    def show(self) -> None:
+        """Show what is given for the large map."""
+        maps, key = self._maps, self._maps.large
+        self.root.visible = key in maps.mappers
+        unit = _unit(key)
+        given = maps.own_limits.get(key, (None, None))
+        self._silent = True
+        try:
+            for end, number in zip(self.ends, given, strict=True):
+                end.value = "" if number is None else engineering(number, unit)
+                end.placeholder = "auto"
+        finally:
+            self._silent = False
+
+    def _typed(self, _: Any) -> None:
+        if self._silent:
+            return
+        kind = "pressure" if _unit(self._maps.large) == "Pa" else "length"
+        try:
+            low, high = (
+                parse(end.value, kind, "", positive=False) if end.value.strip() else None
+                for end in self.ends
+            )
+            self._maps.limit(low, high)
+        except InputError as error:
+            controls.show_alert(self._wrong, controls.error_text(error))
+        else:
+            self._wrong.visible = False
+
+
+def _unit(key: str) -> str:
+    return "Pa" if key == PRESSURE else "m"
 
 
 def _columns(key: str, part: rasters.Pressed) -> dict[str, Any]:

@@ -429,7 +429,7 @@ class Page:
             sizing_mode="stretch_width", min_height=48, margin=0, stylesheets=[style.TOP],
         )  # fmt: skip
         left = pn.Column(
-            *(step.root for step in self._steps), width=style.LEFT, margin=0,
+            *(step.whole for step in self._steps), width=style.LEFT, margin=0,
             stylesheets=[style.COLUMN, style.LEFT_SIDE],
         )  # fmt: skip
         sheet = pn.Column(

@@ -1,4 +1,4 @@
-"""Many loads and many grids: a load curve, a load history, a study of the resolution."""
+"""Views of results that one works with: load curve, resolution study, comparison, stress."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from roughcontact.desk.controls import escaped, table
 from roughcontact.desk.rasters import Box
 from roughcontact.plots import subsurface_stress as stress_plots
 from roughcontact.plots.cells import pressure_colors, pressure_limit
-from roughcontact.plots.load_curve import branches, states
 from roughcontact.plots.style import (
     ELASTIC,
     NEUTRAL,
@@ -32,11 +31,10 @@ from roughcontact.plots.style import (
     prefixed,
     prefixed_window,
 )
-from roughcontact.report.contact_fields import CURVE_COLUMNS, HISTORY_COLUMNS, STRESS
+from roughcontact.report.contact_fields import CURVE_COLUMNS, STRESS
 from roughcontact.report.kind import listing_of, rows_of
 from roughcontact.report.uncertainty import STUDY_COLUMNS
 from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_history import LoadHistory
 from roughcontact.studies.resolution_study import ResolutionStudy
 from roughcontact.units import engineering
 
@@ -116,63 +114,6 @@ class Curve:
             self.now.location = load * self._factor
 
 
-class History:
-    """A load history: load over approach, and what each step dissipates."""
-
-    def __init__(self) -> None:
-        self.points: Any = style.source("approach", "load")
-        self.lines: Any = models.ColumnDataSource(
-            {"approach": [], "load": [], "kind": [], "colour": []}
-        )
-        self.bars: Any = style.source("step", "energy")
-        self.loop = style.chart("Load history", height=300)
-        self.loop.multi_line(
-            "approach", "load", source=self.lines, line_color="colour", line_width=2,
-            legend_field="kind",
-        )  # fmt: skip
-        self.loop.scatter("approach", "load", source=self.points, size=5, color=NEUTRAL)
-        style.quiet_legend(self.loop)
-        self.energy = style.chart("Dissipated energy", height=300)
-        self.energy.vbar(
-            "step", top="energy", width=0.7, source=self.bars, color=SATURATED, line_color=None
-        )
-        self.energy.xaxis.axis_label = "step"
-        # There is no step one and a half.
-        self.energy.xaxis.ticker.min_interval = 1
-        self.energy.xaxis.ticker.num_minor_ticks = 0
-        self.energy.y_range.start = 0
-        self.table: Any = style.facts()
-        self.root = models.Column(
-            style.grid([[self.loop, self.energy]]), self.table, sizing_mode="stretch_width"
-        )
-
-    def show(self, history: LoadHistory) -> None:
-        """Show a load history."""
-        result = states(history)
-        approach, load = (np.array([getattr(item, name) for item in result])
-                          for name in ("approach", "load"))  # fmt: skip
-        across, unit_across = prefixed(float(np.abs(approach).max()), "m")
-        up, unit_up = prefixed(float(load.max()), "N")
-        energy = history.column("dissipated_energy")
-        scale, unit = prefixed(float(energy.max()), "J")
-        colours = {"elastic": ELASTIC, "new indentation": SATURATED}
-        lines = [(kind, branch) for kind, all_of in branches(result).items() for branch in all_of]
-        with style.together(self.loop.document):
-            self.points.data = {"approach": approach * across, "load": load * up}
-            self.lines.data = {
-                "approach": [[item.approach * across for item in branch] for _, branch in lines],
-                "load": [[item.load * up for item in branch] for _, branch in lines],
-                "kind": [kind for kind, _ in lines],
-                "colour": [colours[kind] for kind, _ in lines],
-            }
-            self.bars.data = {"step": np.arange(1, energy.size + 1), "energy": energy * scale}
-            self.loop.xaxis.axis_label = f"approach from first touch [{unit_across}]"
-            self.loop.yaxis.axis_label = f"load [{unit_up}]"
-            self.energy.yaxis.axis_label = f"dissipated energy [{unit}]"
-            heads, rows = listing_of(HISTORY_COLUMNS, history)
-            style.put(self.table, table(rows, heads))
-
-
 class Study:
     """A study of the resolution: contact on each grid, and what that means."""
 
@@ -208,7 +149,7 @@ class Study:
 
 
 class SideBySide:
-    """Pressure of two contacts and its difference; who zooms one zooms all."""
+    """Pressure of two contacts, its difference, and one over the other; they zoom together."""
 
     def __init__(self, names: Sequence[str]) -> None:
         from matplotlib import colormaps
@@ -220,8 +161,8 @@ class SideBySide:
         self.change: Any = models.LinearColorMapper(
             palette=style.palette(colormaps["RdBu_r"](steps)), nan_color=OPEN
         )
-        titles = (*(f"Pressure, {name}" for name in names), " − ".join(names))
-        mappers = (self.mapper, self.mapper, self.change)
+        titles = (*(f"Pressure, {name}" for name in names), " − ".join(names), " | ".join(names))
+        mappers = (self.mapper, self.mapper, self.change, self.mapper)
         ranges = {
             "x_range": models.DataRange1d(range_padding=0),
             "y_range": models.DataRange1d(range_padding=0, flipped=True),
@@ -231,9 +172,34 @@ class SideBySide:
             map_picture(title, "pressure", source, mapper, **ranges)
             for title, source, mapper in zip(titles, self.sources, mappers, strict=True)
         ]
-        for plot in self.plots[1:]:
+        for plot in self.plots[1:3]:
             plot.add_layout(style.bar_of(plot.renderers[0].glyph.color_mapper), "right")
-        self.root = style.grid([self.plots])
+        self.swiped: Any = style.source(*self.sources[0].data)
+        over: Any = self.plots[3]
+        over.image("pressure", "x", "y", "dw", "dh", source=self.swiped, color_mapper=self.mapper)
+        self.edge: Any = models.Span(dimension="height", line_color=NEUTRAL, line_width=2)
+        over.add_layout(self.edge)
+        self.swipe: Any = models.Slider(
+            start=0, end=100, step=1, value=50, title="Swipe", show_value=False, tooltips=False,
+            sizing_mode="stretch_width", margin=(4, 12), stylesheets=[style.TEXT],
+        )  # fmt: skip
+        self.swipe.on_change("value", lambda attr, old, new: self._swipe(new))
+        self.root = models.Column(
+            style.grid([self.plots[:2], self.plots[2:]]), self.swipe, sizing_mode="stretch_width"
+        )
+
+    def _swipe(self, percent: float) -> None:
+        """Show the second contact from a place on, which is a part of the width of the first."""
+        data = self.sources[1].data
+        values, wide = data["pressure"][0], data["dw"][0]
+        first = min(round(percent / 100 * values.shape[1]), values.shape[1] - 1)
+        place = wide * first / values.shape[1]
+        with style.together(self.swipe.document):
+            self.swiped.data = {
+                **data, "x": [data["x"][0] + place], "dw": [wide - place],
+                "pressure": [values[:, first:]],
+            }  # fmt: skip
+            self.edge.location = data["x"][0] + place
 
     def show(self, results: Sequence[ContactResult]) -> None:
         """Show two contacts; of unlike grids there is no difference."""
@@ -249,6 +215,8 @@ class SideBySide:
             place = rasters.extent(view, surface.pixel)
             values.append(rasters.pressure(rasters.pressed(result, view)) * np.float32(factor))
             _put_map(source, "pressure", values[-1], Box(*(edge * length for edge in place)))
+        self.sources[3].data = dict(self.sources[0].data)
+        self._swipe(self.swipe.value)
         style.set_bar(self.plots[1].right[0], 0.0, top * factor, unit)
         first, other = (np.nan_to_num(value) for value in values)
         self.plots[2].visible = first.shape == other.shape
@@ -297,7 +265,7 @@ class Stress:
         self._length = 1.0
         self.slider: Any = models.Slider(
             start=0, end=1, step=1, value=0, title="Depth", show_value=False, tooltips=False,
-            sizing_mode="stretch_width", margin=(4, 12),
+            sizing_mode="stretch_width", margin=(4, 12), stylesheets=[style.TEXT],
         )  # fmt: skip
         self.slider.on_change("value", self._slid)
         names = ("depth", "mises", "tresca", "shear")

@@ -167,6 +167,12 @@ STEP = f"""{FOLD}
 .card-header:hover {{ background: var(--sunken) !important; }}
 """
 
+BACK = """
+:host { position: absolute !important; top: 6px; right: 8px; width: auto !important; }
+.bk-btn { border: 0 !important; padding: 2px 6px !important; color: var(--accent) !important;
+  background: transparent !important; font-size: 12px; }
+"""
+
 NEW, OLD = {"opacity": "1"}, {"opacity": "0.45", "transition": "opacity .2s .4s"}
 """How results look that answer another request than the last; a quick answer leaves no trace."""
 
@@ -181,6 +187,7 @@ _TALL = ":host { max-height: none !important; }"
 WIDE: dict[str, Any] = {
     "stylesheets": [TEXT, _TALL], "sizing_mode": "stretch_width", "margin": (0, 0, 6, 0),
 }  # fmt: skip
+HIGH: dict[str, Any] = {"stylesheets": [_TALL], "sizing_mode": "stretch_width"}
 TABS: dict[str, Any] = {"stylesheets": [TEXT], "sizing_mode": "stretch_both", "margin": (4, 0)}
 STRIP: dict[str, Any] = {"sizing_mode": "stretch_width", "margin": (0, 0, 6, 0)}
 BUTTON: dict[str, Any] = {"stylesheets": [TEXT], "margin": (0, 6, 4, 0)}

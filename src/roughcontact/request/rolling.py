@@ -25,7 +25,7 @@ from roughcontact.request.options import (
 )
 from roughcontact.request.outcome import Look, Outcome, Work
 from roughcontact.request.request import Request
-from roughcontact.request.task import Task
+from roughcontact.request.task import Question, Task
 from roughcontact.solvers.progress import Forecast, Progress
 from roughcontact.units import rounded_time
 
@@ -207,4 +207,13 @@ roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
     memory=Request.require_volume,
     writes=((MOVIE, _movie),),
     figures=_figures,
+    questions=(
+        Question(
+            "Repeated passes",
+            "A counter-body passes over the map: plastic strain, shakedown, roughness. Seconds a "
+            "step.",
+            (PASSES, STEPS, TRAVEL, RECIPROCATING, FRICTION),
+            first=((PASSES, "2"), (STEPS, "8")),
+        ),
+    ),
 )  # fmt: skip
