@@ -117,6 +117,10 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     noise = noisy.noise * np.random.default_rng(4).standard_normal(image.shape)
     assert replace(uneven, heights=image.heights + noise, instrument=noisy).hides_summits
     assert not uneven.hides_summits
+    intervals = pressed(image, ceiling=None).uncertainty(tool, 4 * UM, draws=4)
+    assert Cause.SUMMITS in intervals.of("contact_fraction").budget
+    assert intervals.of("stiffness") is None
+    assert "The summits are worn" in intervals.remarks[0]
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
