@@ -30,8 +30,9 @@ from roughcontact.units import parse
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
 
-# Maps of the tangential solver beside the contact: two spectra, symbols twice, some fields.
-_HELD = 18
+# Maps of the tangential solver beside the contact: two spectra, symbols twice, those of coarser
+# grids, some fields.
+_HELD = 21
 
 
 def _force(text: str, argument: str) -> str:
