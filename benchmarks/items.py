@@ -41,6 +41,9 @@ _NORMAL = [
     (re.compile(r"\b[\d.]+(?:e[-+]\d+)? ?(?:s|ms|min|seconds|minutes)\b"), "<time>"),
     (re.compile(r"\b[\d.]+ [KMGT]iB (free|available|of memory)"), r"<memory> \1"),
     (re.compile(r" at 0x[0-9a-f]+"), " at <address>"),
+    # What is said of the work depends on how long it takes; files of results hold times.
+    (re.compile(r"^progress: .*\n", re.MULTILINE), ""),
+    (re.compile(r"(\.nc\": )\"[0-9a-f]{64}\""), r"\1<checksum>"),
     (re.compile(r"[ \t]+$", re.MULTILINE), ""),
 ]
 
