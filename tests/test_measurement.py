@@ -121,6 +121,8 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     assert Cause.SUMMITS in intervals.of("contact_fraction").budget
     assert intervals.of("stiffness") is None
     assert "The summits are worn" in intervals.remarks[0]
+    with pytest.raises(InputError, match="a tip hides how smooth"):
+        pressed(image).uncertainty(Instrument("tip", tip_radius=1e-9), 4 * UM)
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
@@ -420,7 +422,7 @@ def test_choices_are_told_outside_the_intervals() -> None:
 def test_structured_surfaces_are_refused() -> None:
     image, tool = measured()
     heights = image.heights - image.heights.min()
-    tracks = np.where(np.arange(64) % 8 < 1, 5, 1) * heights
+    tracks = np.where(np.arange(64) % 8 == 4, 5, 1) * heights
     particle = heights.copy()
     particle[20:22, 30:32] += 8 * image.Sq
     pressed(image).uncertainty(tool, 8 * UM, draws=4)
