@@ -210,7 +210,7 @@ def main() -> None:
     parser.add_argument("--also", action="store_true", help="a coarse map and three finer ones")
     parser.add_argument("--measured", type=Path, nargs="+", default=[], help="maps of instruments")
     options = parser.parse_args()
-    rows = defaultdict(list)
+    rows, refused = defaultdict(list), set()
     last = len(options.measured) or options.first + options.cases
     for number in range(options.first, last):
         began = time.process_time()
@@ -222,7 +222,8 @@ def main() -> None:
             try:
                 true, known = told(case, ceiling, options.part)
             except rc.InputError as error:
-                print(f"case {number}: {error}", flush=True)
+                refused.add(number)
+                print(f"case {number} {case.classes}: {error}", flush=True)
                 continue
             model = "elastic" if ceiling is None else "ceiling"
             for one in known.intervals:
@@ -241,6 +242,7 @@ def main() -> None:
                     print(f"case {number} {case.classes} {model} {one.name}: off {row[2]:+.3f} of "
                           f"{half:.3f}, as measured {row[3]:+.3f}", flush=True)  # fmt: skip
         print(f"case {number}: {time.process_time() - began:.0f} s of processor", flush=True)
+    print(f"{len(refused)} of {last - options.first} cases refused")
     for key, values in rows.items():
         held, half, off, raw, closing, apart = np.array(values).T
         rms, before = (math.sqrt(np.mean(part**2)) for part in (off, raw))

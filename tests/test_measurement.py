@@ -121,6 +121,8 @@ def test_draws_of_worn_surfaces_are_as_smooth_on_summits_as_these() -> None:
     assert Cause.SUMMITS in intervals.of("contact_fraction").budget
     assert intervals.of("stiffness") is None
     assert "The summits are worn" in intervals.remarks[0]
+    with pytest.raises(InputError, match="a tip hides how smooth"):
+        pressed(image).uncertainty(Instrument("tip", tip_radius=1e-9), 4 * UM)
 
 
 def test_the_periodic_part_of_a_plane_is_flat_and_of_a_periodic_map_itself() -> None:
@@ -246,7 +248,7 @@ def test_finer_maps_give_the_waves_that_a_coarse_map_lacks() -> None:
     assert known.value == pytest.approx(area, rel=0.15)
     assert Cause.OTHER_MAPS in known.budget
     alone = result.uncertainty(coarse, 4 * UM, {"E": 0.0}, 6).of("contact_fraction")
-    assert math.log(known.high / known.low) < 0.7 * math.log(alone.high / alone.low)
+    assert math.log(known.high / known.low) < 0.75 * math.log(alone.high / alone.low)
     higher = [(rc.Surface(2.5 * part.heights, part.pixel), fine) for part in parts]
     for others, told in (
         (higher, "times the power of the map in the waves that both show"),
@@ -420,7 +422,7 @@ def test_choices_are_told_outside_the_intervals() -> None:
 def test_structured_surfaces_are_refused() -> None:
     image, tool = measured()
     heights = image.heights - image.heights.min()
-    tracks = np.where(np.arange(64) % 8 < 1, 5, 1) * heights
+    tracks = np.where(np.arange(64) % 8 == 4, 5, 1) * heights
     particle = heights.copy()
     particle[20:22, 30:32] += 8 * image.Sq
     pressed(image).uncertainty(tool, 8 * UM, draws=4)

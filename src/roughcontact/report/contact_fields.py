@@ -557,8 +557,8 @@ def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
 
 
 def _contact_intervals(curve: LoadCurve) -> list[str]:
-    ends = zip(*(_ends(curve, "contact_fraction", end) for end in ("low", "high")), strict=True)
-    return [phrases.between(*pair, phrases.share) for pair in ends]
+    low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
+    return [phrases.between(*pair, form=phrases.share) for pair in zip(low, high, strict=True)]
 
 
 _INTERVALS: Columns = (
