@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import coverage
+import interval_coverage
 import roughcontact as rc
 from roughcontact.cli import app
 from roughcontact.errors import InputError
@@ -148,11 +148,11 @@ def test_a_draw_of_a_part_has_the_slope_of_the_surface_there() -> None:
 @pytest.mark.parametrize("number", [2014, 2026])
 def test_a_draw_with_a_lay_has_the_slope_of_the_surface(number: int) -> None:
     # Steps between leveled edges and rims of filled points raised short waves by up to a third.
-    case = coverage.drawn(number)
+    case = interval_coverage.drawn(number)
     known = measurement._measured(case.map, case.stated, case.shortest_wave)
     assert known.heights is not case.map.heights
     drawn, _, _ = known.draw({}, 0)
-    truth = rc.Surface(case.surface, (coverage.PIXEL, coverage.PIXEL))
+    truth = rc.Surface(case.surface, (interval_coverage.PIXEL, interval_coverage.PIXEL))
     assert rc.Surface(drawn, known.fine).Sdq == pytest.approx(truth.Sdq, rel=0.12)
 
 
@@ -364,9 +364,9 @@ def test_wrong_options_are_refused(
 def test_intervals_hold_surfaces_of_the_benchmark() -> None:
     held = []
     for number in (0, 1, 3):
-        case = coverage.drawn(number)
+        case = interval_coverage.drawn(number)
         for ceiling in (None, case.ceiling):
-            truth, known = coverage.told(case, ceiling)
+            truth, known = interval_coverage.told(case, ceiling)
             # A pressure that is the ceiling itself is rounded.
             held += [
                 item.low < (1 + 1e-9) * truth[item.name]
