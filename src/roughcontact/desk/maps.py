@@ -501,6 +501,8 @@ class Maps:
     def limit(self, low: float | None, high: float | None) -> None:
         """Give the large map the ends of its colors [SI]; None for those of the report."""
         key = self.large
+        if key not in self._scales:
+            return
         own = self._scales[key].limits
         if not (own.low if low is None else low) < (own.high if high is None else high):
             raise InputError("the highest value must lie above the lowest")

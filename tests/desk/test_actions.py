@@ -1,0 +1,182 @@
+"""Random sequences of actions on a page: what it shows is what its project file holds."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, settings, strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    rule,
+    run_state_machine_as_test,
+)
+
+import roughcontact as rc
+
+pytest.importorskip("panel", reason="needs roughcontact[desk]")
+
+from test_page import GIVEN, Loop, Pressed, settle
+
+from roughcontact.desk import header, style
+from roughcontact.desk.maps import NAMES
+from roughcontact.desk.page import Page
+from roughcontact.desk.projects import ProjectStore
+from roughcontact.desk.server import Visit
+from roughcontact.desk.session import from_script
+from roughcontact.desk.workers import WorkerPool
+
+_POOL: list[WorkerPool] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def pool() -> Iterator[None]:
+    _POOL.append(WorkerPool(spare=False))
+    yield
+    _POOL.pop().close()
+
+
+class Actions(RuleBasedStateMachine):
+    """What one may do to a page, one thing after the other."""
+
+    @initialize()
+    def begin(self) -> None:
+        self.folder = tempfile.TemporaryDirectory()
+        root = Path(self.folder.name)
+        rng = np.random.default_rng(1)
+        self.maps = []
+        for name, shape in (("a.npz", (16, 20)), ("b.npz", (12, 10)), ("long.npz", (1, 64))):
+            heights = 1e-7 * rng.standard_normal(shape)
+            if name == "b.npz":
+                heights[2, 3] = np.nan
+            pixel = (1.0 if shape[0] == 1 else 1e-6, 1e-6)
+            rc.Surface(heights, pixel).save(root / name)
+            self.maps.append(root / name)
+        self.work = ProjectStore(root / "works").create()
+        self.visit = Visit(self.work, None, root, _POOL[0], 2**20, lambda: None, list)
+        self.enter()
+
+    def enter(self) -> None:
+        self.page: Any = Page(self.visit)
+        self.page._document = Loop()
+
+    @rule(number=st.integers(0, 2), complete=st.booleans())
+    def bring(self, number: int, complete: bool) -> None:
+        self.page._do(lambda: self.page.session.bring(self.maps[number]))
+        if complete:
+            load = "1 N/m" if number == 2 else GIVEN["load"]
+            self.page._do(lambda: self.page.session.give_all({**GIVEN, "load": load}))
+
+    @rule(place=st.integers(0, 300), done=st.booleans())
+    def slide(self, place: int, done: bool) -> None:
+        self.page._load.slider.moved = {"value": place, "done": done, "count": place}
+
+    @rule(text=st.sampled_from(["1 mN", "20 MPa", "1 GPa", "-1 N", "much", "600 N/mm", ""]))
+    def type_a_load(self, text: str) -> None:
+        self.page._load.text.value = text
+
+    @rule(
+        given=st.sampled_from([
+            ("_bodies", "material", ""), ("_bodies", "material", "42CrMo4"),
+            ("_model", "boundary", "free"), ("_model", "boundary", "periodic"),
+            ("_model", "ceiling", "none"), ("_model", "ceiling", "1 Pa"),
+            ("_preparation", "level", "none"), ("_preparation", "missing", "fill"),
+            ("_preparation", "missing", "error"), ("_preparation", "outliers", "6"),
+        ])
+    )  # fmt: skip
+    def choose(self, given: tuple[str, str, str]) -> None:
+        part, name, value = given
+        getattr(self.page, part)._group.controls[name].widget.value = value
+
+    @rule(kind=st.sampled_from(["", "sphere", "polynomial"]), order=st.integers(1, 4))
+    def take_out_a_form(self, kind: str, order: int) -> None:
+        control = self.page._preparation._group.controls["form"]
+        control._kind.value = kind
+        control._order.value = order
+
+    @rule(name=st.sampled_from(["undo", "redo", "?", "Escape", *"12345"]))
+    def press(self, name: str) -> None:
+        self.page._pressed(Pressed({"name": name}))
+
+    @rule()
+    def undo_on_the_folded_line(self) -> None:
+        self.page._preparation.step._back.clicks += 1
+
+    @rule(place=st.integers(0, 5))
+    def turn(self, place: int) -> None:
+        self.page._views.strip.active = place
+
+    @rule(place=st.integers(0, 3))
+    def look_beside_the_map(self, place: int) -> None:
+        self.page.sight.detail._tabs.strip.active = place
+
+    @rule(end=st.integers(0, 1), text=st.sampled_from(["", "1 GPa", "10 nm", "-3 um", "x"]))
+    def limit_the_colors(self, end: int, text: str) -> None:
+        self.page.sight.maps.range.ends[end].value = text
+
+    @rule(do=st.sampled_from(["pin", "unpin"]))
+    def pin(self, do: str) -> None:
+        self.page._do(getattr(self.page.session, do))
+
+    @rule(size=st.sampled_from([[1024, 768], [1920, 1080]]))
+    def resize(self, size: list[int]) -> None:
+        self.page._window.size = size
+
+    @rule()
+    def reload(self) -> None:
+        self.page.close()
+        self.enter()
+
+    @rule()
+    def look(self) -> None:
+        """Let all come that is asked for: the sheet shows the contact of the state."""
+        page, session = self.page, self.page.session
+        settle(page)
+        state, outcome = session.state, session.outcome
+        if outcome is None or outcome.contact is None:
+            assert bool(state.missing) or session.failure is not None
+            return
+        contact = outcome.contact
+        assert page._header.numbers.object == header.numbers(contact)
+        assert page._header.numbers.styles == style.NEW
+        assert page.sight.maps._result is contact
+        assert page.sight.maps.large == list(NAMES)[page.sight.maps.strip.active]
+        if not contact.surface.is_profile:
+            assert len(page.sight.maps.strip.pictures) == len(NAMES)
+
+    @invariant()
+    def the_project_file_holds_the_state_and_the_controls_show_it(self) -> None:
+        page, state, path = self.page, self.page.session.state, self.work.project
+        if path.exists():
+            assert from_script(path.read_text("utf-8"), path.parent) == state
+        form = page._preparation._group.controls["form"]
+        assert state.specified.get("form", "").partition(" ")[0] == form._kind.value
+        # Gray, unless they answer the last request.
+        if page._header.numbers.object:
+            is_old = page._header.numbers.styles == style.OLD
+            assert is_old == (page._answer != page.session.number)
+
+    def teardown(self) -> None:
+        if hasattr(self, "page"):
+            self.look()
+            self.page.close()
+            self.folder.cleanup()
+
+
+_FEW = settings(
+    max_examples=8, stateful_step_count=12, deadline=None,
+    # To make a failure smaller takes a hundred times as long as to find it.
+    phases=[Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_page_shows_what_its_project_file_holds() -> None:
+    run_state_machine_as_test(Actions, settings=_FEW)
