@@ -179,6 +179,12 @@ def test_without_a_strength_nothing_yields() -> None:
     assert "Jackson2005" not in keys(soft.references())
 
 
+def test_layers_have_their_own_response() -> None:
+    tool = rc.Material(210e9, 0.3, coating=[rc.Layer(450e9, 0.25, "2 um")])
+    assert "Burmister1945" in keys(rough(material=tool, ceiling=None).references())
+    assert "Burmister1945" not in keys(rough().references())
+
+
 def test_a_profile_has_the_norms_and_the_yield_of_profiles() -> None:
     x = np.linspace(-1, 1, 64)
     profile = rc.Surface(-1e-6 * x[None, :] ** 2, (1.0, 1e-6))

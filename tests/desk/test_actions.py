@@ -22,8 +22,6 @@ import roughcontact as rc
 
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
-from test_page import GIVEN, Loop, Pressed, settle
-
 from roughcontact.desk import header, style
 from roughcontact.desk.maps import NAMES
 from roughcontact.desk.page import Page
@@ -31,6 +29,7 @@ from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.server import Visit
 from roughcontact.desk.session import from_script
 from roughcontact.desk.workers import WorkerPool
+from visits import GIVEN, Loop, Pressed, settle
 
 _POOL: list[WorkerPool] = []
 

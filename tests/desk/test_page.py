@@ -1,9 +1,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,33 +22,7 @@ from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.report import uncertainty
 from roughcontact.request.load_search import TASK as FIND
-
-PATIENCE = 60.0
-GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
-
-
-class Pressed(NamedTuple):
-    """A key."""
-
-    new: dict[str, str]
-
-
-class Loop:
-    """What a page has its changes made by: here, when a test says so."""
-
-    def __init__(self) -> None:
-        self.waiting: list[Callable[[], None]] = []
-
-    def add_next_tick_callback(self, done: Callable[[], None]) -> None:
-        self.waiting.append(done)
-
-
-def settle(page: Page) -> None:
-    """Let a page solve what it was asked for, and show it."""
-    assert page.session.wait(PATIENCE)
-    waiting = page._document.waiting
-    while waiting:
-        waiting.pop(0)()
+from visits import GIVEN, PATIENCE, Loop, Pressed, settle
 
 
 @pytest.fixture

@@ -78,6 +78,8 @@ def _elastic(result: ContactResult) -> Uses:
     else:
         yield from _of_maps(pair.origins, pair.is_profile)
     yield from _solved(result.boundary, pair.is_profile, known)
+    if pair.is_coated:
+        yield cited("response of the layers", "Burmister1945")
     if result.moments is not None:
         yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
 

@@ -1,0 +1,36 @@
+"""What tests of a page share: a contact to be asked for, keys, and the turns of its loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from roughcontact.desk.page import Page
+
+PATIENCE = 60.0
+GIVEN = {"material": "100Cr6", "boundary": "periodic", "load": "10 mN"}
+
+
+class Pressed(NamedTuple):
+    """A key."""
+
+    new: dict[str, str]
+
+
+class Loop:
+    """What a page has its changes made by: here, when a test says so."""
+
+    def __init__(self) -> None:
+        self.waiting: list[Callable[[], None]] = []
+
+    def add_next_tick_callback(self, done: Callable[[], None]) -> None:
+        self.waiting.append(done)
+
+
+def settle(page: Page) -> None:
+    """Let a page solve what it was asked for, and show it."""
+    assert page.session.wait(PATIENCE)
+    waiting = page._document.waiting
+    while waiting:
+        waiting.pop(0)()
