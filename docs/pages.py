@@ -54,6 +54,7 @@ def joined(seat: Any) -> None:
     box.locator("visible=true").first.uncheck()
     seat.page.get_by_role("button", name="Start").locator("visible=true").click()
     seat.page.get_by_text("Done in").locator("visible=true").wait_for()
+    seat.page.locator("canvas").locator("visible=true").first.wait_for()
 
 
 def taken(seat: Any) -> None:

@@ -277,6 +277,8 @@ def _plot(frame: Frame) -> Any:
         plot.add_layout(bar, "right")
     if plot.legend:
         style.quiet_legend(plot)
+        # More names than these do not fit above a figure of half the sheet.
+        plot.legend[0].ncols = 2 if len(plot.legend[0].items) > 3 else "auto"
     return plot
 
 
