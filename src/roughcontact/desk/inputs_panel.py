@@ -139,7 +139,7 @@ def fold(title: str, make: Callable[[], list[Any]]) -> Any:
 
 
 class FormControl:
-    """The form to remove: a choice, with an order beside the polynomial."""
+    """Selector of the form to remove; a polynomial has an order."""
 
     def __init__(self, give: Give) -> None:
         self._give, self._silent = give, False

@@ -271,7 +271,7 @@ _OTHERS = 80
 
 _SHORT = {RESIDUAL: "Indentation"}
 _BESIDES = {TOUCH: ("touching", "saturated", "missing"), GAP: ("cover",)}
-"""What the sources of maps hold beside the picture."""
+"""Further columns in the data source of a map."""
 
 
 class Scale(NamedTuple):
@@ -368,7 +368,7 @@ class Maps:
 
     @property
     def seen(self) -> Box:
-        """What lies within the frame [m]."""
+        """Return the visible area [m]."""
         edges = (self.y_range.end, self.x_range.start, self.y_range.start, self.x_range.end)
         return Box(*(float(edge) / self._factor for edge in edges))
 

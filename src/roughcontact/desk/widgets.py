@@ -270,7 +270,7 @@ input:focus {{ border-color: var(--accent); outline: 2px solid var(--accent); }}
 class TabStrip(JSComponent):  # type: ignore[misc]
     """Names of pages of which one is shown; `active` is its place.
 
-    If ``pictured``, each has a picture, an address of its own, of so many dots to a ``side``.
+    If ``pictured``, each name has a thumbnail: a URL in ``pictures``, ``side`` dots wide and high.
     """
 
     names = param.List([])

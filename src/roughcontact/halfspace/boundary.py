@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from roughcontact.halfspace.coating import Coatings
     from roughcontact.halfspace.convolution import Convolution
-    from roughcontact.halfspace.distributed import SlabConvolution
+    from roughcontact.halfspace.distributed import Grid, SlabConvolution
     from roughcontact.halfspace.fft import Workspace
     from roughcontact.ranks import Ranks
 
@@ -325,22 +325,22 @@ def _endless(*problem: Any, **options: Any) -> Convolution:
     return convolution.strip(*problem, **options)
 
 
-def _free_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
+def _free_slab(grid: Grid) -> tuple[NDArray[np.float64], float]:
     from roughcontact.halfspace import distributed
 
-    return distributed.free(*problem)
+    return distributed.free(grid)
 
 
-def _periodic_slab(*problem: Any) -> tuple[NDArray[np.float64], float]:
+def _periodic_slab(grid: Grid) -> tuple[NDArray[np.float64], float]:
     from roughcontact.halfspace import distributed
 
-    return distributed.periodic(*problem)
+    return distributed.periodic(grid)
 
 
-def _endless_slab(*problem: Any, axis: int) -> tuple[NDArray[np.float64], float]:
+def _endless_slab(grid: Grid, axis: int) -> tuple[NDArray[np.float64], float]:
     from roughcontact.halfspace import distributed
 
-    return distributed.strip_y(*problem) if axis == 0 else distributed.strip_x(*problem)
+    return distributed.strip_y(grid) if axis == 0 else distributed.strip_x(grid)
 
 
 def _strip(axis: int) -> _Beyond:

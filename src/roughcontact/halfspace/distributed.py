@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -532,8 +532,7 @@ def operators(
     Parameters
     ----------
     symbol : callable
-        ``symbol(layout, pixel, ranks, workspace, datum, coatings)`` makes the share of a rank:
-        `free`, `periodic`, `strip_x` or `strip_y`.
+        ``symbol(grid)`` makes the share of a rank: `free`, `periodic`, `strip_x` or `strip_y`.
     free_axes : sequence of int
         Axes along which the map ends at its edges.
     datum : float
@@ -571,7 +570,8 @@ def operators(
         waves = padded[1] // 2 + 1
         columns = _shared_out(waves, ranks.count)
         layout = Layout(shape, padded, rows, columns)
-        own, softness = symbol(layout, coarse, ranks, workspace, datum, coatings)
+        grid = Grid(layout, coarse, datum, coatings, ranks, workspace)
+        own, softness = symbol(grid)
         result = SlabConvolution(
             own, layout, ranks, workspace,
             # On coarse grids the error of the grid outweighs that of the arithmetic.
@@ -579,7 +579,7 @@ def operators(
             softness=softness / contact_modulus,
         )  # fmt: skip
         if coatings is not None and coatings.bend:
-            result.surface = symbol(layout, coarse, ranks, workspace, datum, None)[0]
+            result.surface = symbol(grid._replace(coatings=None))[0]
         return result
 
     return operator
@@ -601,15 +601,20 @@ def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]
 # What a rank makes of the symbol: that of its own columns, for E* = 1 Pa over a factor.
 
 
-def free(
-    layout: Layout,
-    pixel: tuple[float, float],
-    ranks: Ranks,
-    work: Workspace,
-    datum: float,
-    coatings: Coatings | None,
-) -> tuple[Array, float]:
+class Grid(NamedTuple):
+    """A grid whose operator several ranks share."""
+
+    layout: Layout
+    pixel: tuple[float, float]  # Edges (dy, dx) [m]
+    datum: float  # Where strips take the displacement as zero [m]
+    coatings: Coatings | None
+    ranks: Ranks
+    workspace: Workspace
+
+
+def free(grid: Grid) -> tuple[Array, float]:
     """Return the share of a rank of the symbol of a free map, and the factor before it."""
+    layout, pixel, _, coatings, ranks, work = grid
     points, width = layout.padded[0] // 2 + 1, layout.padded[1] // 2 + 1
     bands = -(-points // BAND)
     tops = [min(BAND * (bands * rank // ranks.count), points) for rank in range(ranks.count)]
@@ -629,49 +634,31 @@ def free(
     return fft.even_spectrum(symbol, work, axes=(0,)), pixel[0]
 
 
-def periodic(
-    layout: Layout,
-    pixel: tuple[float, float],
-    ranks: Ranks,
-    work: Workspace,
-    datum: float,
-    coatings: Coatings | None,
-) -> tuple[Array, float]:
+def periodic(grid: Grid) -> tuple[Array, float]:
     """Return the share of a rank of the symbol of a period, and the factor before it."""
-    return periodic_symbol(layout.shape, pixel, 1.0, coatings, layout.waves(ranks.number)), 1.0
+    waves = grid.layout.waves(grid.ranks.number)
+    return periodic_symbol(grid.layout.shape, grid.pixel, 1.0, grid.coatings, waves), 1.0
 
 
-def strip_x(
-    layout: Layout,
-    pixel: tuple[float, float],
-    ranks: Ranks,
-    work: Workspace,
-    datum: float,
-    coatings: Coatings | None,
-) -> tuple[Array, float]:
+def strip_x(grid: Grid) -> tuple[Array, float]:
     """Return the share of a rank for a strip along x, and the factor before it."""
-    shape = (layout.padded[0] // 2 + 1, layout.padded[1])
-    table = strip_rows(shape, pixel, datum, layout.waves(ranks.number), coatings)
-    return fft.even_spectrum(table, work, axes=(0,)), pixel[0]
+    shape = (grid.layout.padded[0] // 2 + 1, grid.layout.padded[1])
+    own = grid.layout.waves(grid.ranks.number)
+    table = strip_rows(shape, grid.pixel, grid.datum, own, grid.coatings)
+    return fft.even_spectrum(table, grid.workspace, axes=(0,)), grid.pixel[0]
 
 
-def strip_y(
-    layout: Layout,
-    pixel: tuple[float, float],
-    ranks: Ranks,
-    work: Workspace,
-    datum: float,
-    coatings: Coatings | None,
-) -> tuple[Array, float]:
+def strip_y(grid: Grid) -> tuple[Array, float]:
     """Return the share of a rank for a strip along y, and the factor before it."""
+    layout, ranks = grid.layout, grid.ranks
     # The kernel knows x as the periodic axis.
     shape = (layout.padded[1] // 2 + 1, layout.padded[0])
     waves = layout.padded[0] // 2 + 1
     tops = _shared_out(waves, ranks.count)
     own = slice(tops[ranks.number], tops[ranks.number + 1])
-    table = strip_rows(shape, pixel[::-1], datum, own, coatings)
-    rows = fft.even_spectrum(np.ascontiguousarray(table.T), work, axes=(1,))
-    return _transposed(rows, tops, layout.columns, ranks), pixel[1]
+    table = strip_rows(shape, grid.pixel[::-1], grid.datum, own, grid.coatings)
+    rows = fft.even_spectrum(np.ascontiguousarray(table.T), grid.workspace, axes=(1,))
+    return _transposed(rows, tops, layout.columns, ranks), grid.pixel[1]
 
 
 def _transposed(rows: Array, tops: Sequence[int], columns: Sequence[int], ranks: Ranks) -> Array:

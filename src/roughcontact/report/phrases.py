@@ -291,7 +291,7 @@ def step_error(result: ElastoplasticResult) -> str:
 def regime(result: ContactResult, *, in_layers: bool = False) -> str:
     """Return the regime of a result as a sentence with its numbers.
 
-    Nothing of a coated body whose yielding is told by the stress ``in_layers``.
+    Empty for a coated body if a stress result already gives the yielding ``in_layers``.
     """
     largest = engineering(result.max_pressure, "Pa", 3)
     name = result.regime

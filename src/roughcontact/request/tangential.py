@@ -30,8 +30,8 @@ from roughcontact.units import parse
 if TYPE_CHECKING:
     from roughcontact.contact.load_case import Load
 
-# Maps of the tangential solver beside the contact: two spectra, symbols twice, those of coarser
-# grids, some fields.
+# Maps that the tangential solver needs in addition to the contact: two spectra, two sets of
+# symbols, the symbols of coarser grids, some fields.
 _HELD = 21
 
 
