@@ -4,6 +4,7 @@
     python benchmarks/interval_coverage.py --cases 40 --first 100
     python benchmarks/interval_coverage.py --cases 10 --also
     python benchmarks/interval_coverage.py --cases 10 --part
+    python benchmarks/interval_coverage.py --cases 200 --first 5100 --keep cases.jsonl
     python benchmarks/interval_coverage.py --measured ../shared/measurements/*.x3p
 
 Surfaces of 512² points: Hurst exponents from 0.4 to 0.95, a roll-off at 1/2.5 to 1/8 of the side,
@@ -25,6 +26,8 @@ with λ50 of 12 to 20 points of the map, pressed free.
 from __future__ import annotations
 
 import argparse
+import itertools
+import json
 import math
 import time
 from collections import defaultdict
@@ -43,6 +46,8 @@ from roughcontact.surface import filters, random_surfaces
 from roughcontact.surface.instrument import Instrument
 
 Array = NDArray[np.float64]
+Row = tuple[tuple[str, ...], tuple[float, ...]]
+"""Classes, and: held, half width, error, error as measured, closing, ways apart."""
 
 POINTS, MEASURED, TRUTH, SLOPE, PIXEL = 512, 128, 768, 0.1, 1e-7
 MATERIAL = rc.Material(1e9, 0.0)
@@ -209,40 +214,62 @@ def main() -> None:
     parser.add_argument("--part", action="store_true", help="a quarter of each surface")
     parser.add_argument("--also", action="store_true", help="a coarse map and three finer ones")
     parser.add_argument("--measured", type=Path, nargs="+", default=[], help="maps of instruments")
+    parser.add_argument("--keep", type=Path, help="file of cases that are done; the rest is run")
     options = parser.parse_args()
-    rows, refused = defaultdict(list), set()
-    last = len(options.measured) or options.first + options.cases
-    for number in range(options.first, last):
+    known = kept(options.keep) if options.keep else {}
+    numbers = range(options.first, len(options.measured) or options.first + options.cases)
+    for number in (number for number in numbers if number not in known):
         began = time.process_time()
         if options.measured:
             case = of_file(options.measured[number], number)
         else:
             case = drawn(number, options.also)
-        for ceiling in (None, case.ceiling):
-            try:
-                true, known = told(case, ceiling, options.part)
-            except rc.InputError as error:
-                refused.add(number)
-                print(f"case {number} {case.classes}: {error}", flush=True)
-                continue
-            model = "elastic" if ceiling is None else "ceiling"
-            for one in known.intervals:
-                right = true[one.name]
-                half = math.log(one.high / one.low) / 2
-                # The end that is the ceiling itself is rounded.
-                held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
-                row = (
-                    held, half, math.log(one.value / right),
-                    math.log(one.measured / right), known.closing[one.name],
-                    math.sqrt(one.budget.get(Cause.CORRECTIONS, 0.0)),
-                )  # fmt: skip
-                for key in (f"{one.name}, {model}", *case.classes, "all"):
-                    rows[key].append(row)
-                if half and not row[0]:
-                    print(f"case {number} {case.classes} {model} {one.name}: off {row[2]:+.3f} of "
-                          f"{half:.3f}, as measured {row[3]:+.3f}", flush=True)  # fmt: skip
+        known[number] = judged(number, case, options.part)
+        if options.keep:
+            with options.keep.open("a", encoding="utf-8") as file:
+                print(json.dumps([number, known[number]]), file=file)
         print(f"case {number}: {time.process_time() - began:.0f} s of processor", flush=True)
-    print(f"{len(refused)} of {last - options.first} cases refused")
+    tell(known)
+
+
+def kept(path: Path) -> dict[int, list[Row]]:
+    """Return the rows of the cases of earlier runs."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return dict(json.loads(line) for line in lines)
+
+
+def judged(number: int, case: Case, part: bool) -> list[Row]:
+    """Return each number of a case: its classes, and how its interval stands to the truth."""
+    rows: list[Row] = []
+    for ceiling in (None, case.ceiling):
+        try:
+            true, known = told(case, ceiling, part)
+        except rc.InputError as error:
+            print(f"case {number} {case.classes}: {error}", flush=True)
+            continue
+        model = "elastic" if ceiling is None else "ceiling"
+        for one in known.intervals:
+            right = true[one.name]
+            half = math.log(one.high / one.low) / 2
+            # The end that is the ceiling itself is rounded.
+            held = one.low <= (1 + 1e-9) * right and right <= (1 + 1e-9) * one.high
+            off, raw = math.log(one.value / right), math.log(one.measured / right)
+            apart = math.sqrt(one.budget.get(Cause.CORRECTIONS, 0.0))
+            row = float(held), half, off, raw, known.closing[one.name], apart
+            rows.append(((f"{one.name}, {model}", *case.classes, "all"), row))
+            if half and not held:
+                print(f"case {number} {case.classes} {model} {one.name}: off {off:+.3f} of "
+                      f"{half:.3f}, as measured {raw:+.3f}", flush=True)  # fmt: skip
+    return rows
+
+
+def tell(known: dict[int, list[Row]]) -> None:
+    """Print the table of all cases."""
+    rows = defaultdict(list)
+    for keys, row in itertools.chain.from_iterable(known.values()):
+        for key in keys:
+            rows[key].append(row)
+    print(f"{sum(not found for found in known.values())} of {len(known)} cases refused")
     for key, values in rows.items():
         held, half, off, raw, closing, apart = np.array(values).T
         rms, before = (math.sqrt(np.mean(part**2)) for part in (off, raw))
