@@ -210,7 +210,7 @@ def _below(result: Tangential) -> Iterator[str]:
 def _first_yield(force: float, unit: str) -> str:
     """Return under which tangential force the body yields."""
     if not force:
-        return "without tangential force"
+        return "under the load alone"
     if math.isinf(force):
         return "not before it slides"
     return f"at a tangential force of {phrases.size(force, unit)}"
