@@ -57,6 +57,13 @@ def test_text_that_cannot_be_used_changes_nothing(complete: State) -> None:
         complete.having("from", "1 N")
 
 
+@pytest.mark.parametrize("name", ["output", "report", "quiet", "nonsense"])
+def test_a_state_holds_what_a_project_file_knows_alone(complete: State, name: str) -> None:
+    with pytest.raises(InputError) as refused:
+        complete.having(name, "x.nc")
+    assert refused.value.argument == name
+
+
 def test_one_load_replaces_the_other(complete: State) -> None:
     assert "load" not in complete.having("approach", "1 um").specified
     assert complete.having("approach", "1 um").having("load", "2 N").specified["load"] == "2 N"

@@ -14,6 +14,7 @@ from roughcontact import files
 from roughcontact.batch.project import DESK
 from roughcontact.desk.live_solver import PREVIEW_POINTS, Answer, Event, Failed, Live, Prepared
 from roughcontact.errors import ArgumentRef, FormatError, InputError
+from roughcontact.request.options import Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
@@ -115,7 +116,9 @@ class State:
 
     def having(self, name: str, value: Value) -> State:
         """Return the state with an option set."""
-        if name not in SOLVE.by_name:
+        option = SOLVE.by_name.get(name)
+        # What is written, the page offers itself, and a project file has no word for it.
+        if option is None or option.panel is Panel.OUTPUT:
             raise InputError(f"is no option of {SOLVE.name}", argument=name, value=value)
         if isinstance(value, str):
             value = value.strip()
