@@ -197,3 +197,10 @@ def keep_freed() -> None:
             adjust = ctypes.CDLL(None).mallopt
             for parameter, size in (_MAPPED, _KEPT):
                 adjust(parameter, size)
+
+
+def give_back() -> None:
+    """Give the memory of freed arrays back to the machine, where that can be asked for."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):
+            ctypes.CDLL(None).malloc_trim(0)

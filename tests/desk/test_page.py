@@ -314,7 +314,7 @@ def test_a_drag_shows_previews_and_its_end_the_contact_of_the_command(
     page._load.slider.moved = {"value": page._load.slider.value, "done": True, "count": 2}
     settle(page)
     assert "Up to date" in text_of(page._header.state)
-    assert page.sight.maps._result is page.session.outcome.contact
+    assert page.sight.maps._result.pressure is page.session.outcome.contact.pressure
     page._load.slider.moved = {"value": 200, "done": True, "count": 3}
     settle(page)
     outcome = page.session.outcome

@@ -16,7 +16,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 import roughcontact as rc
 from roughcontact.batch import project
 from roughcontact.cli import app
-from roughcontact.desk.live_solver import Failed, Live, Prepared
+from roughcontact.desk.live_solver import Failed, Live, Prepared, Preview
+from roughcontact.desk.rasters import is_drawn_alike
 from roughcontact.desk.session import CONTACT, PINNED, Session, State, from_script
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
@@ -166,8 +167,8 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
         live.ask(request)
     go_on.set()
     assert live.wait(PATIENCE)
-    solved = [what.request for what in told if isinstance(what, Outcome)]
-    assert [requests.index(request) for request in solved] == [0, 3]
+    for kind, solved in ((Preview, [0, 3]), (Outcome, [3])):
+        assert [requests.index(what.request) for what in told if isinstance(what, kind)] == solved
     # Other maps need no end of it.
     began.clear(), go_on.clear(), told.clear()
     live.ask(requests[0])
@@ -177,6 +178,22 @@ def test_a_solve_that_began_ends_and_the_newest_waits(tmp_path: Path) -> None:
     assert live.wait(PATIENCE)
     assert [what.request[LEVEL] for what in told if isinstance(what, Outcome)] == ["mean"]
     live.close()
+
+
+def test_the_picture_comes_before_the_calibrated_ceiling(
+    session: Session, heard: Heard, tmp_path: Path
+) -> None:
+    session.bring(save_map(tmp_path, "a.npz"))
+    session.give_all({**GIVEN, "load": "1 N"})
+    whole = solved(session).contact
+    previews = [what for what in heard.all if isinstance(what, Preview)]
+    first = previews[-1].contact
+    assert first.calibrated is None
+    assert whole.calibrated is not None
+    assert is_drawn_alike(first, whole)
+    session.give("ceiling", "none")
+    solved(session)
+    assert [what for what in heard.all if isinstance(what, Preview)] == previews
 
 
 def test_the_map_is_read_and_prepared_once(session: Session, tmp_path: Path) -> None:

@@ -55,6 +55,8 @@ LOAD_TOLERANCE = 1e-10
 MOMENT_TOLERANCE = 1e-8
 """Largest moment error of a converged result."""
 
+Watch = Callable[[Step], None] | None
+
 UNBALANCED = (
     "moments not balanced; the point of the load may lie too near to the edge of the contact"
 )
@@ -181,16 +183,38 @@ def solve(
         force, approach, moments, ceiling, tolerance, max_iterations, precision, specified
     )
     watch = numbered(progress, 1, 1)
-    bracket = pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
-    asked = replace(terms, ceiling=COATING) if bracket else terms
+    asked = replace(terms, ceiling=COATING) if _is_bracket(pair, ceiling) else terms
     result = press(
         pair, asked, start=initial_guess, on_failure=on_failure, on_interrupt=on_interrupt,
         progress=watch, workers=workers,
     )  # fmt: skip
-    if pair.is_shared or not calibrated:
+    if not calibrated:
         return result
-    other = _under_base(result, terms) if bracket else _calibrated(result, terms)
-    return replace(result, calibrated=other)
+    return with_calibrated(result, ceiling, max_iterations, progress)
+
+
+def with_calibrated(
+    first: ContactResult,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    max_iterations: int = 2000,
+    progress: Tell = None,
+) -> ContactResult:
+    """Return a contact, solved under this ceiling, with what changes under the calibrated one."""
+    if first.pair.is_shared:
+        return first
+    watch = numbered(progress, 1, 1, "calibrated ceiling")
+    terms = LoadCase(
+        **{first.control: getattr(first, first.control)}, moments=first.moments,
+        tolerance=first.tolerance, max_iterations=max_iterations, precision=first.precision,
+    )  # fmt: skip
+    bracket = _is_bracket(first.pair, ceiling)
+    other = _under_base(first, terms, watch) if bracket else _calibrated(first, terms, watch)
+    return replace(first, calibrated=other)
+
+
+def _is_bracket(pair: Pair, ceiling: Quantity | ArrayLike | None) -> bool:
+    """Return whether a coated body is solved under two ceilings."""
+    return pair.is_coated and isinstance(ceiling, str) and ceiling == BRACKET
 
 
 def press(
@@ -200,7 +224,7 @@ def press(
     start: ContactResult | ArrayLike | None = None,
     on_failure: str = "raise",
     on_interrupt: str = "raise",
-    progress: Callable[[Step], None] | None = None,
+    progress: Watch = None,
     workers: int | None = None,
 ) -> ContactResult:
     """Press two bodies together; see `solve`."""
@@ -230,7 +254,7 @@ def _agreed(
     terms: LoadCase,
     start: ContactResult | ArrayLike | None,
     on_failure: str,
-    progress: Callable[[Step], None] | None,
+    progress: Watch,
 ) -> ContactResult:
     """Return the contact under the ceiling that it recommends, with the cost of all its solves."""
     solves: list[ContactResult] = []
@@ -250,7 +274,7 @@ def _agreed(
     )
 
 
-def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
+def _calibrated(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
     """Return the contact under the ceiling that its solution recommends."""
     if not (first.converged and isinstance(first.ceiling, float)) or first.calibration is not None:
         return None
@@ -268,14 +292,15 @@ def _calibrated(first: ContactResult, terms: LoadCase) -> Calibrated | None:
     terms = replace(terms, ceiling=advice.ceiling, tolerance=tolerance)
     if terms.moments is None:
         terms = replace(terms, precision="single")
-    return _solve_again(first, terms, start, advice.factor, advice.load_ratio)
+    return _solve_again(first, terms, start, advice.factor, advice.load_ratio, watch)
 
 
-def _under_base(first: ContactResult, terms: LoadCase) -> Calibrated | None:
+def _under_base(first: ContactResult, terms: LoadCase, watch: Watch) -> Calibrated | None:
     """Return the contact of a coated body under the ceiling of its base."""
     if not first.converged:
         return None
-    return _solve_again(first, replace(terms, ceiling=BASE), first.pressure, math.nan, math.nan)
+    terms = replace(terms, ceiling=BASE)
+    return _solve_again(first, terms, first.pressure, math.nan, math.nan, watch)
 
 
 def _solve_again(
@@ -284,10 +309,11 @@ def _solve_again(
     start: NDArray[np.float64],
     factor: float,
     load_ratio: float,
+    watch: Watch,
 ) -> Calibrated | None:
     """Return the same contact under another ceiling."""
     try:
-        result = press(first.pair, terms, start=start, on_failure="return")
+        result = press(first.pair, terms, start=start, on_failure="return", progress=watch)
     except (CapacityError, InsufficientMemoryError):
         return None
     if not result.converged:
@@ -318,7 +344,7 @@ def _solved(
     terms: LoadCase,
     stated: validation.ContactProblem,
     start: ContactResult | ArrayLike | None,
-    progress: Callable[[Step], None] | None,
+    progress: Watch,
     interruptible: bool,
     workspace: Workspace,
 ) -> tuple[bounded.Solution, tuple[float, float]]:

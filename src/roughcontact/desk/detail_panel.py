@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Run
-from roughcontact.desk.rasters import Box
+from roughcontact.desk.rasters import Box, is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
 from roughcontact.errors import InputError
@@ -600,7 +600,7 @@ class Detail:
         }
         self._parts = list(parts.values())
         self._tabs = Tabs(parts, self._draw_tab)
-        self._tabs.strip.visible, self._tabs.strip.active = False, _SURFACE
+        self._tabs.strip.visible = False
         self.tabs = pn.Column(self._tabs.strip, self._tabs.body, **style.BLOCK)
 
     @cached_property
@@ -643,10 +643,13 @@ class Detail:
         """
         if surface is not self._surface:
             self._proposed = None if surface is None else whole_line(surface)
-        was_contact = self._result is not None
+        before = self._surface is None, self._result is None
+        alike = is_drawn_alike(result, self._result)
+        is_drawn = alike and surface is self._surface and line == self._line
         self._surface, self._result, self._line = surface, result, line
-        self._draw_section()
-        if (result is not None) != was_contact:
+        if not is_drawn:
+            self._draw_section()
+        if (surface is None, result is None) != before:
             self._tabs.strip.visible = result is not None
             self._tabs.strip.active = _SURFACE if result is None else _RESULTS
         if numbers is not None:

@@ -13,7 +13,7 @@ import contextlib
 import logging
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -52,10 +52,10 @@ class Failed:
 
 @dataclass(frozen=True)
 class Preview:
-    """The contact of a request on larger pixels, to look at while the request changes."""
+    """What is seen of a request first: on larger pixels, or without the calibrated ceiling."""
 
     request: Request  # What was asked for
-    contact: ContactResult  # What came out on larger pixels
+    contact: ContactResult  # What came out
 
 
 Event = Prepared | Preview | Outcome | Progress | Failed | str
@@ -63,6 +63,10 @@ Event = Prepared | Preview | Outcome | Progress | Failed | str
 
 PREVIEW_POINTS = 256
 """Points along each side of a preview, at most."""
+
+
+# Seconds after which a contact is solved beside however many others.
+_PATIENCE = 5.0
 
 
 class _Stale(Exception):  # noqa: N818 - no error: something newer was asked for
@@ -81,16 +85,20 @@ class Live:
     """Solves what was asked for last."""
 
     def __init__(
-        self, on_event: Callable[[Event], None], reader: maps.Reader = read.read_announced
+        self,
+        on_event: Callable[[Event], None],
+        reader: maps.Reader = read.read_announced,
+        turns: threading.Semaphore | None = None,
     ) -> None:
         self._on_event = on_event
         self._reader = reader
+        self._turns = turns or threading.Semaphore()
         self._changed = threading.Condition()
         self._pending: tuple[Request, Answer] | None = None
         self._under_way: Request | None = None
         self._at_work = False
         self._closed = False
-        self._drop = False
+        self._drop = self._is_seen = False
         self._read: dict[Any, Surface] = {}
         self._prepared: tuple[Any, tuple[Surface, ...]] | None = None
         self._coarse: tuple[tuple[Surface, ...], tuple[Surface, ...]] | None = None
@@ -137,7 +145,7 @@ class Live:
                 assert self._pending is not None
                 (request, wanted), self._pending = self._pending, None
                 self._under_way = request
-                self._at_work, self._drop = True, False
+                self._at_work, self._drop, self._is_seen = True, False, False
             with contextlib.suppress(_Stale):
                 self._tell(self._answer(request, wanted))
 
@@ -148,14 +156,17 @@ class Live:
             if wanted is Answer.PREVIEW:
                 if self._coarse is None or self._coarse[0] is not surfaces:
                     self._coarse = surfaces, tuple(map(coarsened, surfaces))
-                contact = solved(request, self._coarse[1], self._tell, self._tell).contact
+                with self._turn():
+                    contact = solved(request, self._coarse[1], self._tell, self._tell).contact
                 assert contact is not None
                 return Preview(request, contact)
             prepared = Prepared(request, surfaces)
             if wanted is Answer.MAPS:
                 return prepared
             self._tell(prepared)
-            return solved(request, surfaces, self._tell, self._tell)
+            with self._turn():
+                show = partial(self._show, request)
+                return solved(request, surfaces, self._tell, self._tell, show)
         except RoughcontactError as error:
             return Failed(request, error)
         except MemoryError:
@@ -172,18 +183,35 @@ class Live:
             words = f"an internal error ended this ({type(error).__name__}): report it"
             return Failed(request, InputError(words))
 
+    @contextlib.contextmanager
+    def _turn(self) -> Iterator[None]:
+        """Wait for few enough others that solve, for some time."""
+        is_given = self._turns.acquire(timeout=_PATIENCE)
+        try:
+            yield
+        finally:
+            if is_given:
+                self._turns.release()
+
+    def _show(self, request: Request, contact: ContactResult) -> None:
+        """Tell a contact before its solve under the calibrated ceiling, which a request ends."""
+        self._tell(Preview(request, contact))
+        self._is_seen = True
+
     def _tell(self, what: Event) -> None:
         with self._changed:
-            if self._closed or self._drop or self._needs_others():
+            if self._closed or self._drop or self._is_outdated:
                 raise _Stale
         self._on_event(what)
 
-    def _needs_others(self) -> bool:
-        """Whether what waits needs other maps, or only maps."""
+    @property
+    def _is_outdated(self) -> bool:
+        """Whether what waits needs other maps, or only maps, or what is under way is seen."""
         if self._pending is None or self._under_way is None:
             return False
         request, wanted = self._pending
-        return wanted is Answer.MAPS or _maps_of(request) != _maps_of(self._under_way)
+        needs_others = wanted is Answer.MAPS or _maps_of(request) != _maps_of(self._under_way)
+        return self._is_seen or needs_others
 
     def _maps(self, request: Request) -> tuple[Surface, ...]:
         key = _maps_of(request)

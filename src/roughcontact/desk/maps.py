@@ -381,7 +381,7 @@ class Maps:
             self.strip.visible = result is not None
             if surface is not self._surface:
                 self._put_surface(surface)
-            if result is not self._result:
+            if not rasters.is_drawn_alike(result, self._result):
                 self._put_result(result)
             if before != self.large:
                 self._arrange()

@@ -67,9 +67,8 @@ class Page:
         self._looked_up: Path | None = None
         self._lock = threading.Lock()
         self._news: list[Event | Shown | Previewed] = []
-        self.session = session = Session(
-            work.project, self._hear, partial(Live, reader=workers.reader(bench)), visit.share
-        )
+        follow = partial(Live, reader=workers.reader(bench), turns=bench.turns)
+        self.session = session = Session(work.project, self._hear, follow, visit.share)
         visit.heard.append(self._adopt)
         self._window = Frame(**style.BLOCK)
         self._window.param.watch(self._resized, "size")
@@ -248,7 +247,8 @@ class Page:
         with self._lock:
             first = not self._news
             # Only the last of a kind matters: a picture that is late is not drawn.
-            self._news = [item for item in self._news if type(item) is not type(what)] + [what]
+            late = (Shown, Previewed) if isinstance(what, Shown) else type(what)
+            self._news = [item for item in self._news if not isinstance(item, late)] + [what]
         if first:
             self._run(self._catch_up)
 
@@ -292,8 +292,12 @@ class Page:
                     return
                 self.sight.show(prepared.surfaces[0], what.result, session.state.line)
                 self._header.numbers.object = what.numbers
-                rows, columns = what.result.pressure.shape
-                self._header.show_state(f"Preview on {rows} × {columns} pixels", "caution")
+                if session.is_wanted(what.request):
+                    self._header.numbers.styles = style.NEW
+                    self._header.show_state("Solving under the calibrated ceiling …", "caution")
+                else:
+                    rows, columns = what.result.pressure.shape
+                    self._header.show_state(f"Preview on {rows} × {columns} pixels", "caution")
             case Failed():
                 # Said aloud once, at the control if there is one for it.
                 requested = self._bring.tell_lacking(what.error)

@@ -135,6 +135,13 @@ def pressed(result: ContactResult, view: Window) -> Pressed:
     return Pressed(pressure, gap, touching, saturated, view, shares)
 
 
+def is_drawn_alike(result: ContactResult | None, other: ContactResult | None) -> bool:
+    """Return whether two results give the same pictures: the calibrated ceiling gives none."""
+    if result is None or other is None:
+        return result is other
+    return result.pressure is other.pressure
+
+
 def pressure(part: Pressed) -> Values:
     """Return the largest pressure of each cell [Pa]; NaN where nothing touches."""
     largest = cell_max(part.pressure, part.blocks)

@@ -30,7 +30,7 @@ from tornado import web
 from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
 
-from roughcontact import memory
+from roughcontact import memory, processes
 from roughcontact.desk.access import Guarded, key_of
 from roughcontact.desk.projects import ProjectStore, SavedProject, Upload, require_size, shown
 from roughcontact.desk.tokens import FONT, INK, QUIET
@@ -60,8 +60,8 @@ OFFERED = "/made"
 # Files come another way; what a page sends of itself is small.
 _LARGEST_MESSAGE = 20 * 2**20
 _LARGEST_REQUEST = 2**20
-# Seconds until a page that is closed is gone, and between two looks.
-_LINGER, _LOOK = 20, 5
+# Seconds until a page that is closed is gone, between two looks, and until its memory goes back.
+_LINGER, _LOOK, _REST = 20, 5, 2
 _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
 _WARM = 3000
@@ -334,7 +334,7 @@ class Server:
         )  # fmt: skip
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
-        document.on_session_destroyed(lambda context: self._leave(context.id))
+        document.on_session_destroyed(lambda context: self._closed_page(context.id))
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
         sheet = pn.Column(sizing_mode="stretch_both", margin=0)
@@ -374,6 +374,11 @@ class Server:
             if own is not None and visit is not own and visit.work.key == own.work.key
         ]  # fmt: skip
 
+    def _closed_page(self, session: str) -> None:
+        self._leave(session)
+        assert self._loop is not None
+        self._loop.call_later(_REST, _tidy)
+
     def _leave(self, session: str) -> None:
         visit = self._visits.pop(session, None)
         if visit is not None:
@@ -382,6 +387,12 @@ class Server:
     def _leave_all(self) -> None:
         for session in list(self._visits):
             self._leave(session)
+
+
+def _tidy() -> None:
+    """Give back the memory of pages that were closed."""
+    gc.collect()
+    processes.give_back()
 
 
 def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:

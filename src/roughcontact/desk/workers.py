@@ -78,6 +78,8 @@ class WorkerPool:
         self._keeps = spare
         self._spare: _Process | None = None
         self._jobs: set[Job] = set()
+        # More contacts at a time, of a thread for each core, end later and hold up what is drawn.
+        self.turns = threading.Semaphore(2)
 
     def begin(
         self,

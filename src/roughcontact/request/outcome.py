@@ -22,8 +22,13 @@ if TYPE_CHECKING:
     from roughcontact.surface.surface import Surface
 
 Look = Callable[[Progress], None]
+Show = Callable[["ContactResult"], None]
 Solve = Callable[..., "ContactResult"]
 """`contact.solve.solve`, or what gives the same for the same arguments."""
+
+
+def unseen(_: Any) -> None:
+    """Look at nothing."""
 
 
 def solve_afresh(surface: Surface, **options: Any) -> ContactResult:
@@ -51,6 +56,7 @@ class Work:
     solve: Solve = solve_afresh  # What solves contacts that several tasks look at
     known: Mapping[str, Any] = field(default_factory=dict)
     ranks: Ranks | None = None  # Those that share a volume
+    show: Show = unseen  # Called with a contact that lacks only the calibrated ceiling
 
     @cached_property
     def maps(self) -> Sequence[Surface]:

@@ -13,10 +13,10 @@ from roughcontact.halfspace.fft import default_workers
 from roughcontact.request import contacts, outputs
 from roughcontact.request.maps import prepared_by, surfaces
 from roughcontact.request.options import REPORT
-from roughcontact.request.outcome import Look, Outcome, Solve, Work, solve_afresh
+from roughcontact.request.outcome import Look, Outcome, Show, Solve, Work, solve_afresh, unseen
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request
-from roughcontact.solvers.progress import Progress, each_part
+from roughcontact.solvers.progress import each_part
 
 if TYPE_CHECKING:
     from roughcontact.report.page import Edition
@@ -35,7 +35,7 @@ def run(
     """Read, prepare, solve, and write what was asked for."""
     request.check_places()
     reads = partial(read or prepared, request, say)
-    work = Work(request, reads, say, look or _nobody, solve, known or {})
+    work = Work(request, reads, say, look or unseen, solve, known or {})
     outcome: Outcome = request.task.run(request, work)
     if not outcome.converged:
         return outcome
@@ -71,14 +71,10 @@ def prepared(request: Request, say: Say) -> list[Surface]:
 
 
 def solved(
-    request: Request, maps: Sequence[Surface], say: Say, look: Look | None = None
+    request: Request, maps: Sequence[Surface], say: Say, look: Look = unseen, show: Show = unseen
 ) -> Outcome:
     """Carry out a request on maps that are prepared, and write nothing."""
-    return request.task.run(request, Work(request, lambda: maps, say, look or _nobody))
-
-
-def _nobody(progress: Progress) -> None:
-    """Look at nothing."""
+    return request.task.run(request, Work(request, lambda: maps, say, look, show=show))
 
 
 def files(outcome: Outcome, work: Work) -> Iterator[outputs.Writing]:

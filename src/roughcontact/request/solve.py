@@ -95,21 +95,27 @@ def contact(
 
     A load comes with the argument that it is from.
     """
-    from roughcontact.contact.solve import solve
+    from roughcontact.contact.solve import solve, with_calibrated
 
     force, specified = request.force(work.maps, *(load or request.load))
     point = request[options.LOAD_POINT]
+    arguments = request.arguments(work.maps, *_SOLVER)
     result = solve(
         work.maps[0],
-        **request.arguments(work.maps, *_SOLVER),
+        **arguments,
         load=force,
         approach=request[options.APPROACH],
         moments=None if point is None else (force * point[0], force * point[1]),
-        calibrated=calibrated,
+        calibrated=False,
         on_failure="return",
         progress=work.look,
     )
-    return replace(result, specified_load=specified)
+    result = replace(result, specified_load=specified)
+    if not calibrated or result.ceiling is None:
+        return result
+    work.show(result)
+    iterations = request.solver(MAX_ITERATIONS)
+    return with_calibrated(result, arguments["ceiling"], **iterations, progress=work.look)
 
 
 def _run(request: Request, work: Work) -> Outcome:
