@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -449,3 +450,12 @@ def test_a_coated_body_is_pressed(page: Page, tmp_path: Path) -> None:
     contact = page.session.outcome.contact
     assert contact.material.coating
     assert "10 mN" in numbers_of(page)
+
+
+def test_no_token_of_the_page_has_a_name_of_bokeh() -> None:
+    import bokeh
+
+    script = Path(bokeh.__file__).parent / "server" / "static" / "js" / "bokeh.min.js"
+    names = set(re.findall(r"(--[a-z-]+):", style.PAGE))
+    assert len(names) > 15
+    assert not [name for name in names if f"{name}:" in script.read_text("utf-8")]

@@ -135,7 +135,7 @@ class Header:
         ]  # fmt: skip
         self.count.label, self.count.visible = " · ".join(counts), bool(counts)
         severe = bool(self._cautions) and self._cautions[0].severity == Severity.WARNING
-        self.count.styles = {"--text": "var(--warning)"} if severe else {}
+        self.count.styles = {"--text": "var(--severe)"} if severe else {}
         if self._topic == "Cautions":
             self._fill()
 

@@ -22,15 +22,15 @@ from roughcontact.desk.tokens import ACCENT, FONT, INK, LINE, QUIET, WARNING
 _LIGHT = f"""
   --bg: #f5f6f7; --surface: #ffffff; --sunken: #eef0f2; --line: {LINE}; --control: #858e99;
   --text: {INK}; --muted: {QUIET}; --accent: {ACCENT}; --accent-weak: #e6f0fa;
-  --on-accent: #ffffff; --ok: #14733f; --caution: #7d5400; --warning: {WARNING};
-  --warning-weak: #fdece5; --body: #c9d3de; --body-edge: #3f5f85;
+  --on-accent: #ffffff; --ok: #14733f; --caution: #7d5400; --severe: {WARNING};
+  --body: #c9d3de; --body-edge: #3f5f85;
   --shadow: 0 8px 28px rgba(15, 20, 30, .18);
 """
 _DARK = """
   --bg: #101317; --surface: #171b21; --sunken: #1f242b; --line: #2b313a; --control: #6d7885;
   --text: #e8ebef; --muted: #a4adb9; --accent: #74b6ff; --accent-weak: #172a3f;
-  --on-accent: #0b1420; --ok: #5fcd92; --caution: #efc163; --warning: #ff9d7a;
-  --warning-weak: #341d15; --body: #39434f; --body-edge: #9cc3f0;
+  --on-accent: #0b1420; --ok: #5fcd92; --caution: #efc163; --severe: #ff9d7a;
+  --body: #39434f; --body-edge: #9cc3f0;
   --shadow: 0 8px 28px rgba(0, 0, 0, .55);
 """
 
@@ -57,7 +57,7 @@ label, .bk-input-group > label {{ font-size: 12px; color: var(--muted); }}
   color: var(--on-accent) !important; }}
 .bk-btn:focus-visible {{ outline: 2px solid var(--accent); outline-offset: 2px; }}
 a {{ color: var(--accent); }}
-.wrong, :host(.wrong) {{ color: var(--warning); font-size: 12px; }}
+.wrong, :host(.wrong) {{ color: var(--severe); font-size: 12px; }}
 h1 {{ font-size: 15px; margin: 0; font-weight: 650; white-space: nowrap; }}
 h2 {{ font-size: 13px; margin: 0 0 4px; font-weight: 600; }}
 p {{ margin: 0 0 6px; }}
@@ -68,12 +68,12 @@ table {{ border-collapse: collapse; font-variant-numeric: tabular-nums; font-siz
 td, th {{ padding: 3px 12px 3px 0; text-align: left; vertical-align: top; font-weight: 400; }}
 th {{ color: var(--muted); }}
 tr + tr td {{ border-top: 1px solid var(--line); }}
-.warning {{ color: var(--warning); }} .caution {{ color: var(--caution); }}
+.warning {{ color: var(--severe); }} .caution {{ color: var(--caution); }}
 .step {{ display: grid; grid-template-columns: 14px minmax(0, 1fr); gap: 8px; text-align: left; }}
 .step h2 {{ margin: 0; }}
 .step p {{ margin: 0; font-size: 12px; overflow-wrap: anywhere; }}
 .step b {{ font-weight: 500; color: var(--text); }}
-.good {{ color: var(--ok); }} .bad {{ color: var(--warning); }}
+.good {{ color: var(--ok); }} .bad {{ color: var(--severe); }}
 ul.cautions {{ margin: 0; padding: 0; list-style: none; }}
 ul.cautions li {{ margin: 0 0 4px; color: var(--text); }}
 ul.cautions b {{ font-weight: 600; }}
