@@ -155,6 +155,7 @@ class Server:
         self._visits: dict[str, Visit] = {}
         self._loop: asyncio.AbstractEventLoop | None = None
         self._server: Any = None
+        self._tidying: asyncio.TimerHandle | None = None
         self._ready = threading.Event()
         self._token = secrets.token_urlsafe(24)
         self.first = self._works.create()
@@ -377,7 +378,10 @@ class Server:
     def _closed_page(self, session: str) -> None:
         self._leave(session)
         assert self._loop is not None
-        self._loop.call_later(_REST, _tidy)
+        # Once for all that are closed together.
+        if self._tidying is not None:
+            self._tidying.cancel()
+        self._tidying = self._loop.call_later(_REST, _tidy)
 
     def _leave(self, session: str) -> None:
         visit = self._visits.pop(session, None)
