@@ -134,7 +134,7 @@ def test_the_stress_is_told_drawn_and_written(tmp_path: Path) -> None:
     below = result.fretting
     assert "σ_t τδ" in repr(result)
     # The ceiling is three times the yield strength: pressure alone is enough.
-    assert "First yield: without tangential force" in repr(result)
+    assert "First yield: under the load alone" in repr(result)
     assert result.summary()["yield_force"] == below.yield_force == 0
     assert result.summary()["max_tension"] == below.stress.max_tension
     assert {"Ruiz1984", "Hamilton1983"} <= {work.key for work in result.references()}

@@ -264,6 +264,10 @@ class Page:
         return time.monotonic() - self._begun > _SHORT
 
     def _catch_up(self) -> None:
+        if self.sight.create():
+            # Other pages are served before it is filled.
+            self._run(self._catch_up)
+            return
         with self._lock:
             news, self._news = self._news, []
         with style.together(pn.state.curdoc):
@@ -516,6 +520,11 @@ class ContactView:
         return pn.Row(
             self._figures, rail, sizing_mode="stretch_width", margin=0, stylesheets=[style.CONTACT]
         )
+
+    def create(self) -> bool:
+        """Create the empty sheet of a contact; return whether there was none."""
+        before = "_sheet" in self.__dict__
+        return not before and self._sheet is not None
 
     def show(
         self,
