@@ -297,7 +297,7 @@ class Page:
                 self.sight.show(prepared.surfaces[0], what.result, session.state.line)
                 self._header.numbers.object = what.numbers
                 if session.is_wanted(what.request):
-                    self._header.numbers.styles = style.NEW
+                    self._mark(True)
                     self._header.show_state("Solving under the calibrated ceiling …", "caution")
                 else:
                     rows, columns = what.result.pressure.shape
