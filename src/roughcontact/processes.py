@@ -190,7 +190,7 @@ def _follow() -> None:
 
 
 def keep_freed() -> None:
-    """Have the memory of a freed array kept for the next one, where that can be asked for."""
+    """Keep the memory of freed arrays for later ones; without effect except on Linux with glibc."""
     if sys.platform == "linux" and "MALLOC_MMAP_THRESHOLD_" not in os.environ:
         # Other C libraries do not know it.
         with suppress(OSError, AttributeError):
@@ -199,8 +199,8 @@ def keep_freed() -> None:
                 adjust(parameter, size)
 
 
-def give_back() -> None:
-    """Give the memory of freed arrays back to the machine, where that can be asked for."""
+def release_memory() -> None:
+    """Return freed memory to the system; without effect except on Linux with glibc."""
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):
             ctypes.CDLL(None).malloc_trim(0)

@@ -202,12 +202,13 @@ def with_calibrated(
     """Return a contact, solved under this ceiling, with what changes under the calibrated one."""
     if first.pair.is_shared:
         return first
-    watch = numbered(progress, 1, 1, "calibrated ceiling")
+    bracket = _is_bracket(first.pair, ceiling)
+    label = "ceiling of the base" if bracket else "calibrated ceiling"
+    watch = numbered(progress, 1, 1, label)
     terms = LoadCase(
         **{first.control: getattr(first, first.control)}, moments=first.moments,
         tolerance=first.tolerance, max_iterations=max_iterations, precision=first.precision,
     )  # fmt: skip
-    bracket = _is_bracket(first.pair, ceiling)
     other = _under_base(first, terms, watch) if bracket else _calibrated(first, terms, watch)
     return replace(first, calibrated=other)
 

@@ -65,7 +65,7 @@ PREVIEW_POINTS = 256
 """Points along each side of a preview, at most."""
 
 
-# Seconds after which a contact is solved beside however many others.
+# Seconds after which a contact no longer waits for those of other pages.
 _PATIENCE = 5.0
 
 
@@ -185,7 +185,7 @@ class Live:
 
     @contextlib.contextmanager
     def _turn(self) -> Iterator[None]:
-        """Wait for few enough others that solve, for some time."""
+        """Wait until at most one other page solves, or `_PATIENCE` is over."""
         is_given = self._turns.acquire(timeout=_PATIENCE)
         try:
             yield
@@ -206,7 +206,7 @@ class Live:
 
     @property
     def _is_outdated(self) -> bool:
-        """Whether what waits needs other maps, or only maps, or what is under way is seen."""
+        """Whether the next request ends this solve: other maps are needed, or it is shown."""
         if self._pending is None or self._under_way is None:
             return False
         request, wanted = self._pending

@@ -60,7 +60,7 @@ OFFERED = "/made"
 # Files come another way; what a page sends of itself is small.
 _LARGEST_MESSAGE = 20 * 2**20
 _LARGEST_REQUEST = 2**20
-# Seconds until a page that is closed is gone, between two looks, and until its memory goes back.
+# Seconds until a page that is closed is gone, between two looks, and until its memory is released.
 _LINGER, _LOOK, _REST = 20, 5, 2
 _EXPIRY = 3600
 # Milliseconds after which a process is made for the first long work.
@@ -335,7 +335,7 @@ class Server:
         )  # fmt: skip
         self._visits[context.id] = visit
         widgets.send_all_after_pull(document)
-        document.on_session_destroyed(lambda context: self._closed_page(context.id))
+        document.on_session_destroyed(lambda context: self._close_page(context.id))
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
         sheet = pn.Column(sizing_mode="stretch_both", margin=0)
@@ -375,10 +375,10 @@ class Server:
             if own is not None and visit is not own and visit.work.key == own.work.key
         ]  # fmt: skip
 
-    def _closed_page(self, session: str) -> None:
+    def _close_page(self, session: str) -> None:
         self._leave(session)
         assert self._loop is not None
-        # Once for all that are closed together.
+        # Once for pages that close together.
         if self._tidying is not None:
             self._tidying.cancel()
         self._tidying = self._loop.call_later(_REST, _tidy)
@@ -394,9 +394,9 @@ class Server:
 
 
 def _tidy() -> None:
-    """Give back the memory of pages that were closed."""
+    """Release the memory of closed pages."""
     gc.collect()
-    processes.give_back()
+    processes.release_memory()
 
 
 def serve(load: Load, settings: Settings, say: Callable[[str], None]) -> None:

@@ -78,7 +78,7 @@ class WorkerPool:
         self._keeps = spare
         self._spare: _Process | None = None
         self._jobs: set[Job] = set()
-        # More contacts at a time, of a thread for each core, end later and hold up what is drawn.
+        # Each solve takes all cores: more than two at a time only delay each other and the drawing.
         self.turns = threading.Semaphore(2)
 
     def begin(
