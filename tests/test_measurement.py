@@ -429,3 +429,15 @@ def test_structured_surfaces_are_refused() -> None:
     for structured, told in ((tracks, "skewed heights"), (particle, "has peaks or pits")):
         with pytest.raises(InputError, match=told):
             pressed(rc.Surface(structured, image.pixel)).uncertainty(tool, 8 * UM, draws=4)
+
+
+def test_a_step_between_the_edges_of_a_periodic_map_is_told() -> None:
+    heights = self_affine((64, 64), (1e-6, 1e-6), rms_height=1e-7, rolloff_wavelength=16e-6,
+                          cutoff_wavelength=4e-6, rng=np.random.default_rng(1))  # fmt: skip
+    tilted = heights + np.linspace(0, 6e-7, 64)
+    for rough, told in ((heights, False), (tilted, True)):
+        surface = rc.Surface(rough, (1e-6, 1e-6))
+        measured = measurement._measured(surface, rc.measure.Instrument(resolution=2e-6), None)
+        measured = replace(measured, form="plane")
+        result = rc.solve(surface, material=STEEL, load=1e-3, boundary="periodic")
+        assert bool(list(measurement._seam(result, measured))) == told

@@ -147,6 +147,7 @@ def uncertainty(
     intervals, closing = _intervals(study, numbers, known)
     remarks = (
         *_remarks(measured, instrument, wave, intervals),
+        *_seam(result, measured),
         *_choices(study, numbers, intervals),
     )
     return Uncertainty(
@@ -642,6 +643,21 @@ def _remarks(
         yield "The summits are worn. Approach, stiffness and constriction have no interval."
     if instrument.tip_radius:
         yield "Valleys that the tip did not reach are not known. The mean gap is uncertain."
+
+
+def _seam(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
+    """Return that opposite edges of a periodic map differ, and the corrected map has no step."""
+    surface = result.surface
+    step = float(np.std(surface.heights - measured.heights))
+    if result.boundary.periodic_axes and measured.form and step > _STEPPED * surface.Sq:
+        yield Sentence(
+            "Opposite edges of the map differ, and the corrected map has no such step. If leveling "
+            "did not make it, use ", ArgumentRef("boundary", "free"), ".",
+        )  # fmt: skip
+
+
+# Standard deviation of what is taken out, over that of the heights.
+_STEPPED = 0.2
 
 
 def _choices(
