@@ -1,4 +1,4 @@
-"""The door of the public face: what an argument's annotation names is taken, all else refused."""
+"""Argument checks of the public functions, derived from their annotations."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _NO = object()
 
 
 class _Kind(NamedTuple):
-    """What an argument may be: in words, what makes it of a value, and whether it is a list."""
+    """Type of an argument: description, converter, and whether it is a sequence."""
 
     words: str
     taken: Callable[[Any], Any]

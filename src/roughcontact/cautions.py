@@ -1,4 +1,4 @@
-"""Messages about results: a tag for programs, one or two sentences for people."""
+"""Messages on results: a tag for programs, one or two sentences for users."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Finished steps of a run in a folder, so that the same call goes on where it was stopped.
+"""Saved steps of a run in a folder, from which the same call resumes.
 
 A record says which problem the steps belong to; each step is a file of its own, complete once it
 is there, and says so itself. One run at a time holds the folder.

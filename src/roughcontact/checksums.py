@@ -53,11 +53,11 @@ def of_file(path: str | os.PathLike[str]) -> str:
 
 
 def of_words(words: Any) -> str:
-    """Return the checksum of words and numbers, whatever their order in mappings."""
+    """Return the checksum of JSON values, independent of the order of mappings."""
     text = json.dumps(words, sort_keys=True, default=_plain)
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON knows for what it does not know."""
+    """Return a JSON value for an object that JSON does not support."""
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)

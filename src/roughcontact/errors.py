@@ -154,7 +154,7 @@ class ConvergenceError(RoughcontactError, RuntimeError):
 
 
 def shown(value: object) -> str:
-    """Return what was given as a short text: no whole number is told in all its digits."""
+    """Return a short representation of an argument; long integers are abbreviated."""
     return " ".join(_SHORT.repr(value).split())
 
 
@@ -176,7 +176,7 @@ _SHORT.maxstring = _SHORT.maxother = 80
 
 
 def input_error(argument: str, value: object, wanted: str) -> InputError:
-    """Return the error for an argument: what it must be, and what it is."""
+    """Return the error for an argument: expected and actual value."""
     return InputError(f"{wanted}, got {shown(value)}", argument=argument, value=value)
 
 

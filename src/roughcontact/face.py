@@ -1,4 +1,4 @@
-"""What results and maps offer to a session, by the wings that do it; see `roughcontact.result`."""
+"""Methods of results and maps that other packages implement; see `roughcontact.result`."""
 
 from __future__ import annotations
 

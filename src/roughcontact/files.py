@@ -1,4 +1,4 @@
-"""Files that are whole or not there, places where they may go, and JSON.
+"""Atomic file writes, checks of output paths, and JSON.
 
 `atomic_write`: The bytes go to a hidden file in the same folder, which is locked as long as it
 is written to. One without a lock was left by a process that was killed, and the next writer
@@ -35,7 +35,7 @@ except ImportError:
     fcntl = None  # type: ignore[assignment]
 
 
-# What a writer works on until it is complete: nobody names a file like this by chance.
+# Name of an unfinished file, random to avoid collisions.
 _UNFINISHED = re.compile(r"\.roughcontact-[0-9a-f]{16}\.part")
 # Files of a folder that each writer looks at: to look at all would make ten thousand contacts slow.
 _FEW = 1000
@@ -232,7 +232,7 @@ def _copy(pipe: Path, target: Path) -> None:
     """Write all that a pipe gives into a file."""
     size, written_to = 0, False
     end = time.monotonic() + _PATIENCE
-    # With O_NONBLOCK a named pipe opens at once, and reading tells whether anybody writes to it.
+    # With O_NONBLOCK a named pipe opens immediately; reading detects whether it has a writer.
     with (
         os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK), "rb", 0) as source,
         target.open("xb") as copy,

@@ -1,4 +1,4 @@
-"""How much memory is free, and what to say where a job needs more.
+"""Free memory, and the error for jobs that need more.
 
 `left_in_containers`: A group is bound by the limits of those around it. Inside a container its
 own group may be mounted as the outermost one, so that the path that the kernel names does not

@@ -1,4 +1,4 @@
-"""NetCDF files: sealed by checksums and whole; what is damaged opens with an error.
+"""NetCDF files with checksums, written atomically; damaged files raise an error.
 
 `write`: HDF5 does not get over a full disk: it fails again when something is closed, and ends
 the process with a segmentation fault. So it writes to memory first, as many bytes as the file
@@ -59,7 +59,7 @@ def check(path: Path) -> dict[str, Stored]:
 
 
 def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[tuple[str, Stored]]:
-    """Yield what a file says of its arrays, by name, if all of them lie in it."""
+    """Yield shape, size and dtype of the arrays of a file, if all of them are within it."""
     from h5py import h5d, h5l, h5o
 
     for name, kind in links:
@@ -74,7 +74,7 @@ def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[t
 
 
 def _stored(path: Path, name: str, array: Any) -> Stored:
-    """Return what is said of an array, if it lies in the file."""
+    """Return shape, size and dtype of an array, if it is within the file."""
     from h5py import h5d
 
     layout = array.get_create_plist()
@@ -385,7 +385,7 @@ def sealed(dataset: Dataset) -> Dataset:
 def mismatches(
     dataset: xarray.Dataset, names: Iterable[str] | None = None
 ) -> tuple[str, ...] | None:
-    """Return what of a dataset is not as it was written."""
+    """Return the names in a dataset that differ from their checksums."""
     variables = {str(name): variable for name, variable in dataset.variables.items()}
     parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
     if not any(CHECKSUM in attributes for attributes in parts):

@@ -1,4 +1,4 @@
-"""Processes that work for this one: begun, and ended however it ends; none is left behind."""
+"""Child processes: start, interrupt and termination; none outlives this process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _MOMENT = 0.01
 
 @contextmanager
 def redeliver_interrupts() -> Iterator[None]:
-    """Have an end that is asked for where Python drops exceptions come again a moment later."""
+    """Raise an interrupt again that Python dropped in a callback."""
     before = sys.unraisablehook
     soon: list[threading.Timer] = []
     main = threading.current_thread() is threading.main_thread()
@@ -79,7 +79,7 @@ def _interrupted(number: int, frame: object) -> None:
 # --- Processes that work for this one: begun, and ended however it ends; none is left behind ---
 
 
-# Seconds that a process has to remove what it has begun to write when it is told to end.
+# Time [s] that a process has to remove unfinished files when it is terminated.
 _GRACE = 0.5
 
 # Parameters of the GNU C library's mallopt(3), and bytes: what is larger is mapped by itself, and
@@ -182,7 +182,7 @@ def _leave(number: int, frame: object) -> None:
 
 
 def _follow() -> None:
-    """End when the first process has ended, by whatever: nobody waits for the work any more."""
+    """Exit when the parent process has ended."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

@@ -1,4 +1,4 @@
-"""Processes that hold one map together: the one door to MPI.
+"""MPI ranks that share one map: the only module that calls MPI.
 
 They are called ranks. All of them run the same program, and call what stands here in the same
 order; what has to be alike on all of them is told by one, or computed by each from the same
@@ -27,7 +27,7 @@ _SIZES = ("PMI_SIZE", "OMPI_COMM_WORLD_SIZE", "MPI_LOCALNRANKS")
 _PATIENCE, _NAP = 2e-4, 5e-5
 # Seconds in which others come to the same error.
 _GRACE = 5.0
-# What has a sentence of its own to end with, and no traceback.
+# Errors with a message for the user, and no traceback.
 _EXPECTED = (RoughcontactError, OSError, MemoryError)
 
 
@@ -69,7 +69,7 @@ class Exchange:
 
 
 class Ranks:
-    """A communicator of MPI, with what is asked of one here."""
+    """MPI communicator."""
 
     def __init__(self, communicator: Any, end: Any = None) -> None:
         self.communicator = communicator
@@ -119,7 +119,7 @@ class Ranks:
         return whole
 
     def wait(self, request: Any) -> None:
-        """Wait until MPI has done what was begun, and leave the core to others if."""
+        """Wait for the pending MPI requests, without occupying a core."""
         began = time.perf_counter()
         while not request.Test():
             if time.perf_counter() - began > _PATIENCE:

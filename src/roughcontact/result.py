@@ -1,4 +1,4 @@
-"""What all results and maps share: how a session shows, draws, saves, reports and cites them.
+"""Shared methods of results and maps: display, plots, save, report and references.
 
 `Result.report`: Where a contact reaches its ceiling, the same problem is solved without one for
 comparison.

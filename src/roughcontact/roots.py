@@ -1,4 +1,4 @@
-"""Where a function of one number is zero.
+"""Root finding for functions of one variable.
 
 The steps are those of SciPy's ``brentq``, to the same bits; to import that with the rest of
 ``scipy.optimize`` takes longer than most contacts.

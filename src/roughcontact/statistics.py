@@ -1,4 +1,4 @@
-"""Means of a few measurements, differences between groups of them, and how sure both are.
+"""Means, differences between groups, and their confidence intervals.
 
 Everything here is about numbers alone. Intervals are those of Student, Welch, Games and Howell:
 they take the scatter of a group as normal, and no two groups as equally scattered.
@@ -90,7 +90,7 @@ class Components:
 
 @dataclass(frozen=True)
 class Whole:
-    """How sure the number of a whole is, as the scatter of its parts tells."""
+    """Uncertainty of the value of a whole map, from the scatter of its parts."""
 
     half: float  # Half of its interval of confidence `LEVEL`
     divisions: int  # Parts along a side

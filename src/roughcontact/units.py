@@ -144,7 +144,7 @@ def shares(text: str, argument: str) -> tuple[float, ...]:
 
 
 def quantity(value: Any, dimension: str, name: str) -> Any:
-    """Return what was given for an argument in SI units: the one door of the public face."""
+    """Return an argument in SI units: the single conversion function of the public API."""
     if isinstance(value, (list, tuple)):
         return type(value)(_single(item, dimension, name) for item in value)
     return _single(value, dimension, name)

@@ -43,7 +43,7 @@ class Engine:
     executor: Executor  # The calls
     slots: Callable[[], int]  # Returns how many go on at a time, now
     threads: int  # Cores for each
-    stop: Callable[[], None]  # Ends what is under way, as far as that can be done
+    stop: Callable[[], None]  # Cancels running tasks where the executor supports it
     far: bool = False  # Whether workers may have another working folder, or other files
     state: Callable[[], str] = lambda: THERE
     lost: Callable[[BaseException], str] = str  # Says why a call has no answer, for what it raised
@@ -140,7 +140,7 @@ def _started(workers: int, security: Security) -> Iterator[LocalCluster]:
 
 
 def _end(executor: Executor, own: LocalCluster | None) -> None:
-    """Hand out nothing more, and let processes of this machine not go on with what they have."""
+    """Accept no more tasks, and stop local processes."""
     executor.shutdown(wait=False)
     # A list: the cluster forgets those that have ended.
     nannies = [] if own is None else list(own.workers.values())

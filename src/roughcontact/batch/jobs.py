@@ -1,4 +1,4 @@
-"""A contact or a piece of it as a task: what a worker is given, does and tells, wherever it is."""
+"""Task of one contact or part of it: input, execution and result, local or remote."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ def _words(entry: Entry) -> Callable[[ArgumentRef], str]:
 def _done(
     part: Part, carry_out: Callable[..., Outcome], known: Mapping[str, Any], *, renew: bool
 ) -> Report:
-    """Do one part; steps that its folder holds of what was asked before may be put aside."""
+    """Run one part; saved steps of a different request may be discarded."""
     entry = part.entry
     try:
         outcome = carry_out(entry.request, _nothing, None, known)
@@ -159,7 +159,7 @@ def _done(
         raise outcome.failure
     if not outcome.converged:
         return _failed(part, render_message(outcome.shortfall.parts, _words(entry)))
-    # What is told of a single contact is at its own end.
+    # A single contact reports its progress itself.
     last_of = entry.request.task.last
     last = {} if last_of is None else {"last": last_of(outcome)}
     called = dict(zip((path for _, path in entry.request.places), part.places, strict=True))
@@ -249,7 +249,7 @@ def _placed(part: Part, lie: Mapping[Path, Path], leftovers: Path | None) -> Par
 
 
 def _below(folder: Path, path: Path) -> Path:
-    """Return where a file lies below a folder, as it is to lie below the root."""
+    """Return the path below the root of a file below a folder."""
     return folder / path.relative_to(path.anchor)
 
 

@@ -77,7 +77,7 @@ def spell_key(mention: ArgumentRef, task: Command) -> str:
 
 
 def complete(entry: Entry, digest: str) -> dict[str, Any] | None:
-    """Return what an earlier run told, if it was the same and left what is there now."""
+    """Return the report of an earlier identical run whose output files are unchanged."""
     try:
         text = json.loads(entry.summary.read_text(encoding="utf-8"))
         if not isinstance(text, dict) or text.get("run") != digest:
@@ -116,7 +116,7 @@ def digest_of(
     """Return a word for all that a contact depends on: options and content of files."""
     request = entry.request
     of, others = request.depends_on(piece) if piece else ("", frozenset())
-    # Groups by what they are called, and their files by what they hold.
+    # Groups by name, their files by content.
     specified = {
         name: _placeless(value) if request.task.by_name[name].is_place else value
         for name, value in request.specified.items()
@@ -165,7 +165,7 @@ def place_of(entry: Entry) -> Path:
 
 def keep(entry: Entry, digest: str, result: Any) -> None:
     """Keep what is found of a piece, if that can be done."""
-    # Whatever cannot be kept is found once more by the next run.
+    # A piece that cannot be saved is computed again by the next run.
     with contextlib.suppress(OSError, TypeError):
         described = {"run": digest, "found": _encode(result)}
         text = json.dumps({**described, "seal": checksums.of_words(described)})

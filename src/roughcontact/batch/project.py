@@ -278,7 +278,7 @@ def _loads(contact: _Contact) -> list[tuple[str, Any] | None]:
 def _request(
     project: _Project, contact: _Contact, load: tuple[str, Any] | None, stem: str
 ) -> Request:
-    """Return what is asked of a contact under one of its loads."""
+    """Return the request of a contact under one of its loads."""
     values = contact.values if load is None else {**contact.values, load[0]: load[1]}
     folder = project.source.path.parent
     described = _described(contact, values, project.materials)

@@ -1,4 +1,4 @@
-"""Work through the contacts of a project, on whatever engine calls functions elsewhere."""
+"""Run the contacts of a project on an executor."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ T = TypeVar("T")
 _TRIES = 3
 """How often a contact is handed out whose scheduler is lost."""
 _ALONE = 0
-"""Stands for the try of a contact beside which there is no other."""
+"""Marks a retry without other contacts in parallel."""
 
 
 @contextmanager
@@ -139,7 +139,7 @@ class _Run:
         self._read: dict[int, dict[Path, str | None]] = {}
         # What each of them depends on.
         self._digests: dict[int, dict[str, str]] = {}
-        # Since when there are no workers, whether that was told, and why nobody works any more.
+        # Time since which no worker is connected, whether it was reported, and the reason.
         self._lonely, self._warned, self._closed = math.inf, False, ""
         self._under_way: dict[Future[jobs.Answer], tuple[jobs.Task, int]] = {}
         # Lost with a worker that had others, too: tried again one by one in the end.
@@ -185,7 +185,7 @@ class _Run:
             self._warned = True
 
     def _fill(self) -> None:
-        """Hand out contacts, twice as many as go on at a time: nobody waits for the next one."""
+        """Submit up to twice as many contacts as run in parallel, so that no worker is idle."""
         maximum = 2 * max(1, self._engine.slots())
         while len(self._under_way) < maximum and (self._ready or self._waiting):
             if self._ready:
@@ -198,7 +198,7 @@ class _Run:
             self._hand_out(self._suspects.popleft(), _ALONE)
 
     def _remaining_tasks(self, contact: Contact) -> list[jobs.Task]:
-        """Return what is to be done of a contact, and tell of what was done before."""
+        """Return the remaining parts of a contact, and report the finished ones."""
         parts = []
         for number, entry in contact:
             digest = plan.digest_of(entry, self._content)
@@ -287,7 +287,7 @@ class _Run:
         return replace(task, journey=replace(task.journey, content=content))
 
     def _take(self, future: Future[jobs.Answer], task: jobs.Task, tries: int) -> None:
-        """Take what a worker has told."""
+        """Handle the result of a worker."""
         try:
             answer = future.result()
         except CancelledError as error:
@@ -304,7 +304,7 @@ class _Run:
         return self._end(task, answer)
 
     def _collect(self, task: jobs.Task, answer: jobs.Answer) -> None:
-        """Take what came of a piece, and go on with the whole where it was the last one."""
+        """Store the result of a piece; submit the whole contact after its last piece."""
         (part,) = task.parts
         number, entry = part.number, self._entries[part.number]
         result, failed = self._pieces[number], self._failed.setdefault(number, {})
@@ -329,7 +329,7 @@ class _Run:
         return self._equipped(jobs.Task((own,), self._engine.threads, known=known))
 
     def _end(self, task: jobs.Task, answer: jobs.Answer) -> None:
-        """Tell how the parts of a contact ended; what stands complete is solved, told of or not."""
+        """Report the end of each part of a contact; complete output counts as solved."""
         changed = self._changed(task)
         if changed is not None:
             answer = jobs.failed_answer(
@@ -356,7 +356,7 @@ class _Run:
             self._record(number, report)
 
     def _changed(self, task: jobs.Task) -> Path | None:
-        """Return a file that is not any more what it was when the contact was looked at."""
+        """Return a file that changed since the run began."""
         for part in task.parts:
             for path, checksum in self._read[part.number].items():
                 if checksum is not None and self._content(path) != checksum:
@@ -367,7 +367,7 @@ class _Run:
         self._reports[number] = report
         if report.state == SOLVED:
             entry = self._entries[number]
-            # Another map may be set beside those of a comparison some day.
+            # A later version may compare further maps.
             pieces = entry.request.task.pieces
             of_maps = pieces is not None and pieces.file_of is not None
             lasting = self._digests.get(number, {}) if of_maps else {}
@@ -375,7 +375,7 @@ class _Run:
         self._tell.report(report)
 
     def _complete(self) -> tuple[list[Path], Saved]:
-        """Return the summaries of what stands complete, told of or not, and what is in pieces."""
+        """Return the summaries of complete contacts, and the contacts that are in pieces."""
         done_ = {number for number, report in self._reports.items() if report.state != FAILED}
         for task, _ in self._under_way.values():
             done_ |= {
@@ -425,5 +425,5 @@ def _clear(folder: Path) -> None:
 
 def _resolved(path: Path) -> Path:
     """Return where a file lies, from the root on and under its own name."""
-    # A link that leads to itself stays what it is, and reading says what is wrong.
+    # A link to itself stays as it is; the reader reports the error.
     return Path(os.path.realpath(path.parent)) / path.name

@@ -64,7 +64,7 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command line."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     terminal.open_streams()
-    # Libraries log what they do not like in a damaged file; one sentence says what it means.
+    # Libraries log warnings for damaged files; one error message replaces them.
     logging.basicConfig(handlers=[logging.NullHandler()])
     with redeliver_interrupts(), terminal.stoppable() as stopped:
         return _status(arguments, stopped)
@@ -386,7 +386,7 @@ def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
     try:
         _carry_out_here(ask(), display, ranks)
     except (RoughcontactError, OSError) as error:
-        # Where all have the same error, the first tells it.
+        # If all have the same error, report it once.
         if not ranks.all_end():
             terminal.complain(f"error: rank {ranks.number}: {terminal.spelled(str(error))}")
             ranks.abort(BAD_INPUT)

@@ -1,4 +1,4 @@
-"""What the command line shows: tables, warnings, complaints; plain text of a fixed width."""
+"""Console output: tables, warnings and errors of fixed width."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def show_all(result: Any, task: Command, **reference: Any) -> None:
             title = content
         elif kind in ("table", "aside"):
             for table in [content] if kind == "table" else content[1]:
-                # There is no room for what the quantities mean.
+                # The console omits the meaning of the quantities.
                 width = (
                     -1 if table.head[-1:] == ("meaning",) else 2 if table.style == "key" else None
                 )
@@ -166,7 +166,7 @@ def show_reports(reports: Sequence[Report], folder: Path) -> None:
 
 
 def show_verified(checked: Sequence[Checked]) -> None:
-    """Print what files state of their results beside what was computed again, one row each."""
+    """Print stored and recomputed values of results, one row per file."""
     from roughcontact.report import contact_fields
     from roughcontact.report.kind import quantity_of
 
@@ -279,7 +279,7 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
 
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:
-    """Print what was requested of a generated map and what it has, and why where it differs."""
+    """Print requested and actual parameters of a generated map."""
     from roughcontact.report import generation
 
     _print_headline(generation.headline(surface))

@@ -77,7 +77,7 @@ def _take_words(parameters: Iterable[Any]) -> None:
 
 
 def _taken(parameter: Any, process: Callable[..., Any], ctx: Any, value: Any) -> Any:
-    """Return what a parameter is given; what is no word, or lacking, goes its usual way."""
+    """Return the value of a parameter; other input goes to the default parser."""
     if value is None and (parameter.multiple or parameter.nargs == -1):
         value = ()
     lacking = value is None or value == ()

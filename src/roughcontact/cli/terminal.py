@@ -1,4 +1,4 @@
-"""The terminal: a line of progress, complaints of one line, and pipes that are closed."""
+"""Terminal output: progress line, error messages, and closed pipes."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# How far what is computed again may lie from what is stated. On the same machine it has the same
+# Tolerances between stored and recomputed values. On the same machine it has the same
 # bits; other libraries and numbers of threads round in another way.
 _PART, _LEAST, _DIGITS = 1e-3, 1e-12, 4.0
 _GAP = {"double": 1e-12, "single": 1e-5}

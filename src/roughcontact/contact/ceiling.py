@@ -1,4 +1,4 @@
-"""The ceiling of a contact: as it was asked for, and as plasticity of the volume recommends it.
+"""Pressure ceiling of a contact: as requested, and as calibrated to volume plasticity.
 
 A ceiling has one free number, its height over the yield strength. Three is right for metals in
 full plasticity; before that the plateau of the pressure is lower, and where the metal hardens it

@@ -1,4 +1,4 @@
-"""A rough contact beside Hertz's of its nominal bodies: how far it spreads, and what limits both.
+"""Comparison of a rough contact with the Hertz contact of its nominal bodies.
 
 What `ContactResult.hertz` tells holds for smooth, elastic bodies whose contact is small and alone.
 """

@@ -1,4 +1,4 @@
-"""A normal load as an engineer has it: a force, or what stands for one on two given bodies."""
+"""Normal load in engineering form: force, nominal pressure, line load or Hertz pressure."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ def _from_text(text: str, argument: str, needs: str, positive: bool) -> Any:
         except InputError:
             continue
         if positive or form is not float:
-            # Once more, for the error in the words of what was given.
+            # Parse again, so that the error quotes the input.
             units.parse(number, dimension, argument)
         return form(value)
     return units.parse(number, "pressure" if peak else "force", argument, needs=needs)
@@ -239,7 +239,7 @@ def resolve_force(load: Any, pair: Pair, argument: str = "load") -> tuple[Any, G
     return result, GivenLoad(requested, result) if isinstance(requested, Load) else None
 
 
-# --- What is asked of a solve besides the bodies ---
+# --- Parameters of a solve other than the bodies ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +308,7 @@ _RANGE = 1e120
 
 @dataclass(frozen=True)
 class Scale:
-    """What one stands for while a contact is solved."""
+    """Units of length and pressure that scale a problem to order one."""
 
     length: float  # Unit of gaps and displacements [m], a power of two
     pressure: float  # Unit of pressures [Pa], a power of two

@@ -1,4 +1,4 @@
-"""The memory that a contact needs: what it takes whatever touches, and what each pixel adds."""
+"""Memory of a contact: a fixed part, and a part per pixel in contact."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def memory_estimate(
 
 @dataclass(frozen=True)
 class Room:
-    """What a solve needs room for."""
+    """Memory need of a solve."""
 
     shape: tuple[int, int]  # As for `memory_estimate`
     boundary: Boundary  # As for `memory_estimate`
@@ -86,7 +86,7 @@ class Room:
 
     @classmethod
     def of(cls, pair: Pair, terms: LoadCase, held: int = 0) -> Room:
-        """Return what a solve of these bodies needs room for, with maps that are held besides."""
+        """Return the memory need of a solve of these bodies, with further maps in memory."""
         maps = held + (_TILTED if terms.moments is not None else 0)
         if isinstance(terms.ceiling, np.ndarray):
             maps += _CEILINGS

@@ -28,7 +28,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import lengths
 
 BODIES = {"body": "body", "counter_body": "counter-body"}
-"""What the two bodies are called, the rough one and what is pressed on it, with words for them."""
+"""Labels of the two bodies: the rough body and its counter-body."""
 
 CounterSurface = Surface | NominalBody
 """What a counter-body is given by: a nominal body takes the grid of the rough map."""

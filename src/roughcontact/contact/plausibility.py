@@ -1,4 +1,4 @@
-"""What a contact is judged by before its numbers are believed: one check a question.
+"""Plausibility checks of contact results, one function per check.
 
 A check looks at a solution and returns the caution that it gives cause for, or none. Every face
 of a result, from the console to the report, tells what `cautions` returns.
@@ -113,7 +113,7 @@ a tenth of the pixel.
 """
 
 ENLARGED, DECIDED = 1.1, 1.5
-"""Contact area with adhesion over that without that is worth a word, and that makes it decide."""
+"""Area growth by adhesion that gives a caution, and a warning."""
 
 
 def filled(result: ContactResult) -> Caution | None:
@@ -264,7 +264,7 @@ EDGE_LOAD, MUCH_EDGE_LOAD = 0.001, 0.01
 class Check:
     """A question that a solution is asked."""
 
-    subject: str  # What is looked at, for a list of what was checked
+    subject: str  # Text for the list of performed checks
     find: Callable[[ContactResult], Caution | None]
     when: Callable[[ContactResult], bool] = lambda _: True
     shared: bool = False  # Whether it can be asked where several processes hold the map
@@ -283,7 +283,7 @@ def cautions(result: ContactResult) -> tuple[Caution, ...]:
 
 
 def checked(result: ContactResult) -> tuple[str, ...]:
-    """Return what a solution was looked at for, in a few words each."""
+    """Return the checks that were performed on a solution, a short text each."""
     return tuple(check.subject for check in CHECKS if check.applies(result))
 
 
@@ -556,7 +556,7 @@ def _spikes(result: ContactResult) -> Caution | None:
 
 
 def _first_touch(result: ContactResult) -> Caution | None:
-    """Return what is said where the bodies touch first on a spike that bears next to nothing."""
+    """Return the caution for first contact on a spike that carries almost no load."""
     answer, gap = result.spots(), result.initial_gap
     first = int(np.nanargmin(gap))
     number = int(answer.label.flat[first])

@@ -1,4 +1,4 @@
-"""What a contact problem gave, and what went in."""
+"""Result of a contact problem, with its inputs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CALIBRATED = "calibrated"
 """What `roughcontact.solve` is given as its ceiling to find it itself."""
 
 BRACKET, COATING, BASE = "bracket", "coating", "base"
-"""What the ceiling of a coated body is given as: that of its base beside that of its coating."""
+"""Keyword for the two ceilings of a coated body: that of its base and that of its coating."""
 
 TOLD_CHANGE = 0.02
 """Relative change of areas or gap from which results show the calibrated ceiling, too."""

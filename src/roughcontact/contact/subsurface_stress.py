@@ -500,7 +500,7 @@ def _check_depths(depths: ArrayLike | None) -> None:
 
 
 def loading(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
-    """Return what a body feels at its surface, in the words of `halfspace.stress`."""
+    """Return the surface loads of a body in the form of `halfspace.stress`."""
     return {
         "boundary": pair.boundary,
         "friction": friction if body == "body" else -friction,

@@ -1,4 +1,4 @@
-"""What has to hold before a contact is solved; each check says what, found, do."""
+"""Checks before a contact is solved; each error says what is wrong and what to do."""
 
 from __future__ import annotations
 

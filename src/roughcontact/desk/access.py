@@ -1,4 +1,4 @@
-"""Who is let in: requests for this server, from its own pages, with the token or its cookie.
+"""Access control: origin, token and cookie of requests.
 
 A page of another site in the same browser can send requests here, and make its own name lead to
 this machine (DNS rebinding): both name a host or an origin that is not ours.
@@ -20,7 +20,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """What this machine is called by itself."""
 
 TOKEN, WORK = "token", "work"
-"""What an address tells: the token, and the key of a piece of work."""
+"""Query parameters: the token, and the key of a project."""
 
 # Parts of Bokeh and Panel, which anybody may have: a page in a frame shows no cookie for them.
 _PUBLIC = "/static/"
@@ -139,7 +139,7 @@ class _Matching(Matcher):
 
 
 def _is_lost(request: HTTPServerRequest, find: Callable[[str], bool]) -> bool:
-    """Return whether a page is asked for without a work, or with a token to be put away."""
+    """Return whether a request needs a redirect: no project, or a token in the address."""
     is_framed = request.headers.get("Sec-Fetch-Dest") in ("iframe", "frame")
     put_away = TOKEN in request.arguments and not is_framed
     return request.path == "/" and (put_away or not find(key_of(request)))
@@ -151,7 +151,7 @@ def key_of(request: Any) -> str:
 
 
 def told_of(request: Any, name: str) -> str:
-    """Return what the address of a request tells by a name; empty if it tells nothing."""
+    """Return a query parameter or cookie of a request; empty if it has none."""
     return next((word.decode("ascii", "replace") for word in request.arguments.get(name, [])), "")
 
 

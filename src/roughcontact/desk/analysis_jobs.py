@@ -1,4 +1,4 @@
-"""What is asked of a contact beside its solution, worked out apart from the page."""
+"""Analyses of a contact, run in a worker process."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def _questions(tasks: Iterable[Task]) -> tuple[tuple[Task, Question], ...]:
 
 
 JOINTS = _questions(SHARED_TASKS.values())
-"""What is asked of a joint; all that is asked at once shares its contacts."""
-# What is a solve of its own comes last.
+"""Analyses of a joint; analyses requested together share their contacts."""
+# Analyses with their own solves come last.
 QUESTIONS = (
     *(item for item in _questions(TASKS) if item not in JOINTS and item[0] is not SOLVE),
     *_questions([SOLVE]),
 )
-"""What is asked of a contact beside its solution, and the task that answers it."""
+"""Analyses of a contact, and the task of each."""
 
 LIVELY = (LoadCurve, ResolutionStudy, StressResult)
 """Results that the page has a view of its own for."""
@@ -73,7 +73,7 @@ class Answer:
 
     @property
     def result(self) -> Any:
-        """What was asked for."""
+        """Result of the analysis."""
         return self.outcome.extras.get(STUDY.name, self.outcome.result)
 
 

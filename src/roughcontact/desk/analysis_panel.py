@@ -1,4 +1,4 @@
-"""What the joint does in the next model, asked of one contact: solved once, answered one by one."""
+"""Panels of joint analyses of one contact: solved once, several results."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class Form:
 
     @property
     def words(self) -> dict[str, Value]:
-        """What is told, as `State.request` takes it."""
+        """Option values of the form, as `State.request` expects them."""
         fixed = {option.name: value for option, value in self._question.fixed}
         text = {**self._values, **fixed}
         return {f"{name.replace('-', '_')}_": value for name, value in text.items()}
@@ -161,7 +161,7 @@ def figure(drawing: Drawing) -> Any:
     return pn.pane.Bokeh(shown(drawing), **style.BLOCK)
 
 
-# What the joint does in the next model, asked of one contact: solved once, answered one by one.
+# --- Joint analyses of one contact: solved once, several results ---
 
 
 _UNKNOWN = '<p class="quiet">No estimate: the formulas of flat contact do not know this one.</p>'
@@ -319,7 +319,7 @@ class Compare(View):
         )  # fmt: skip
 
     def show(self) -> None:
-        """Show what is pinned, and in what it differs."""
+        """Show the pinned contact, and its differences."""
         state = self._session.state
         pinned = state.pinned
         self._swap.disabled = self._unpin.disabled = pinned is None

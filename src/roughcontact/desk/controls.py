@@ -35,7 +35,7 @@ def spell(mention: ArgumentRef, task: Command = SOLVE) -> str:
 
 
 def error_text(error: RoughcontactError, task: Command = SOLVE) -> str:
-    """Return what an error says, in the words of the page."""
+    """Return the message of an error for the page."""
     return error.worded(partial(spell, task=task))
 
 
@@ -120,7 +120,7 @@ class Control:
             self.widget.options = list(texts)
 
     def offer(self, choices: Mapping[str, str]) -> None:
-        """Let one choose among other texts, by what they are called; what is given stays."""
+        """Set the choices by their labels; the selected value is kept."""
         specified = self.widget.value
         options = {
             shown_text: text
@@ -258,7 +258,7 @@ class Working:
         )
 
     def cancel(self) -> None:
-        """End what is under way."""
+        """Cancel the running job."""
         if self._job is not None:
             self._job.cancel()
 

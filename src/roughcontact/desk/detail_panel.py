@@ -538,7 +538,7 @@ class SpotTable:
 
 
 def _rounded(values: NDArray[np.float64]) -> list[float]:
-    # To four digits, as all numbers are told; they are sorted by what one reads.
+    # Four digits, as in all tables; the table sorts by the displayed value.
     return [float(f"{value:.4g}") for value in values]
 
 

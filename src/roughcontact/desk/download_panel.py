@@ -1,4 +1,4 @@
-"""What one takes away: files of the contact, and the words that make it again elsewhere."""
+"""Downloads: files of the contact, and its command, script and project file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page on what a session holds: beside the cell of a notebook, or in a browser of its own."""
+"""Browser app for an object of a Python session, in a notebook or a browser tab."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ class Header:
         self.show_cautions(cautions)
 
     def show_lacking(self, lacking: Collection[str]) -> None:
-        """Show what the contact needs and what of it is there."""
+        """Show the checklist of the inputs."""
         self.numbers.visible, self.checklist.visible = False, True
         self.numbers.object = ""
         self.show_cautions(())

@@ -257,7 +257,7 @@ class Preparation:
         self._changed()
 
     def _requested_steps(self) -> dict[str, str]:
-        """Return the steps that are asked for, in the words of the controls, with their methods."""
+        """Return the requested preparation steps with their labels and methods."""
         specified = self._session.state.specified
         methods = {name: method for method, names in UNDOING.items() for name in names}
         return {f"{SOLVE.by_name[name].label}: {specified[name]}": methods[name] for name in methods
@@ -520,7 +520,7 @@ class MapPanel:
         return [pn.pane.HTML(words, **style.SHEET), *nominal, button("Use no map", self._bare)]
 
     def show(self, prepared: Prepared | None) -> None:
-        """Show what the state holds, and what is known of the map."""
+        """Show the state, and the properties of the map."""
         state = self._session.state
         self._group.show()
         self._nominal.show()
@@ -539,7 +539,7 @@ class MapPanel:
             self._group.controls["channel"].suggest(names)
 
     def tell_lacking(self, error: RoughcontactError) -> bool:
-        """Ask for what the file does not tell; return whether an error is about that."""
+        """Ask for missing file properties; return whether an error is about one of them."""
         about = {part.name for part in error.sentence if isinstance(part, ArgumentRef)}
         lacking = [name for name in _FILE if name in about]
         if lacking:
@@ -566,7 +566,7 @@ class MapPanel:
         if "error" in text:
             raise InputError(str(text["error"]))
         path = self._folder / Path(str(text.get("file", ""))).name
-        # A browser tells what it likes: only what the server keeps for this work is taken.
+        # The browser is not trusted: accept only files that the server stored for this project.
         if not path.is_file() or not path.name.startswith(KEPT):
             raise InputError("the file did not arrive; bring it again")
         return path, str(text.get("name", ""))

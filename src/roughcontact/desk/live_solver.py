@@ -1,4 +1,4 @@
-"""The contact that follows what is asked for: read once, prepared once, only the last one solved.
+"""Live solver: maps are read and prepared once, and only the last request is solved.
 
 A thread of its own does the work, so that whoever asks goes on at once. A solve that began ends,
 unless other maps are requested; of the requests that come meanwhile only the newest waits.
@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 class Prepared:
     """The maps of a request, ready to be pressed together."""
 
-    request: Request  # What was asked for
+    request: Request  # Request
     surfaces: tuple[Surface, ...]  # That of the body, and of the counter-body if it has one
 
 
@@ -46,7 +46,7 @@ class Prepared:
 class Failed:
     """Why a request cannot be done."""
 
-    request: Request | None  # What was asked for, if it could be asked at all
+    request: Request | None  # Request, if it was valid
     error: RoughcontactError  # The reason
 
 
@@ -54,12 +54,12 @@ class Failed:
 class Preview:
     """What is seen of a request first: on larger pixels, or without the calibrated ceiling."""
 
-    request: Request  # What was asked for
+    request: Request  # Request
     contact: ContactResult  # What came out
 
 
 Event = Prepared | Preview | Outcome | Progress | Failed | str
-"""What is told: a stage in a few words, the maps, the solver's progress, the result, a failure."""
+"""Events: a stage, prepared maps, solver progress, a result, or a failure."""
 
 PREVIEW_POINTS = 256
 """Points along each side of a preview, at most."""
@@ -82,7 +82,7 @@ class Answer(Enum):
 
 
 class Live:
-    """Solves what was asked for last."""
+    """Solves the last request."""
 
     def __init__(
         self,
@@ -112,7 +112,7 @@ class Live:
             self._changed.notify_all()
 
     def cancel(self) -> None:
-        """Drop what waits, and end what is under way."""
+        """Drop the waiting request, and cancel the running one."""
         with self._changed:
             self._pending = None
             self._drop = True
@@ -125,7 +125,7 @@ class Live:
             self._changed.notify_all()
 
     def wait(self, seconds: float) -> bool:
-        """Wait until nothing is asked for or under way; return whether that came to be."""
+        """Wait until no request is waiting or running; return False on timeout."""
         with self._changed:
             return self._changed.wait_for(
                 lambda: self._pending is None and not self._at_work, seconds

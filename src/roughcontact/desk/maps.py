@@ -475,7 +475,7 @@ class Maps:
         self._draw_result()
 
     def _name(self) -> None:
-        """Tell what the large map shows; of heights, whose they are."""
+        """Show the name of the large map; of heights, also the body."""
         result, key = self._result, self.large
         name, text = NAMES[key], self._titles.get(key, "")
         if key == HEIGHTS and self._surface is not None:
@@ -607,7 +607,7 @@ class Maps:
         self._look()
 
     def _look(self) -> None:
-        """Tell what is drawn on the map how it is looked at."""
+        """Pass the map scale to the annotations of the map."""
         dots = self._frame[1] / max(self.seen.right - self.seen.left, 1e-300)
         view = View(dots, self._factor, self._home)
         self.section.look_from(view)
@@ -655,7 +655,7 @@ class Maps:
         style.put(self.legend, lines)
 
     def _read_out(self) -> None:
-        """Have the place under the cursor tell its values."""
+        """Show the values at the cursor."""
         style.put(self.readout, _NOTHING)
         args = {**self.sources, "div": self.readout}
         read = models.CustomJS(args=args, code=_READ)

@@ -1,4 +1,4 @@
-"""The page: where everything stands, and what happens when something changes."""
+"""Browser page: its layout and its event handlers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from roughcontact.solvers.progress import Progress
 from roughcontact.surface.surface import Surface
 
 _SHORT = 0.6
-"""Seconds for which nothing is said of what is under way."""
+"""Delay [s] before progress is shown."""
 
 
 class Shown(NamedTuple):
@@ -221,7 +221,7 @@ class Page:
         self._bench.begin(workers.channels, path, ended=ended, limits=workers.READING)
 
     def _generate(self, specified: dict[str, Value], done: Callable[[Path], None]) -> None:
-        """Make a map, beside the page's own thread: that of others would wait."""
+        """Generate a map in another thread, so that the server stays responsive."""
         path = self._work.folder / f"generated-{secrets.token_hex(4)}.npz"
 
         def work() -> None:
@@ -260,7 +260,7 @@ class Page:
 
     @property
     def _is_slow(self) -> bool:
-        """Whether one waits long enough to read what is under way."""
+        """Whether the job is slow enough to show its progress."""
         return time.monotonic() - self._begun > _SHORT
 
     def _catch_up(self) -> None:
@@ -353,7 +353,7 @@ class Page:
             self._header.show_state("No contact so far")
 
     def _wait_on(self, text: str) -> None:
-        """Show what is under way."""
+        """Show the running job."""
         # What failed is said before the map alone is made.
         if self.session.failure is None and self._is_slow:
             self._header.show_state(f"{text} …", "caution")
@@ -389,7 +389,7 @@ class Page:
         if session.state.missing:
             self._show_missing()
 
-    # What is imported when it is looked at, lest the first page wait for it.
+    # Imported on first use, to load the first page faster.
 
     def _relief(self) -> Any:
         from roughcontact.desk.relief import Relief

@@ -1,4 +1,4 @@
-"""The folder of pieces of work: each with its project file and the files that were brought."""
+"""Folder of saved projects: the project file and the uploaded files of each."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ class ProjectStore:
             shutil.rmtree(self.folder / key, ignore_errors=True)
 
     def expire(self, age: float = DAYS * 86400.0) -> None:
-        """Remove what was not used for so many seconds, and what killed servers left of pages."""
+        """Remove projects unused for some time [s], and page folders of killed servers."""
         now = time.time()
         for folder in self.folder.iterdir():
             if _KEY.fullmatch(folder.name) is None or not folder.is_dir():

@@ -1,4 +1,4 @@
-"""What a screen shows of the maps of a contact: cells of a window, as compact arrays.
+"""Maps of a contact reduced to screen resolution, as compact arrays.
 
 A screen has fewer dots than a map has points. A cell of several points shows the mean of their
 heights, the largest of their pressures and of their residual indentations, and the classes of

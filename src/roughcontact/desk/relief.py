@@ -1,4 +1,4 @@
-"""The 3-D view: heights of a map, colored by the pressure on them, under one load or many."""
+"""3-D view: heights colored by pressure, under one load or several."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ class Relief(View):
         outcome, prepared = session.outcome, session.prepared
         result = None if outcome is None else outcome.contact
         if result is None and not (session.state.missing or session.failure):
-            # It is on its way: what is in sight stays.
+            # The new picture is loading: keep the old one.
             return
         surface = prepared.surfaces[0] if result is None and prepared is not None else None
         surface = surface if result is None else result.surface
@@ -237,7 +237,7 @@ def gif(pictures: Sequence[bytes]) -> bytes:
 
 
 def _without_load(state: State) -> State:
-    """Return what a film depends on: all but the load, and what is only looked at."""
+    """Return the cache key of the frames: all options but the load and the display."""
     return replace(state.without(*LOADS), pinned=None, line=None)
 
 

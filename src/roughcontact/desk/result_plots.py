@@ -1,4 +1,4 @@
-"""Views of results that one works with: load curve, resolution study, comparison, stress."""
+"""Interactive views: load curve, resolution study, comparison, stress."""
 
 from __future__ import annotations
 

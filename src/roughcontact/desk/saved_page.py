@@ -1,4 +1,4 @@
-"""The saved page: linked maps, numbers, cautions, command and script of a contact in one file."""
+"""Standalone HTML page with linked maps, numbers, cautions, command and script."""
 
 from __future__ import annotations
 

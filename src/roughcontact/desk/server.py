@@ -1,4 +1,4 @@
-"""The server of the page: on this machine alone unless told otherwise, and all its ends."""
+"""Server of the browser app: by default for this machine only."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 @dataclass(frozen=True)
 class Settings:
-    """What the command is told."""
+    """Options of the command."""
 
     file: Path | None = None  # The map that the first work begins with
     address: str = HOST  # Where to listen
@@ -127,13 +127,13 @@ class Visit:
         return f"{OFFERED[1:]}?{urlencode(requested)}"
 
     def share(self, state: Any) -> None:
-        """Tell the other pages on the same work what it has come to."""
+        """Send the new state to the other pages of the same project."""
         for visit in self.peers():
             for take in visit.heard:
                 take(state)
 
     def at_end(self, done: Callable[[], object]) -> None:
-        """Have something done when the page is gone, the last one told first."""
+        """Register a callback for the end of the page; the last one runs first."""
         self._ends.callback(done)
 
 
@@ -339,7 +339,7 @@ class Server:
         # Not before: it would take its time from this page.
         document.add_timeout_callback(self.bench.warm, _WARM)
         sheet = pn.Column(sizing_mode="stretch_both", margin=0)
-        # The browser reads its scripts meanwhile; it asks for what the sheet holds after them.
+        # The browser loads the scripts first; it requests the sheet after them.
         document.add_next_tick_callback(partial(self._fill, sheet, visit, context.id))
         return sheet
 
@@ -452,7 +452,7 @@ def _stopping(loop: asyncio.AbstractEventLoop) -> Iterator[None]:
 
 
 async def _nothing() -> None:
-    """Give what was told to the loop a turn."""
+    """Let the event loop run pending callbacks."""
 
 
 def _quiet(handler: Any) -> None:

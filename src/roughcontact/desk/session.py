@@ -1,4 +1,4 @@
-"""One piece of work at the desk: its state, what was before, and what follows from it."""
+"""Session: current state, undo history, and live results."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class State:
-    """A contact as it is asked for, and what is looked at."""
+    """Requested contact, and the displayed section."""
 
     specified: Given = field(default_factory=lambda: _NOTHING)
     file: Path | None = None  # The measured map
@@ -68,7 +68,7 @@ class State:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What has to be told before anything can be solved, by the names of options."""
+        """Names of the required options without a value."""
         wanted = []
         nominal = all(name in self.specified for name in ("body", "points", "size"))
         if self.file is None and not nominal:
@@ -273,7 +273,7 @@ class Session:
 
     @property
     def state(self) -> State:
-        """What is asked for now."""
+        """Current state."""
         return self._state
 
     @property
@@ -415,7 +415,7 @@ class Session:
         self._live.close()
 
     def wait(self, seconds: float) -> bool:
-        """Wait until nothing is under way; return whether that came to be."""
+        """Wait until no job is running; return False on timeout."""
         return self._live.wait(seconds)
 
     @property
@@ -443,7 +443,7 @@ class Session:
         self._share(state)
 
     def _hear(self, what: Event) -> None:
-        # What was under way when something else was asked for.
+        # Event of an outdated request.
         is_late = isinstance(what, (Prepared, Outcome, Failed)) and what.request is not self._wanted
         if is_late and not isinstance(what, Outcome):
             return

@@ -1,4 +1,4 @@
-"""How the page looks: one sheet, no fonts and nothing else from elsewhere."""
+"""Style of the page: one style sheet, without external fonts."""
 
 from __future__ import annotations
 
@@ -281,7 +281,7 @@ def noted(plot: Any) -> tuple[Any, Any]:
 
 
 def hover(plot: Any, drawn: Any, text: Sequence[tuple[str, str]]) -> Any:
-    """Have the values under the cursor told: names and columns; `hover_units` tells the units."""
+    """Add a hover tool that shows columns by name; `hover_units` sets the units."""
     tool: Any = HoverTool(
         renderers=[drawn],
         tooltips=[(name, f"@{{{column}}}{{%0.4g}}") for name, column in text],
@@ -292,7 +292,7 @@ def hover(plot: Any, drawn: Any, text: Sequence[tuple[str, str]]) -> Any:
 
 
 def hover_units(tool: Any, units: Sequence[str]) -> None:
-    """Set the units of what is told under the cursor."""
+    """Set the units of the hover tool."""
     tool.tooltips = [
         (name, f"{text.partition(' ')[0]} {unit}")
         for (name, text), unit in zip(tool.tooltips, units, strict=True)

@@ -284,7 +284,7 @@ class TabStrip(JSComponent):  # type: ignore[misc]
 
 
 class Tabs:
-    """A strip and a body of which one part is there: Bokeh lays out no hidden figure."""
+    """Tabs that build only the active panel."""
 
     def __init__(
         self, parts: Mapping[str, Any], turned: Callable[[], None], sizing: str = "stretch_width"
@@ -532,7 +532,7 @@ for (const page of Bokeh.documents) {{
 """
 
 
-# --- Parts of the page of which one is in sight: each is made when it is first looked at ---
+# --- Tabs whose panels are built when first shown ---
 
 
 class View:
@@ -545,10 +545,10 @@ class View:
     """The work under way, a `controls.Working`; None where nothing takes long."""
 
     def show(self) -> None:
-        """Show what there is now; called whenever that changed while it is in sight."""
+        """Update the panel; called after each change while it is visible."""
 
     def cancel(self) -> None:
-        """End what is under way."""
+        """Cancel the running job."""
         if self._working is not None:
             self._working.cancel()
 
@@ -568,7 +568,7 @@ class Views:
         self.strip, self.body = self._tabs.strip, self._tabs.body
 
     def show(self) -> None:
-        """Have the part that is in sight show what there is."""
+        """Update the visible panel."""
         active = self._tabs.active
         if active == 0:
             return
@@ -578,6 +578,6 @@ class Views:
         self._created[active].show()
 
     def close(self) -> None:
-        """End what is under way in any of them."""
+        """Cancel the running jobs of all panels."""
         for view in self._created.values():
             view.cancel()

@@ -1,4 +1,4 @@
-"""Work in another process: with progress, an end when it is not wanted any more, and limits.
+"""Jobs in worker processes: progress, cancellation and limits.
 
 `WorkerPool`: A process takes a second to start, of which a spare one saves the user most, for
 some 100 MiB.
@@ -46,13 +46,13 @@ class Limits:
 class Stage:
     """How far a job is."""
 
-    progress: Progress | str  # What the solver tells, or what is done in a few words
+    progress: Progress | str  # Solver progress, or a stage as text
     share: float | None  # What part of the whole is done, where that is known
     seconds: float  # Time since the job began
 
     @property
     def remaining(self) -> float | None:
-        """Seconds that the rest takes if it goes on like this, where that can be told."""
+        """Estimated remaining time [s], if known."""
         return self.seconds * (1.0 / self.share - 1.0) if self.share else None
 
 
@@ -238,7 +238,7 @@ class _Process:
         return self._process.is_alive()
 
     def ready(self, seconds: float | None) -> bool:
-        """Wait until it has told something, is gone, or `wake` was called; tell whether it has."""
+        """Wait for a message, the end or `wake`; return whether there is a message."""
         seconds = None if seconds is None else max(0.0, seconds)
         return self.connection in wait([self.connection, self._waking], seconds)
 
@@ -283,7 +283,7 @@ def _serve(connection: Connection) -> None:
 
 @contextmanager
 def _kept_to(maximum: int | None) -> Iterator[None]:
-    """Let this process take no more memory than so many bytes beyond what it has."""
+    """Limit the additional memory of this process [bytes]."""
     try:
         import resource
     except ImportError:

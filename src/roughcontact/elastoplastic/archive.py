@@ -186,7 +186,7 @@ def load_result(
 
 
 def verified(result: ContactResult | ElastoplasticResult) -> Verification:
-    """Return what a result states of its contact beside what is computed again."""
+    """Return the stored and the recomputed values of a result."""
     if isinstance(result, ContactResult):
         return verify_contact(result)
     return verify_contact(result.solution, result.residual_displacement)
@@ -290,13 +290,11 @@ def _layer(body: SharedBody, own: Array, layer: int) -> Array:
 
 @dataclass(frozen=True)
 class Checked:
-    """What came of a file."""
+    """Result of checking a file."""
 
     file: str  # Its path
     sealed: bool  # Whether it has checksums, which agree
-    verification: (
-        Verification | None
-    )  # What it states of its contact beside what was computed again
+    verification: Verification | None  # Stored and recomputed values
     reason: str  # Why it is no sound result, in a sentence
 
     def record(self) -> dict[str, Any]:
@@ -306,7 +304,7 @@ class Checked:
 
 
 def check_file(path: str | os.PathLike[str]) -> Checked:
-    """Return what came of the result in a file."""
+    """Return the result of checking a file."""
     file = str(path)
     try:
         result = load_result(path)

@@ -104,7 +104,7 @@ class ModelComparison:
         return np.array([[_value(result, result, name) for result in row] for row in self.ceiling])
 
     def excess(self, name: str) -> Array:
-        """Return what the ceilings give too much of a quantity, over what the volume gives.
+        """Return the relative difference of a quantity: ceiling model over volume model, minus 1.
 
         Parameters
         ----------
@@ -140,7 +140,7 @@ class ModelComparison:
         )
 
     def best_factor(self, name: str) -> Array:
-        """Return the factor at which the ceiling gives what the volume gives.
+        """Return the ceiling factor that reproduces the value of the volume model.
 
         Parameters
         ----------

@@ -49,7 +49,7 @@ class Checkpoint:
     def of(
         cls, result: ElastoplasticResult, carried: Mapping[str, Array] | None = None
     ) -> Checkpoint:
-        """Return what goes on from a result, and from what the loop carried with it."""
+        """Return the checkpoint of a result and the values carried to the next load."""
         bodies = [(body.plastic_strain, body.accumulated) for body in result.whole_bodies]
         return cls(
             Extent.of(result), bodies, result.solution.pressure, result.increments, result.largest,
@@ -137,7 +137,7 @@ class Steps:
 
     def __init__(self, place: Place | None, problem: Problem, path: list[PathPoint]) -> None:
         self._problem, self._path = problem, path
-        # A counter-surface that moves has many places: on the way only what goes on is held.
+        # Along a path, only the data of the next step is kept.
         self._travels = any(any(point.offset) or point.friction for point in path)
         self._files: list[Path] = []
         self._note: Path | None = None
@@ -179,7 +179,7 @@ class Steps:
         return [*there, False].index(False)
 
     def _noted(self, done: int) -> tuple[int, Checkpoint] | None:
-        """Return what was noted on the way, if that is further than some loads."""
+        """Return the intermediate checkpoint, if it is further than a number of loads."""
         if self._note is None or not self._note.exists():
             return None
         file = self._note
@@ -232,7 +232,7 @@ class Steps:
             self._note.unlink(missing_ok=True)
 
     def note(self, number: int, checkpoint: Checkpoint) -> None:
-        """Write what the next load starts from, in place of what was noted before."""
+        """Replace the intermediate checkpoint."""
         file = self._note
         if file is not None:
             held = replace(checkpoint, carried={**checkpoint.carried, **self._marks(number)})

@@ -61,7 +61,7 @@ class IncrementInfo(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What a loop was at some time: plastic strain, and what the next increment starts from."""
+    """Snapshot of a loop: plastic strain, and the start values of the next increment."""
 
     extent: Extent
     bodies: list[StrainSnapshot]
@@ -118,7 +118,7 @@ class Loop:
         return places, added
 
     def carried(self) -> dict[str, Array]:
-        """Return what one load hands on to the next beside the state."""
+        """Return the values carried to the next load in addition to the state."""
         held = {"stride": np.array(self._stride)}
         if self.solver.loaded is not None:
             held["index"], held["pressure"] = self.solver.loaded
@@ -139,7 +139,7 @@ class Loop:
         )
 
     def resume(self, before: Checkpoint) -> None:
-        """Go on from what a run had come to."""
+        """Resume from the state of a run."""
         points = [step.point for step in before.increments]
         for start, end in itertools.pairwise(points):
             self._slid = self._slid_to(start, end)
@@ -457,14 +457,14 @@ class Loop:
 
 
 AUTO = "auto"
-"""In place of a number of increments: as many as an estimate of their error asks for."""
+"""Keyword: choose the number of increments by an error estimate."""
 
 STEP_ERROR = 0.01
 """Error by the load steps of a whole path that is aimed at."""
 
 # Steps of the first way from nothing to a load; and how many times as many there are at most.
 _STEPS, _MOST = 6, 8
-# The ends of two ways tell more than rounding where one has so many times the steps of the other.
+# The difference of two solutions exceeds rounding if their step counts differ by this factor.
 _FINER = 1.5
 # Gap, over the approach, from which on a pixel does not count as touching.
 _NEAR = 0.05
@@ -485,7 +485,7 @@ def between(before: PathPoint, point: PathPoint, count: int) -> list[PathPoint]:
 def reach(
     loop: Loop, point: PathPoint, done: list[Increment], watch: Callable[[float, int, float], None]
 ) -> str:
-    """Visit a load in as many steps as the error asks for; return why it stopped."""
+    """Visit a load in as many steps as the error estimate requires; return why it stopped."""
     before, load = done[-1].load if done else 0.0, point.load
     allowed = STEP_ERROR * abs(load - before) / max(load, before, np.finfo(float).tiny)
     start, parts = loop.held(), _first(load, done)

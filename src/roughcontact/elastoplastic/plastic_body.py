@@ -232,7 +232,7 @@ class PlasticBody:
         return faces, accumulated, self.material.law.strength(accumulated), stress, residual
 
 
-# --- A body that has yielded and whose layers lie on several ranks: what is told of all of it ---
+# --- A yielded body whose layers are distributed over several ranks ---
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,7 +316,7 @@ class SharedBody:
 def gathered(
     own: PlasticBody, share: Shared, thickness: NDArray[np.float64], shape: tuple[int, int]
 ) -> SharedBody:
-    """Return what all ranks tell of a body; all of them call it."""
+    """Return a body gathered from all ranks; all of them call this."""
     layers = thickness.size
     inside = tuple(slice(own.margin, own.margin + points) for points in shape)
     window = inside[0], inside[1]

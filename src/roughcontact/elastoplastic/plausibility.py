@@ -1,4 +1,4 @@
-"""What a contact with plasticity of the volume is judged by before its numbers are believed."""
+"""Plausibility checks of elastoplastic results."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def cautions(result: ElastoplasticResult) -> tuple[Caution, ...]:
 
 
 def checked(result: ElastoplasticResult) -> tuple[str, ...]:
-    """Return what a state of the volume was looked at for, in a few words each."""
+    """Return the checks that were performed on a volume result, a short text each."""
     subjects = [
         "convergence", "stress against the yield strength",
         "plastic strain at the ends of the volume", "size of plastic strains",

@@ -205,7 +205,7 @@ class Extent(NamedTuple):
 
     @classmethod
     def of(cls, result: ElastoplasticResult) -> Extent:
-        """Return that of a result."""
+        """Return the extent of a result."""
         body = result.bodies[0]
         return cls(body.thickness, body.margin)
 
@@ -294,7 +294,7 @@ def memory_estimate(
     # acceleration remembers of a quarter of the points. The bodies share what threads sweep with.
     swept = min(default_workers() * SWEEP_POINTS, padded / 4)
     volume = bodies * layers * (7.5 * padded + 35 * points) + (6 * layers + 56) * swept
-    # What is on its way between ranks: a layer for each thread, or some, in six arrays.
+    # Messages between ranks: one or more layers per thread, in six arrays.
     layer = max(TRAVELLING, default_workers() * 5 * real * padded)
     under_way = 0 if ranks == 1 else 6 * layer
     return int(real * volume) // ranks + under_way + 200 * points

@@ -236,7 +236,7 @@ class RollingResult(Result):
 
     @property
     def shakedown(self) -> Shakedown:
-        """What the passes have come to.
+        """Response to repeated passes.
 
         Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
         where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
@@ -485,7 +485,7 @@ def _rolled(
 
 
 def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
-    """Return what gives, by the number of a pass, what is told of its steps."""
+    """Return a function from the number of a pass to its progress callback."""
 
     def tell(number: int, state: Progress) -> None:
         assert callable(progress)
@@ -687,7 +687,7 @@ def load_rolling(
             for number, row in enumerate(rows)
         )
         result, axis = archive.from_dataset(dataset), dataset.attrs.get("rolling_axis")
-        # Those of a run that went on from another one come first.
+        # The passes of a resumed run come first.
         if not 0 < sum(steps) <= len(result.increments):
             raise InputError("must be those of the increments", argument="steps")
         return RollingResult(

@@ -142,7 +142,7 @@ def suffixes(*kinds: Kind) -> tuple[str, ...]:
 
 
 def format_list_text(*kinds: Kind) -> str:
-    """Return what the formats of some kinds keep, in words."""
+    """Return a text that lists the content of the formats of some kinds."""
     words = []
     for known in FORMATS:
         held = [known.contents[kind].words for kind in kinds if kind in known.contents]

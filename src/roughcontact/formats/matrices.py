@@ -67,7 +67,7 @@ class Arrays:
     heads: Mapping[str, NumpyHead]  # What they say of themselves, by name in their order
 
     def read(self, name: str) -> NDArray[Any]:
-        """Return an array; that of a ``.npy`` file is mapped and not read."""
+        """Return an array; a ``.npy`` file is memory-mapped."""
         memory.require_size(self.path.name, self.heads[name].size)
         with _errors(self.path):
             if not name:

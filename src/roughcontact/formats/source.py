@@ -1,4 +1,4 @@
-"""What all readers share: what is asked of a file, its channels, one kind of complaint.
+"""Shared by all readers: read options, channels and error messages.
 
 `check`: A member is read to the size that the archive states and no further, whatever it
 unpacks to; readers of a damaged length would stop before they come to the checksum.
@@ -64,7 +64,7 @@ def check_sizes(path: Path) -> int:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """Give what is in a file packed by gzip as a file, under the name that it has packed."""
+    """Open the content of a gzip file as a file with its original name."""
     with path.open("rb") as stream:
         packed = stream.read(2) == _GZIP
     if not packed:
@@ -133,7 +133,7 @@ def check_streams(path: Path) -> None:
 
 
 def _unpacked(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
-    """Return the size of what is packed in a stream, and where to go on."""
+    """Return the decompressed size of a member of a stream, and the offset of the next one."""
     unpacking, size, place = zlib.decompressobj(), 0, start
     rest = b""
     try:
@@ -150,7 +150,7 @@ def _unpacked(content: mmap.mmap, start: int, maximum: int) -> tuple[int, int]:
     return size, start + 1
 
 
-# --- What all readers share: what is asked of a file, its channels, one kind of complaint ---
+# --- Shared by all readers: read options, channels and error messages ---
 
 
 Array = NDArray[np.float64]
@@ -168,7 +168,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Asked:
-    """What is said of a file beside its name; see `roughcontact.read_surface`."""
+    """Options for reading a file; see `roughcontact.read_surface`."""
 
     channel: str | int | None = None
     unit: str | None = None
@@ -348,7 +348,7 @@ def _in_hdf5(path: Path, hinted: str | None) -> str:
                 return "datx"
             # Who calls it by the suffix of bare arrays means these.
             return "netcdf" if "_NCProperties" in file.attrs and hinted != HDF5 else HDF5
-    # Whoever reads it tells what is wrong.
+    # The reader reports the error.
     except Exception:
         return HDF5
 

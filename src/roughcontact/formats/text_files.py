@@ -109,7 +109,7 @@ class Head:
         return bool(self.points or self.sides or self.pixel)
 
     def pixel_of(self, shape: tuple[int, int]) -> tuple[float, float] | None:
-        """Return the pixel edges [m] of a matrix of so many points, if the head tells."""
+        """Return the pixel edges [m] of a matrix of this shape, if the header has them."""
         if self.sides is not None:
             return self.sides[0] / shape[0], self.sides[1] / shape[1]
         return self.pixel
@@ -420,7 +420,7 @@ def find_profile(path: Path) -> Trace | None:
                     room = 2 * room + 1024
                     memory.require_points(path.name, (room, len(cells)), _TRACES_EACH)
                 rows.append(tuple(map(_value, cells)))
-    # Whoever reads a map tells what is wrong with the file.
+    # The reader of maps reports the error.
     except (UnicodeDecodeError, OSError):
         return None
     if not rows or (count and count not in (str(len(rows)), str(len(rows) - 1))):

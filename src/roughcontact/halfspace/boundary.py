@@ -1,4 +1,4 @@
-"""What lies beyond the edges of a map: one object for all that depends on it."""
+"""Boundary conditions at the edges of a map."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Boundary(StrEnum):
 
     @property
     def of_profile(self) -> Boundary:
-        """What it is for a profile, one row of a body that goes on alike along y.
+        """Boundary of a profile: one row of a body that is uniform along y.
 
         Raises
         ------
@@ -175,7 +175,7 @@ class Boundary(StrEnum):
         from roughcontact.halfspace.fft import Workspace
 
         workspace = workspace or Workspace()
-        # Part of what is displaced or not, the map as a whole tells where zero is.
+        # The zero of the displacement depends on the whole map, also if only a part is evaluated.
         datum = longer_side(shape, pixel)
 
         def operator(shape: tuple[int, int], coarsening: tuple[int, int]) -> Convolution:

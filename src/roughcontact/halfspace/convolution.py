@@ -116,7 +116,7 @@ class LocalSums:
         return min(float(values.min()), limit) if values.size else limit
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the sums, entry by entry, of what the processes made of their own pixels."""
+        """Return the entrywise sums over all processes."""
         return parts
 
     # What else a contact needs where several processes hold its map.

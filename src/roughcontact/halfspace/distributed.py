@@ -49,7 +49,7 @@ _ROWS = 512
 class SlabSums:
     """Sums and extremes over all pixels of a map on several ranks.
 
-    What each finds by itself they tell each other, and each adds it up in the same order.
+    Ranks exchange their partial results, and sum them in the same order.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class SlabSums:
         return float(self.ranks.everyone(self._here.smallest(values, limit)).min())
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the sums, entry by entry, of what the ranks made of their own pixels."""
+        """Return the entrywise sums over all ranks."""
         return self.ranks.added(parts)
 
     def agreed(self, task: Callable[[], Found]) -> Found:
@@ -598,7 +598,7 @@ def _period(free_axes: Sequence[int], shape: tuple[int, int]) -> tuple[int, int]
     return ny, nx
 
 
-# What a rank makes of the symbol: that of its own columns, for E* = 1 Pa over a factor.
+# Part of the symbol on this rank: its own columns, for E* = 1 Pa and without a factor.
 
 
 class Grid(NamedTuple):

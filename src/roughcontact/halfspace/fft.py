@@ -1,4 +1,4 @@
-"""The one door to FFT libraries and threads: transforms, the threads that share them, memory.
+"""FFT, its threads and work memory: the only module that calls FFT libraries.
 
 ducc0 where it is installed, else SciPy, transform maps for the displacement and the stress of a
 half-space: blocks of rows or columns, each on one thread of a `Workspace`. What prepares and
@@ -47,7 +47,7 @@ def default_workers() -> int:
 
 @contextmanager
 def at_most(threads: int) -> Iterator[None]:
-    """Let what the block calls, in this thread, count on so many cores and no more.
+    """Limit the number of threads in the block, for this thread.
 
     Parameters
     ----------

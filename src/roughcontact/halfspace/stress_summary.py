@@ -691,7 +691,7 @@ class _Passage:
         return planes(self._field, crosses)
 
     def summary(self, cell: float) -> Summary:
-        """Return what was found, with pixels of this area; nothing can be looked at afterwards."""
+        """Return the summary for pixels of this area; the scan is finished afterwards."""
         depths, unit, peak = sorted(self._layers), self._field.unit, self._peak
         layers = [self._layers[depth] for depth in depths]
         np.sqrt(peak, out=peak)

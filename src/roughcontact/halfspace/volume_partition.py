@@ -1,4 +1,4 @@
-"""Who holds which layers and which waves of a volume: one process all, or each rank a share.
+"""Distribution of layers and waves over processes: one process, or several ranks.
 
 A layer is transformed where it lies. Then waves are shared out: every rank gets the same columns
 of the spectra of all layers, sweeps them over the depth, which exchanges nothing, and gives them
@@ -112,7 +112,7 @@ class Share(Protocol):
         """Return the largest value that a process gives."""
 
     def agreed(self, task: Callable[[], Found]) -> Found:
-        """Return what a task gives that each does, or raise on all what one raises."""
+        """Return the result of a task of each process, or raise the error of one on all."""
 
     def by_first(self, task: Callable[[], Found]) -> Found:
         """Return on all what a task gives that the first does."""
@@ -218,7 +218,7 @@ class Shared:
         self.count, self.here = ranks.count, ranks.here()
 
     def layers(self, count: int) -> range:
-        """Return which of so many layers are here: every so many-th."""
+        """Return the local layers: every n-th of n processes."""
         return self._layers(self.ranks.number, count)
 
     def _layers(self, rank: int, count: int) -> range:
@@ -420,7 +420,7 @@ class Shared:
         return len(range(*self._waves(rank, width).indices(width)))
 
     def _memory(self, name: str, number: int, shape: Sequence[int], dtype: np.dtype[Any]) -> Array:
-        """Return memory of what is under way, one for this round and one for the next."""
+        """Return message buffers, one for this round and one for the next."""
         flat = self.workspace.scratch(f"{name} {number}", (1, math.prod(shape)), dtype.type)
         return flat.reshape(shape)
 
@@ -446,7 +446,7 @@ class Shared:
         return float(self.ranks.everyone(value).max())
 
     def agreed(self, task: Callable[[], Found]) -> Found:
-        """Return what a task gives that each rank does, or raise on all what one raises."""
+        """Return the result of a task of each rank, or raise the error of one on all."""
         return self.ranks.agreed(task)
 
     def by_first(self, task: Callable[[], Found]) -> Found:

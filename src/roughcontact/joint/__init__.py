@@ -1,1 +1,1 @@
-"""What a joint does, of solved contacts: its law, what it conducts, what leaks; and by formulas."""
+"""Joints of solved contacts: interface law, conductance, leakage, and estimates."""

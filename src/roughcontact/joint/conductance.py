@@ -150,7 +150,7 @@ def slip_factor(gap: Array, density: NDArray[Any], path: float) -> float:
     return float(total / (dissipated / (1 + 6 * path / g)).sum())
 
 
-# --- What is known of the estimates that stand beside what a joint does ---
+# --- Accuracy of the correlations that are compared with the solution ---
 
 
 CURVED = 0.75
@@ -224,7 +224,7 @@ roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact
 CORRELATED = (0.99, 1.44)
 """The correlations over what is computed, in 95 % of the cases.
 
-Spots come in clusters, of which the theory of the correlations knows nothing: they tell too much.
+Spots form clusters, which the correlations neglect: they overestimate the resistance.
 """
 
 SPOTTED = (0.82, 1.0)
@@ -244,7 +244,7 @@ def greenwood(result: ContactResult) -> float:
     middle = _middles(spots, pair.boundary.periodic_axes)
     np.add.at(pressure.ravel(), middle, radii / result.pixel_area)
     near = pressure.ravel()[middle]
-    # What a spot does to itself stands in the first term; its copies are in the kernel.
+    # The first term is the self-interaction of a spot; its periodic images are in the kernel.
     alone = _self_displacement(pair.pixel, pair.contact_modulus)
     others = operator(pressure).ravel()[middle] - alone * near
     total = radii.sum()

@@ -1,4 +1,4 @@
-"""Contacts of one joint under several loads, looked at one at a time."""
+"""Contacts of one joint under several loads, processed one at a time."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class Groups:
 
     pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
     ratio: Array  # E* h′ over the pressure ceiling, of the volume model over three yield strengths
-    breadth: Array  # Sdq Sal/Sq: how many slopes the waves have beside the longest
+    breadth: Array  # Sdq Sal/Sq: breadth of the spectrum
     texture: Array  # Str
     skewness: Array  # Ssk
     kurtosis: Array  # Sku

@@ -152,7 +152,7 @@ _AIM = 1e-9
 """What the solver aims at by its own count."""
 
 _REDUCTION = 1e-6
-"""What a round leaves of what was unbalanced: the digits of much less are lost by rounding."""
+"""Reduction of the imbalance per round; rounding limits smaller values."""
 
 _ROUNDS = 8
 _MOST_STEPS = 300

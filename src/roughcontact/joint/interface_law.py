@@ -1,4 +1,4 @@
-"""What is known of a nominally flat joint: pressure, separation, contact and stiffness."""
+"""Interface law of a nominally flat joint: pressure, separation, contact area, stiffness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What leaks through the gap of a contact, and the flow factors of its roughness."""
+"""Leakage through the gap of a contact, and its flow factors."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ class LeakageStep:
     mean_gap: float  # ū [m], over all of the map
     permeability: tuple[tuple[float, float], tuple[float, float]]  # [m³]
     constriction: tuple[Constriction | None, Constriction | None]
-    unbalanced: float  # Larger of what the two flows lose or gain on the way, of what flows
+    unbalanced: float  # Larger relative imbalance of the two flows
     steps: int  # Steps of the solver, both flows together
     gas_factor: tuple[float, float] = (1.0, 1.0)  # Flow of the gas over that without slip
     sheared_gap: tuple[float, float] = (math.nan, math.nan)  # Mean of g ∂p per unit gradient [m]

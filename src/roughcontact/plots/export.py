@@ -1,4 +1,4 @@
-"""Figures as PNG files, shared out to several processes: Matplotlib draws on one core."""
+"""Export of figures as PNG, drawn in several processes."""
 
 from __future__ import annotations
 
@@ -214,7 +214,7 @@ def _help(
     drawings: Sequence[Drawing],
     before: set[signal.Signals],
 ) -> None:
-    """Draw in a process of its own, tell what, and end without a word, whatever happens."""
+    """Draw in a child process, report each figure, and exit silently."""
     status = 1
     try:
         os.close(life[1])
@@ -253,7 +253,7 @@ def _drawn(
 
 @contextmanager
 def _deaf() -> Iterator[set[signal.Signals]]:
-    """Put off the signals that end the program, and give which were put off before."""
+    """Block the signals that end the program, and yield those blocked before."""
     asking = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
     before = signal.pthread_sigmask(signal.SIG_BLOCK, asking)
     try:

@@ -168,7 +168,7 @@ def states(history: LoadHistory) -> list[State]:
 
 
 def branches(points: list[State]) -> dict[str, list[list[State]]]:
-    """Return which points lie on one curve, whatever their order along the path.
+    """Return the indices of points on the same curve, in any order of the path.
 
     Elastic ones are those of one shape at one position, the way down that up again. A new
     indentation goes on from where the shape before it was loaded most.

@@ -1,4 +1,4 @@
-"""Figures of repeated passes: what each adds, what it leaves over the depth and on the surface."""
+"""Figures of repeated passes: strain per pass, depth profiles and residual roughness."""
 
 from __future__ import annotations
 

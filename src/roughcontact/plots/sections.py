@@ -365,7 +365,7 @@ class Bins(NamedTuple):
 
 
 def _number_of_bins(pressures: Sequence[Array], minimum: int) -> float:
-    # About as many as the points bear (Rice's rule).
+    # Number of bins by Rice's rule.
     return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), minimum), 60))
 
 

@@ -117,7 +117,7 @@ def panels(
 
 
 def shown_aspect(size: tuple[float, float]) -> float:
-    """Return height over width of a map (y, x), within what a page bears."""
+    """Return the aspect ratio (height/width) of a map (y, x), limited by the page."""
     return min(max(size[0] / size[1], 0.2), 1.6)
 
 
@@ -202,7 +202,7 @@ def reduced(
 
 
 def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
-    """Return what a ufunc makes of every so many rows; the last ones may be fewer."""
+    """Return a ufunc reduced over blocks of rows; the last block may be shorter."""
     # The first rows of all blocks, then the second ones: ten times as fast as `reduceat`.
     result = values[::block].copy()
     for row in range(1, min(block, len(values))):
@@ -304,7 +304,7 @@ def outline(axes: Axes, mask: Mask, rows: Array, columns: Array, colour: str) ->
 
 
 def few_ticks(axes: Axes, aspect: float) -> None:
-    """Give a map of some height over width as many ticks as its sides have room for."""
+    """Set as many ticks on a map of this aspect ratio as fit its sides."""
     from matplotlib.ticker import MaxNLocator
 
     axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))

@@ -1,4 +1,4 @@
-"""The figure of what an uncertainty comes from."""
+"""Figure of the uncertainty budget."""
 
 from __future__ import annotations
 

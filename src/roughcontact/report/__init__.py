@@ -1,1 +1,1 @@
-"""Results in words: tables, assumptions, reports."""
+"""Text and HTML output: tables, assumptions, reports."""

@@ -1,4 +1,4 @@
-"""The assumptions behind a result: one table, with the numbers of the case.
+"""Table of model assumptions, with the values of the case.
 
 The user guide explains each of them; see ``docs/assumptions.md``.
 """

@@ -1,4 +1,4 @@
-"""The papers behind a result: those of what was used for it, and no others."""
+"""References for a result: only those of methods that were used."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def name_of(name: str) -> str:
 
 
 def scale_of(name: str, largest: float) -> tuple[float, str]:
-    """Return what a number is multiplied with where it is told, and its unit."""
+    """Return the display factor of a quantity, and its unit."""
     if name in _SHARES:
         return 100.0, "%"
     unit = unit_of(name)

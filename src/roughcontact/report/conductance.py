@@ -1,4 +1,4 @@
-"""What is told of what a contact conducts."""
+"""Report of a conductance result."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _thermal(result: joint.Conductance) -> bool:
 
 
 def _by_area(result: joint.Conductance) -> bool:
-    """Return whether what the joint conducts goes with its area."""
+    """Return whether the conductance of the joint is proportional to its area."""
     return len(result.largest.boundary.periodic_axes) == 2
 
 
@@ -353,7 +353,7 @@ def _numbers(result: joint.Conductance) -> CellTable:
 
 
 def _remarks(result: joint.Conductance) -> tuple[str, ...]:
-    """Return what a filled gap adds, what the pixel changes, and how exactly it is solved."""
+    """Return the effects of a filled gap and of the pixel, and the accuracy of the solution."""
     lines = []
     if _has_filling(result):
         name = result.filling.name if result.filling else ""

@@ -139,7 +139,7 @@ def in_short(result: ContactResult) -> list[Block]:
     scene = figures.ContactScene(result)
     front = chapters.shown(kind.figures, scene, FRONT)
     if not (result.pair.is_profile or scene.is_sparse):
-        # Its gap is that of bodies on the way, where they have a history.
+        # Its gap is that of the deformed bodies, if they have a history.
         front += chapters.shown(kind.figures, scene)
     count = 1 if result.pair.is_profile or scene.is_sparse else 2
     shown = [*chapters.table(rows, style="key"), *front[:count], *chapters.with_hertz(result)]
@@ -230,7 +230,7 @@ _CALIBRATED = (
 
 
 def under_calibrated(result: Any) -> dict[str, str]:
-    """Return what is told under the calibrated ceiling, by key; nothing where it is the same."""
+    """Return the values under the calibrated ceiling, by key; empty if it changes nothing."""
     other = getattr(result, "calibrated", None)
     if other is None or not other.differs:
         return {}

@@ -1,4 +1,4 @@
-"""What a result tells, worded once.
+"""Quantities and texts of results, defined once.
 
 Every kind of result has a table of quantities. Console, report, JSON and CSV are made from these
 tables: a quantity that is added to one is told by all of them, with the same digits.
@@ -665,7 +665,7 @@ HISTORY: Table = (
 """Of a `LoadHistory`."""
 
 
-# --- What is told of the bodies of contacts under several loads: that of the largest of them ---
+# --- Bodies of contacts under several loads: those of the largest load ---
 
 
 def of_largest(key: str) -> Quantity:
@@ -679,7 +679,7 @@ PAIR: Table = tuple(
 """What is pressed on what."""
 
 
-# --- What is told of contacts of profiles: the quantities of maps, per meter of their width ---
+# --- Contacts of profiles: the quantities of maps, per meter of width ---
 
 
 LOAD = "N/m"

@@ -1,4 +1,4 @@
-"""What is told of a nominally flat contact by formulas, alone and beside one that was solved."""
+"""Report of an estimate of a nominally flat contact, alone or compared with a solution."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ BESIDE: Table = (
         when=_has_estimate, stored=False, brief=False,
     ),
 )  # fmt: skip
-"""Of a `ContactResult` that is nominally flat, beside what was solved."""
+"""For a nominally flat `ContactResult`, compared with the solution."""
 
 
 # --- What is said first ---

@@ -1,4 +1,4 @@
-"""The figures of the reports: how each is drawn, and what stands below it.
+"""Figures of reports, and their captions.
 
 The names of the files that ``--figures`` writes come from here, too.
 """

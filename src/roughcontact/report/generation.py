@@ -1,4 +1,4 @@
-"""What is told of generated surfaces: what was asked for beside what they have."""
+"""Report of a generated surface: requested and actual parameters."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _HURST = "Hurst exponent"
 
 
 def rows(surface: Surface) -> list[tuple[str, str, str, str]]:
-    """Return what was asked for of a generated map beside what it has."""
+    """Return the requested and the actual parameters of a generated map."""
     return [
         (
             _name(item),

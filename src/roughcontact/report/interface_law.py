@@ -1,4 +1,4 @@
-"""What is told of the law of an interface."""
+"""Report of an interface law."""
 
 from __future__ import annotations
 

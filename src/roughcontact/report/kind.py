@@ -1,4 +1,4 @@
-"""A kind of result: its quantities, and all that console, report, page and files show of it."""
+"""Presentation of a class of results: quantities and texts of console, report, page and files."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ _SIDES = {1e-3: "mm", 1e-6: "µm", 1e-9: "nm"}
 
 
 def sizable(key: str) -> Callable[[Any], Sequence[float]]:
-    """Return what a column tells of values that are not negative: zero in place of rounding."""
+    """Return a formatter of values ≥ 0 that shows rounding errors as zero."""
 
     def values(result: Any) -> list[float]:
         answer = [float(getattr(step, key)) for step in result.steps]
@@ -173,7 +173,7 @@ def capital(text: str) -> str:
 
 
 def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-    """Return what is told of a result."""
+    """Return the rows of a result."""
     return [
         quantity.row(result)
         for quantity in table
@@ -185,7 +185,7 @@ def rows_of(table: Table, result: Any, part: str = ANSWER, brief: bool = False) 
 def side_by_side(
     table: Table, results: Iterable[Any], part: str = ANSWER, brief: bool = False
 ) -> list[tuple[Row, tuple[str, ...]]]:
-    """Return what is told of several results side by side: a row, and the text for each result."""
+    """Return the rows of several results side by side: a row, and a text per result."""
     by_key = [{row.key: row for row in rows_of(table, result, part, brief)} for result in results]
     keys = [quantity.key for quantity in table if any(quantity.key in result for result in by_key)]
     return [
@@ -197,7 +197,7 @@ def side_by_side(
     ]
 
 
-# Steps that are shown of many: so many of the first, and so many of the last.
+# Number of steps shown at the start and at the end of a long table.
 _ENDS = 3
 
 
@@ -313,7 +313,7 @@ def _itself(result: Any) -> Any:
 
 @dataclass(frozen=True)
 class Kind:
-    """What there is to tell of one class of results, or of some of them."""
+    """Presentation of one class of results, or of some of them."""
 
     result: type  # The class
     table: Table  # Its quantities
@@ -351,7 +351,7 @@ class Kind:
         return self.answer is not _empty
 
     def rows(self, result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-        """Return what is told of a result; see `rows_of`."""
+        """Return the rows of a result; see `rows_of`."""
         return rows_of(self.table, result, part, brief)
 
     def headline(self, result: Any, **more: Any) -> Headline:

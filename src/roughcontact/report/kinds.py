@@ -73,11 +73,11 @@ def _loaded(place: str) -> Kind:
     return pkgutil.resolve_name(f"{__package__}.{place}")
 
 
-# --- What is told of any result, by its kind ---
+# --- Functions for any result, by its presentation ---
 
 
 def rows(result: Any, part: str = ANSWER, brief: bool = False) -> list[Row]:
-    """Return what is told of a result; see `kind.rows_of`."""
+    """Return the rows of a result; see `kind.rows_of`."""
     return of(result).rows(result, part, brief)
 
 

@@ -1,4 +1,4 @@
-"""What is told of what leaks through a contact."""
+"""Report of a leakage result."""
 
 from __future__ import annotations
 

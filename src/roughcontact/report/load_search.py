@@ -1,4 +1,4 @@
-"""What is told of loads that were asked for."""
+"""Report of a load search."""
 
 from __future__ import annotations
 

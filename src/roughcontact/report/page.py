@@ -1,4 +1,4 @@
-"""The page that a report is: question, answer and numbered chapters in one HTML file.
+"""HTML report: front page and numbered chapters in one file.
 
 It needs nothing else and prints to A4.
 """
@@ -198,7 +198,7 @@ def _pictures(front: Front, chapters: Sequence[Chapter]) -> Iterator[Picture]:
 
 
 def _template(spell: Spell) -> jinja2.Template:
-    """Return what a page is made with, in the words of one edge for arguments."""
+    """Return the page template, with argument names of one interface."""
     # Imported late: only reports need it.
     import jinja2
 

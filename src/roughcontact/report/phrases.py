@@ -1,4 +1,4 @@
-"""Bodies, loads, materials, laws, ceilings and progress in a few words."""
+"""Short texts for bodies, loads, materials, hardening laws, ceilings and progress."""
 
 from __future__ import annotations
 

@@ -257,7 +257,7 @@ def _lost(about: Provenance) -> list[str]:
     """Return in words the steps that cannot be repeated."""
     steps = list(about.operations)
     if about.origin is not None and about.origin.method == "Surface":
-        # What was said of the array itself goes with it.
+        # Notes on the array are omitted with it.
         while steps and steps[0].method == NOTE:
             del steps[0]
     inner = [value for step in steps for value in step.arguments.values()]

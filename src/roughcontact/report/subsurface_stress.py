@@ -1,4 +1,4 @@
-"""What is told of the stress below a contact."""
+"""Report of the stress below a contact."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from roughcontact.report.page import Block
 
 
 def first_yield(onset: StressResult, brief: bool = False) -> list[Row]:
-    """Return what is told of the contact at the load of first yield."""
+    """Return the rows on the contact at the load of first yield."""
     of_profile = onset.solution.pair.is_profile
     return rows_of(
         contact_fields.PROFILE_FIRST_YIELD if of_profile else contact_fields.FIRST_YIELD,

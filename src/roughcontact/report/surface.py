@@ -1,4 +1,4 @@
-"""What is told of a surface."""
+"""Report of a surface."""
 
 from __future__ import annotations
 

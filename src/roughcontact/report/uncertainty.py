@@ -1,4 +1,4 @@
-"""How sure the headline numbers are, in rows."""
+"""Report of the uncertainty of the main quantities."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def sources(interval: Interval, hint: bool = True, instrument: bool = False) -> 
 
 
 def _parts(interval: Interval) -> tuple[str, str]:
-    """Return what an interval comes from, and what is not in it."""
+    """Return the contributions to an interval, and the effects it leaves out."""
     unknown = " and ".join(_SHORT[cause] for cause in interval.unknown)
     known = []
     if interval.measured is not None:

@@ -1,1 +1,1 @@
-"""One run of the program, asked for in words."""
+"""One run of the program, specified by text options."""

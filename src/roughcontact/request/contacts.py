@@ -1,4 +1,4 @@
-"""What a joint does, asked of contacts that are solved as they are looked at.
+"""Joint analyses of contacts that are solved on demand.
 
 Several questions about one contact share what is solved: see `cached_solver`.
 """
@@ -146,7 +146,7 @@ def _conductor(request: Request, material: Option[Any], *specified: Option[Any])
 
 
 def outcome(request: Request, work: Work, result: Any) -> Outcome:
-    """Return the outcome of what a joint does, with what is known from the measurement."""
+    """Return the outcome of a joint analysis, with remarks on the measurement."""
     largest = replace(result.largest, extra_cautions=work.extra_cautions)
     return Outcome(
         request, replace(result, largest=largest, extra_cautions=work.extra_cautions), largest
@@ -263,7 +263,7 @@ _SAME = 0.005
 
 @contextmanager
 def cached_solver() -> Iterator[Solve]:
-    """Give what solves a contact that it is asked for again only once."""
+    """Yield a solver that caches its contacts."""
     with ExitStack() as stack:
         solved: list[tuple[dict[str, Any], dict[str, Any], IO[bytes]]] = []
 

@@ -76,7 +76,7 @@ def _run(request: Request, work: Work) -> Outcome:
 
 
 def _memory(_: Request, shape: tuple[int, int]) -> None:
-    """Refuse nothing: what a map shows asks for its memory itself."""
+    """Do nothing: the functions that read the map check its memory."""
 
 
 TASK = Task(

@@ -106,7 +106,7 @@ _PARAMETERS: tuple[Option[Any], ...] = (
 
 
 def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
-    """Return the surface that options in words ask for, and the files that it was written to."""
+    """Return the surface that text options specify, and the files it was written to."""
     from roughcontact.formats.source import pixel_of
     from roughcontact.surface.generation import generate
 

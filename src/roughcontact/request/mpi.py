@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
-    """Read, prepare, solve, and write what was asked for; all ranks call it."""
+    """Read, prepare, solve, and write a request; all ranks call it."""
     is_volume = request.get(solve.MODEL) == solve.VOLUME_MODEL
     _check(request, is_volume)
     outcome, work = (_volume if is_volume else _map)(request, ranks, say, look)

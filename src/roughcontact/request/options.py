@@ -1,4 +1,4 @@
-"""Options: what one is, what they ask of each other, and the groups that tasks share."""
+"""Options: their definition, the rules between them, and the groups that tasks share."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def files(name: str, text: str, suffixes: tuple[str, ...], **more: Any) -> Optio
 
 
 class Demand(Enum):
-    """What a rule asks of its options."""
+    """Type of a rule between options."""
 
     NEEDED = auto()
     NEEDS = auto()
@@ -122,7 +122,7 @@ NEEDED, NEEDS, EXCLUDES, ONE_OF, ANY_OF = Demand
 
 @dataclass(frozen=True, init=False)
 class Rule:
-    """What some options ask of each other."""
+    """Rule between options."""
 
     demand: Demand  # `NEEDED`: the first is given
     options: tuple[Option[Any], ...]  # Of which it speaks

@@ -1,4 +1,4 @@
-"""What a request gives, and what a task is given to find it."""
+"""Outcome of a request, and the context of a task."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def remarks_on(request: Request, maps: Sequence[Surface]) -> tuple[Caution, ...]
 class Work:
     """What a task works with."""
 
-    request: Request  # What was asked for
+    request: Request  # Request
     read: Callable[[], Sequence[Surface]]  # Returns its maps, prepared
     say: Say  # Called with a few words before every stage
     look: Look  # Called with the `Progress` of the solver
@@ -70,7 +70,7 @@ class Work:
 
     @contextmanager
     def keeping(self, pattern: str, part: str) -> Iterator[tuple[Look, list[int]]]:
-        """Note which parts stood in the folder; after Ctrl-C, tell which stand complete in it."""
+        """Note the saved parts of the folder; on Ctrl-C, report the complete ones."""
         reused: list[int] = []
         last = Progress(1, 0, None)
 

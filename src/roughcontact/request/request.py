@@ -1,4 +1,4 @@
-"""What one run is asked for, checked as far as it can be without its files."""
+"""Request of one run, checked as far as possible without its files."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ Move = Callable[[Path], Path]
 
 @dataclass(frozen=True)
 class Request(Reading):
-    """One run: what was asked for, checked as far as it can be without its files."""
+    """One run: its options, checked as far as possible without its files."""
 
-    task: Task  # What is asked of the maps
+    task: Task  # Analysis of the maps
     file: Path | None  # The measured map
     specified: Given  # The options that were given, as text, to repeat the run
     values: Mapping[str, Any]  # Their values
@@ -284,7 +284,7 @@ class Request(Reading):
         self.require_memory(grid)
 
     def require_memory(self, shape: tuple[int, int]) -> None:
-        """Raise `InsufficientMemoryError` unless what is asked for can be done on a grid."""
+        """Raise `InsufficientMemoryError` unless the analysis fits on a grid."""
         if self.task.memory is None:
             self.require_contact(shape, self.task.held)
         else:
@@ -292,11 +292,11 @@ class Request(Reading):
         if self.get(shared.REPORT) is not None:
             from roughcontact.surface.grid import CORRELATED, require_memory
 
-            # Beside the bodies: pressure, gap, and what the roughness takes.
+            # In addition to the bodies: pressure, gap, and roughness parameters.
             require_memory(shape, self._map_count + 2 + CORRELATED, "the report on a map")
 
     def require_contact(self, shape: tuple[int, int], held: int = 0) -> None:
-        """Raise `InsufficientMemoryError` unless a contact fits, with so many maps beside it."""
+        """Raise `InsufficientMemoryError` unless a contact fits, with a number of further maps."""
         from roughcontact.contact.memory import Room
 
         precision = str(self.get(shared.PRECISION) or "double")

@@ -32,7 +32,7 @@ def run(
     read: Callable[[Request, Say], Sequence[Surface]] | None = None,
     solve: Solve = solve_afresh,
 ) -> Outcome:
-    """Read, prepare, solve, and write what was asked for."""
+    """Read, prepare, solve, and write a request."""
     request.check_places()
     reads = partial(read or prepared, request, say)
     work = Work(request, reads, say, look or unseen, solve, known or {})
@@ -49,7 +49,7 @@ def run(
 
 @contextmanager
 def shared_runner() -> Iterator[Callable[..., Outcome]]:
-    """Give what carries out requests as `run` does, and shares what they have in common."""
+    """Yield a function like `run` that caches data shared by several requests."""
     with contacts.cached_solver() as solve:
         known: dict[str, Sequence[Surface]] = {}
 

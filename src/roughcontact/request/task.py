@@ -1,4 +1,4 @@
-"""A command, and a task: what a command and a ``task`` of a project file ask for, in one object."""
+"""Commands, and tasks: the analyses of the command line and of project files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Given = Mapping[str, str | bool | list[str]]
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What the program can be told to do."""
+    """Command of the command line."""
 
     name: str  # As users write it
     help: str  # First sentence, what else there is to say, and an example

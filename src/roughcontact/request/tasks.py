@@ -151,7 +151,7 @@ _TASKS = {task.name: task for task in TASKS}
 PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
 """What project files may ask for."""
 SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
-"""Those of which several may be asked of one contact."""
+"""Tasks that can be requested together for one contact."""
 
 
 def from_text(

@@ -83,7 +83,7 @@ class Viewer:
         return limit.ravel()[index] if isinstance(limit, np.ndarray) else limit
 
     def look(self, index: NDArray[np.int64], pressure: NDArray[np.float64]) -> Iterate:
-        """Return what a pressure does, computed afresh over the whole map."""
+        """Return the effect of a pressure, evaluated on the whole map."""
         self.seen = None
         pressure = without_dust(pressure, self.limit(index), self.sums)
         index, pressure = chosen(pressure > 0, index, pressure)
@@ -310,7 +310,7 @@ def slopes(now: Iterate, moved: NDArray[np.float64], viewer: Viewer) -> tuple[fl
     The energy is quadratic: its change is the mean of the two, its curvature their difference.
     """
     direction = moved - now.pressure
-    # Whatever approach is taken off cancels under a given load, where the step sums to zero.
+    # A shift of the approach cancels under a given load, as the step sums to zero.
     gap = viewer.opened(now.index) - now.approach
     sums = viewer.sums
     return sums.dot(direction, now.gap), sums.dot(direction, gap)

@@ -1,4 +1,4 @@
-"""What the solvers ask of a displacement operator, and of the sums over all pixels.
+"""Protocols of the displacement operator, and of sums over all pixels.
 
 A map may lie on several processes, each with a band of its rows: they then run the same solver
 side by side, on arrays of their own pixels. Whatever depends on the pixels of all of them passes
@@ -48,7 +48,7 @@ class Sums(Protocol):
         """Return the smallest, or ``limit`` where none is smaller."""
 
     def added(self, parts: NDArray[Any]) -> NDArray[Any]:
-        """Return the sums, entry by entry, of what the processes made of their own pixels."""
+        """Return the entrywise sums over all processes."""
 
 
 class Support(Protocol):

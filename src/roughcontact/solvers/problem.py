@@ -255,7 +255,7 @@ def shift_to_sum(
 def _bracket(
     values: NDArray[np.float64], limit: float | NDArray[np.float64], total: float, sums: Sums
 ) -> tuple[float, float]:
-    """Return shifts below and above which the sum cannot lie on its way to ``total``."""
+    """Return a bracket of the shift at which the sum is ``total``."""
     limits = np.broadcast_to(limit, values.shape)
     unlimited = np.isinf(limits)
     if sums.count(unlimited):

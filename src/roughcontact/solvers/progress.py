@@ -1,4 +1,4 @@
-"""How far a calculation is: what it tells whoever watches."""
+"""Progress of a calculation, as passed to callbacks."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Forecast:
         part = series or state.number > before.number
         self._state = state
         if series:
-            # What was kept tells no time.
+            # Saved steps give no time estimate.
             self._first, self._start = state.number + state.kept, now
         if part:
             self._begun, self._end = now, 0.0
@@ -134,7 +134,7 @@ class Forecast:
         return max(end - now, 0.0) + each * (state.count - state.number)
 
 
-# Share of a solve from which its pace is known: small grids tell nothing, nor does a first step.
+# Minimum share of a solve for a time estimate: small grids and first steps give none.
 _TELLING = 0.02
 
 
@@ -149,7 +149,7 @@ Tell = Callable[[Progress], None] | bool | None
 def numbered(
     progress: Tell, number: int, count: int, label: str = ""
 ) -> Callable[[Step], None] | None:
-    """Return what a solver calls with each `Step`, so that a `Progress` is told; or ``None``.
+    """Return a solver callback that turns each `Step` into a `Progress`; or ``None``.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def each_part(progress: Tell, label: str) -> Callable[[int, int], None] | None:
 def one_of_several(
     progress: Callable[[Progress], None], number: int, count: int
 ) -> Callable[[Progress], None]:
-    """Return what one of several calculations, of as many parts each, calls with its `Progress`.
+    """Return the progress callback of one of several calculations with equal numbers of parts.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def one_of_several(
     return tell
 
 
-# --- A line that tells how far a calculation is, in terminals and notebooks alike ---
+# --- Progress line for terminals and notebooks ---
 
 
 P = ParamSpec("P")

@@ -273,7 +273,7 @@ def _outermost(direction: Array, y: Array, x: Array, share: float | Array) -> Ar
         return np.array([y[best], x[best]])
     order = np.argsort(-along)
     carried = np.cumsum(np.broadcast_to(share, along.shape)[order])
-    # Furthest out first, each as much as it can; the last takes what is left.
+    # The furthest points first, each at its maximum; the last takes the remainder.
     part = np.diff(np.minimum(carried, 1.0), prepend=0.0)
     return np.einsum("pn,n->p", np.stack([y[order], x[order]]), part)
 

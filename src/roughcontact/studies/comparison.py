@@ -359,7 +359,7 @@ class MapLoadCase:
             )  # fmt: skip
 
     def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
-        """Return what is found of one map; as `compare`, with a name for whoever reads along."""
+        """Return the sample of one map; like `compare`, with a name for progress messages."""
         surfaces = [surface]
         if self.before is not None:
             surfaces.append(_after(surface, self.before, self.problem))

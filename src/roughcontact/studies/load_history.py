@@ -168,7 +168,7 @@ def indented_surface(result: ContactResult) -> Surface:
     return indented(result.surface, result.residual_indentation)
 
 
-# --- The stages of a path, and what came of them ---
+# --- Stages of a path, and their results ---
 
 
 NEGLIGIBLE_GROWTH = 1e-5
@@ -182,7 +182,7 @@ VOLUME_ACCOUNT = (
     "(no pile-up), pixels below the ceiling keep their height to the bit, and no other residual "
     "displacement or stress stays behind"
 )
-"""What the model conserves and what it does not."""
+"""Conserved and lost quantities of the model."""
 
 
 @dataclass(frozen=True)

@@ -211,7 +211,7 @@ def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
         return math.nan
     chosen = finite[:1]
     for point in finite[1:]:
-        # Those close together tell nothing about what is far from them.
+        # Points close together give no extrapolation.
         apart = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
         ascending = all((point[0] - x) * (point[1] - y) > 0 for x, y in chosen)
         if len(chosen) < 3 and apart and ascending:
@@ -550,7 +550,7 @@ def _text(name: str, value: float) -> str:
 
 
 def _values(result: ContactResult, name: str) -> dict[str, float]:
-    """Return all that a contact tells at once, and what it tells only if asked."""
+    """Return the values of a contact, those that need a further solve on request only."""
     touching, saturated = (int(np.count_nonzero(m)) for m in (result.contact, result.saturated))
     answer = {
         CONTACT: touching / result.pressure.size,
@@ -576,7 +576,7 @@ def _yielding(pair: Pair) -> list[tuple[Material, float]]:
 def _utilization(result: ContactResult) -> float:
     """Return the largest von Mises stress at or below the surface over the yield strength."""
     pair, pressure = result.pair, result.pressure
-    # Nothing else displaces the bodies: the largest stress lies below these pixels or beside them.
+    # No other load displaces the bodies: the largest stress is below or next to these pixels.
     for axis in pair.boundary.free_axes:
         loaded = np.flatnonzero(pressure.any(axis=1 - axis))
         first, end = max(int(loaded[0]) - _MARGIN, 0), int(loaded[-1]) + _MARGIN + 1

@@ -585,7 +585,7 @@ def _corrected(
     parts[Cause.CHANCE] = float(np.var(drawn - shared, ddof=1))
     spread = float(np.var(drawn, ddof=1))
     total = sum(parts.values())
-    # Quantiles of what is drawn are exact; what is left to chance has few draws.
+    # Quantiles of drawn variables are exact; the remaining scatter has few draws.
     chance = parts[Cause.CHANCE] / total if total else 0.0
     factor = (1 - chance) * _NORMAL**2 + chance * _student(count - 1) ** 2 * (1 + 1 / count)
     scatter = float(np.var(bracket, ddof=1))
@@ -656,7 +656,7 @@ def _seam(result: ContactResult, measured: Reconstruction) -> Iterator[str]:
         )  # fmt: skip
 
 
-# Standard deviation of what is taken out, over that of the heights.
+# Standard deviation of the removed part over that of the heights.
 _STEPPED = 0.2
 
 

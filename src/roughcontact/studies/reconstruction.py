@@ -288,7 +288,7 @@ class Reconstruction:
     def _split(self, image: Array) -> tuple[Array, Array]:
         """Return the shortest waves of a map, and the longer ones."""
         k = self._wave_numbers(self.tensor) * max(1 / self.limit, self.shortest_wave or 0.0)
-        # Smooth filters do not spread what is rough over what is smooth.
+        # Smooth filters do not mix rough and smooth areas.
         low, waves = np.exp2(-((2 * k) ** 2)), fft.rfft2(image)
         short, long = (
             fft.irfft2(waves * part, image.shape) for part in (np.exp2(-(k**2)) - low, low)

@@ -1,4 +1,4 @@
-"""Can a result be trusted: the same contact on other grids, with other filters and ceilings.
+"""Dependence of a contact on the grid, filters and ceiling.
 
 `limits`: Grid convergence index. With the last change e, and p the logarithm to base 2 of the
 change before over it, within 0.5 and 1, the limit lies between the last value but one and e

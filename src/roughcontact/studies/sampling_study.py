@@ -1,4 +1,4 @@
-"""How large an area is needed: the scatter between parts of a map, and how it falls with area."""
+"""Required map size, from the scatter between parts of a map."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ NAMES = {
     "saturated_fraction": "saturated area",
     "mean_gap": "mean gap",
 }
-"""What messages call those of `NUMBERS` whose symbol does not tell it."""
+"""Names in messages of those of `NUMBERS` with unusual symbols."""
 
 CURVES = ("contact_fraction", "saturated_fraction", "mean_gap", "approach")
 """Numbers that are followed over the pressure."""

@@ -1,4 +1,4 @@
-"""How sure the headline numbers of a contact are: an interval for each, and what it comes from.
+"""Intervals of the main quantities of a contact, and their sources.
 
 The certificate says how exactly the problem as stated is solved. It knows nothing of the grid,
 of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
@@ -36,7 +36,7 @@ from roughcontact.surface.surface import Surface
 if TYPE_CHECKING:
     from roughcontact.surface.instrument import Instrument
 
-# What the change of one sphere is wrong by itself, beside what the rule is.
+# Error of the single-sphere correction itself, in addition to that of the rule.
 _ONE_SPHERE = 0.02
 
 # Factor of safety of two grids of first order (Roache 1994).
@@ -280,7 +280,7 @@ def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
         return None
     other = result.calibrated
     if other is not None and other.is_of_base and hasattr(other, name):
-        # What a coated body bears lies between coating and base.
+        # The ceiling of a coated body is between those of its coating and its base.
         change = getattr(other, name) / getattr(result, name) - 1
         return ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
     advice = plausibility.advice(result) if name == "contact_fraction" else None
@@ -301,7 +301,7 @@ def _around(change: float, error: float) -> tuple[float, float]:
 
 
 def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> list[ErrorSource]:
-    """Return what the grid, and what is below it, may move."""
+    """Return the error bounds of the grid and of scales below it."""
     value = float(getattr(result, name))
     elastic = result.ceiling is None
     at_edge = elastic and result.totals.edge_load is not None

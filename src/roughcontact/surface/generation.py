@@ -92,7 +92,7 @@ def joined(grooves: Array, roughness: Array, height: float) -> Array:
 Waves = NDArray[np.complex128]
 
 WITHIN = 0.02
-"""Share within which a parameter of the map counts as the one asked for."""
+"""Relative tolerance within which a parameter of the map equals the requested one."""
 
 # Pixels of the shortest wave where no cut-off is asked for.
 _CUTOFF = 8
@@ -114,7 +114,7 @@ _SPAN = 1.5
 
 @dataclass(frozen=True)
 class _Asked:
-    """What was asked for, in SI units; None where it follows from the rest."""
+    """Requested parameters, in SI units; None if derived from the others."""
 
     Sq: float
     Sal: float | None
@@ -261,7 +261,7 @@ def _in_metres(**specified: Any) -> dict[str, Any]:
 def _resolved_request(
     specified: dict[str, Any], pixel: tuple[float, float], feed: float | None
 ) -> _Asked:
-    """Return what is asked for, with what follows where nothing is said; refuse nonsense."""
+    """Return the request with defaults filled in; raise on contradictions."""
     kurtosis = (
         height_distribution.usual_kurtosis(specified["Ssk"])
         if specified["Sku"] is None
@@ -282,7 +282,7 @@ def _resolved_request(
 def _surface(
     heights: Array, pixel: tuple[float, float], specified: dict[str, Any], spectrum: Spectrum
 ) -> Surface:
-    """Return the map with what was asked for and what came of it."""
+    """Return the map with requested and actual parameters."""
     measured = summary(heights, pixel)
     result = {name: value for name, value in measured.items() if math.isfinite(value)}
     result["rolloff_wavelength"], result["cutoff_wavelength"] = spectrum.rolloff, spectrum.cutoff
@@ -522,7 +522,7 @@ def _of_unit_height(heights: Array) -> Array:
     return deviation
 
 
-# --- what was asked for beside what came of it --------------------------------------------------
+# --- Requested and actual parameters --------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -530,7 +530,7 @@ class Parameter:
     """A parameter of a generated map."""
 
     name: str  # Symbol of the standard, or `"hurst"`
-    requested: float  # What was asked for, SI units
+    requested: float  # Requested value, SI units
     measured: float  # What the map has
 
     @property
@@ -547,7 +547,7 @@ class Parameter:
 
 
 def compared(surface: Surface) -> tuple[Parameter, ...]:
-    """Return the parameters that were asked for of a generated map beside those it has."""
+    """Return the requested and the actual parameters of a generated map."""
     created = surface.provenance.origin
     if created is None or created.method != "generate" or surface.provenance.operations:
         raise InputError("is no map as it was generated", argument="surface")

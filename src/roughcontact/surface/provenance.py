@@ -1,4 +1,4 @@
-"""Where a map came from and what was done to it: kept as data, worded where a person reads it."""
+"""Source and processing steps of a map, stored as data and formatted for display."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from roughcontact.units import engineering
 NOTE = "note"
 """Method of an `Operation` that is known by a sentence only, and hence cannot be repeated."""
 
-# Of the text that `to_text` writes; one day another may have to be told from it.
+# Version of the text that `to_text` writes.
 _VERSION = 1
 
 
@@ -211,7 +211,7 @@ def _operation(record: dict[str, Any]) -> Operation:
 _Said = Mapping[str, Any]
 _Words = Callable[[_Said, _Said], tuple[str, ...]]
 
-# Of lengths, so that steps that differ are told apart.
+# Digits of lengths, enough to distinguish different steps.
 _DIGITS = 6
 
 

@@ -123,7 +123,7 @@ def rms_gradient(heights: NDArray[np.float64], pixel: tuple[float, float]) -> fl
     """Return the root-mean-square gradient, Sdq."""
     dy, dx = pixel
     if heights.shape[0] == 1:
-        # Beyond a profile the body goes on alike.
+        # A profile is uniform across its direction.
         heights = np.repeat(heights, 2, axis=0)
     total, count = 0.0, 0
     for rows in grid.of_rows((heights.shape[0] - 1, heights.shape[1])):

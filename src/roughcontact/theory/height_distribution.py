@@ -232,7 +232,7 @@ def _of_two_parameters(family: str, skewness: float, kurtosis: float) -> Johnson
 # --- Heights of a surface cut by a plane: share above it, and the gap below ---
 
 
-# Normal scores for integrals over the heights, and what of the surface lies below each.
+# Normal scores for integrals over the heights, and the volume below each.
 _SCORES = np.linspace(-9, 9, 7201)
 
 

@@ -1,4 +1,4 @@
-"""Where readers register what a map can be written as: nobody asks for it here."""
+"""Registration of export formats by readers: unused here."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def _checked(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def _instrument(fields: Any) -> dict[str, Any] | None:
-    """Return what is told of an instrument; raise `TypeError` where it is not in plain types."""
+    """Return the metadata of an instrument; raise `TypeError` unless it has plain types."""
     if fields is None:
         return None
     if type(fields) is not dict:

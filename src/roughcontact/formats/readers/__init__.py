@@ -31,7 +31,7 @@ def reader(name: str) -> Any:
     """Return the class of a reader."""
     own = import_module(f"{__name__}.IO")
     for folder in library():
-        # Whoever imported either before has not told it where the library is.
+        # An earlier import of either has not set the location of the library.
         for path, place in ((__path__, folder), (own.__path__, os.path.join(folder, "IO"))):
             if place not in path:
                 path.append(place)
