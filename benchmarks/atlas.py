@@ -8,7 +8,8 @@ Every case is a line of ``atlas/ceiling.csv`` or ``atlas/volume.csv`` as soon as
 what stands there is not solved again. On all cores, one map each at a time, or on any other engine
 of projects (``--engine``, ``--workers``, ``--scheduler`` as for ``roughcontact run``; workers that
 are started elsewhere need this folder in their ``PYTHONPATH``). The coefficients go to the
-package (``joint/atlas.json``), with scatter and domain; what they miss on maps that took no part
+package (``analyses/estimate/atlas.json``), with scatter and domain; what they miss on maps that
+took no part
 in the fit is printed. ``--measured FOLDER`` presses the measured maps of a folder, of which numbers
 alone are kept, in ``atlas/measured.csv``.
 """
@@ -31,10 +32,10 @@ import numpy as np
 
 import atlas_cases as cases
 import roughcontact as rc
+from roughcontact.analyses.estimate import model as estimate
+from roughcontact.analyses.estimate.model import LEAST_WAVES
+from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import runner
-from roughcontact.joint import estimate
-from roughcontact.joint.estimate import LEAST_WAVES
-from roughcontact.request.tasks import DASK, LOCAL
 from roughcontact.theory import height_distribution
 
 FOLDER = Path(__file__).parent / "atlas"

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from roughcontact.joint.estimate import CONTACT, GAP, SATURATED, VOLUME, Formula, Groups
+from roughcontact.analyses.estimate.model import CONTACT, GAP, SATURATED, VOLUME, Formula, Groups
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import atlas_fit
-from roughcontact.joint import estimate
+from roughcontact.analyses.estimate import model as estimate
 
 PAGE = Path(__file__).parents[1] / "docs" / "estimates.md"
 NAMES = {

@@ -29,8 +29,8 @@ import scipy.fft
 from numpy.typing import NDArray
 
 import roughcontact as rc
-from roughcontact.studies.resolution_study import limits
 from roughcontact.surface.spectrum import radial_spectrum
+from roughcontact.uncertainty.resolution import limits
 
 Array = NDArray[np.float64]
 

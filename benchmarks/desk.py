@@ -32,11 +32,11 @@ import psutil
 
 import roughcontact as rc
 from browsing import PATIENCE, Seat, Served, browser, lacking
+from roughcontact.analyses.tasks import from_text
 from roughcontact.desk.projects import ProjectStore
 from roughcontact.desk.session import State
 from roughcontact.request import maps
 from roughcontact.request.run import solved
-from roughcontact.request.tasks import from_text
 from visiting import Visitor
 
 # From the event of the slider to the second frame after the data of the pressure map changed.

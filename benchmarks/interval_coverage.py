@@ -40,10 +40,10 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from roughcontact.halfspace import fft
-from roughcontact.studies.measurement import NUMBERS, uncertainty
-from roughcontact.studies.uncertainty import Cause, Uncertainty
 from roughcontact.surface import filters, random_surfaces
 from roughcontact.surface.instrument import Instrument
+from roughcontact.uncertainty.intervals import Cause, Uncertainty
+from roughcontact.uncertainty.measurement import NUMBERS, uncertainty
 
 Array = NDArray[np.float64]
 Row = tuple[tuple[str, ...], tuple[float, ...]]

@@ -25,9 +25,9 @@ from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID
-from roughcontact.studies import uncertainty
-from roughcontact.studies.resolution_study import part_of
 from roughcontact.surface import filters
+from roughcontact.uncertainty import intervals as uncertainty
+from roughcontact.uncertainty.resolution import part_of
 
 PAGE = Path(__file__).parents[1] / "docs" / "howto" / "study.md"
 START, END = "<!-- intervals -->", "<!-- intervals end -->"

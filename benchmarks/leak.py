@@ -51,7 +51,7 @@ def gap(points: int) -> np.ndarray:
 
 def own(path: str) -> None:
     """Print what the flow through a stored gap is and takes, along y, periodic along x."""
-    from roughcontact.joint.flow import flow
+    from roughcontact.analyses.leak.flow import flow
 
     stored = np.load(path)
     pixel = SIDE / len(stored)

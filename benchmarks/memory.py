@@ -25,14 +25,15 @@ from typing import Any
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact import memory, subsurface_stress, validation
+from roughcontact.analyses.history import model as load_history
+from roughcontact.analyses.history.model import Stage
+from roughcontact.analyses.stress import model as subsurface_stress
+from roughcontact.contact import memory, validation
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.solve import press
 from roughcontact.elastoplastic import problem as volume_memory
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.studies import load_history
-from roughcontact.studies.load_history import Stage
 from roughcontact.surface.shapes import paraboloid
 
 PAGE = Path(__file__).parents[1] / "docs" / "performance.md"

@@ -33,7 +33,7 @@ import numpy as np
 import roughcontact as rc
 import volume
 from peers import peak_memory
-from roughcontact.ranks import Ranks
+from roughcontact._tools.ranks import Ranks
 
 PAGE = Path(__file__).parents[1] / "docs" / "scale.md"
 RESULTS = Path(__file__).with_name("mpi.json")

@@ -18,10 +18,10 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import roughcontact as rc
+from roughcontact.analyses.tangential.model import Tangential
 from roughcontact.halfspace.convolution import Convolution
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.tangential import TangentialConvolution
-from roughcontact.joint.tangential import Tangential
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 FRICTION, REPEATS = 0.15, 3

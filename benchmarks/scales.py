@@ -13,7 +13,7 @@ import argparse
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.studies.resolution_study import coarsened
+from roughcontact.uncertainty.resolution import coarsened
 
 SIDE, RMS = 0.5e-3, 0.5e-6
 STEEL = rc.Material(210e9, 0.3, 1e9)

@@ -13,7 +13,7 @@ import matplotlib as mpl
 from SurfaceTopography.IO import lookup_reader_by_format as readers
 
 import roughcontact
-from roughcontact import deprecated
+from roughcontact._tools import deprecated
 from roughcontact.formats import export, instruments, read
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ import problems  # noqa: E402
 import judge  # noqa: E402 - found in tests
 import melan  # noqa: E402
 import roughcontact as rc  # noqa: E402
-from roughcontact.joint.flow import flow  # noqa: E402
+from roughcontact.analyses.leak.flow import flow  # noqa: E402
 from roughcontact.material.hardening import Linear  # noqa: E402
 from roughcontact.theory import hertz, waves  # noqa: E402
 

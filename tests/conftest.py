@@ -149,7 +149,7 @@ def small_blocks(monkeypatch):
 @pytest.fixture
 def undrawn(monkeypatch):
     """Leave the figures of reports empty, where what a page says of itself is looked at alone."""
-    from roughcontact.plots import export
+    from roughcontact.drawing import export
 
     # Width and height, as a PNG file has them.
     empty = bytes(16) + (640).to_bytes(4, "big") + (480).to_bytes(4, "big")
@@ -159,7 +159,7 @@ def undrawn(monkeypatch):
 @pytest.fixture
 def quick(monkeypatch):
     """Leave the figures of reports undrawn: they take most of the time."""
-    from roughcontact.plots import export
+    from roughcontact.drawing import export
 
     def undrawn(drawings, *_):
         assert all(draw().axes for draw in drawings)

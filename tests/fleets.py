@@ -10,7 +10,7 @@ import numpy as np
 import psutil
 
 from items import items_of_file, normal
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.batch import jobs
 
 PROJECT = """\

@@ -14,21 +14,11 @@ PACKAGE = Path(__file__).parents[1] / "src" / "roughcontact"
 # From the ground up; what stands beside the wings is a module of its own.
 WINGS = (
     "_version",
-    "deprecated",
     "errors",
-    "arguments",
     "units",
-    "checksums",
-    "files",
-    "memory",
-    "processes",
-    "ranks",
-    "netcdf",
-    "statistics",
-    "roots",
+    "_tools",
     "references",
     "cautions",
-    "checkpoints",
     "result",
     "material",
     "theory",
@@ -36,16 +26,32 @@ WINGS = (
     "solvers",
     "surface",
     "contact",
-    "studies",
+    "uncertainty",
     "elastoplastic",
-    "joint",
     "formats",
-    "plots",
+    "drawing",
     "report",
     "request",
+    "analyses.__init__",
+    "analyses.estimate",
+    "analyses.generate",
+    "analyses.solve",
+    "analyses.sweep",
+    "analyses.history",
+    "analyses.compare",
+    "analyses.stress",
+    "analyses.find",
+    "analyses.roll",
+    "analyses.conductance",
+    "analyses.leak",
+    "analyses.tangential",
+    "analyses.law",
+    "analyses.archive",
+    "analyses.tasks",
     "batch",
     "desk",
     "face",
+    "plots",
     "measure",
     "mpi",
     "results",
@@ -104,7 +110,8 @@ def imports(path: Path) -> tuple[str, ...]:
 
 
 def wing_of(room: str) -> str:
-    return room.split(".")[0]
+    parts = room.split(".")
+    return ".".join(parts[: 1 + (parts[0] == "analyses")])
 
 
 def floor_of(room: str) -> int:

@@ -16,9 +16,9 @@ import roughcontact as rc
 from roughcontact.cautions import Kind
 from roughcontact.contact import archive
 from roughcontact.contact.archive import save_result
+from roughcontact.drawing.sections import linear_bins
 from roughcontact.elastoplastic.archive import load_result
 from roughcontact.errors import FormatError
-from roughcontact.plots.sections import linear_bins
 from roughcontact.surface.provenance import NOTE
 
 STEEL = rc.Material(young=210e9, poisson=0.3, name="steel")
@@ -327,7 +327,7 @@ def test_a_failing_write_leaves_the_old_file(
     path = tmp_path / "out.nc"
     result.save(path)
     before = path.read_bytes()
-    monkeypatch.setattr("roughcontact.files.os.fsync", raising(error))
+    monkeypatch.setattr("roughcontact._tools.files.os.fsync", raising(error))
     with pytest.raises(type(error)):
         result.save(path)
     assert path.read_bytes() == before
@@ -340,7 +340,7 @@ def test_short_of_memory_the_same_file_goes_straight_to_the_disk(
     tmp_path: Path, result: rc.ContactResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     result.save(tmp_path / "out.nc")
-    monkeypatch.setattr("roughcontact.memory.free", lambda: 0)
+    monkeypatch.setattr("roughcontact._tools.memory.free", lambda: 0)
     result.save(tmp_path / "direct.nc")
     direct, held = (
         np.frombuffer((tmp_path / name).read_bytes(), np.uint8) for name in ("direct.nc", "out.nc")
@@ -348,7 +348,7 @@ def test_short_of_memory_the_same_file_goes_straight_to_the_disk(
     assert direct.size == held.size
     # HDF5 notes the second in some headers, and sums them.
     assert np.count_nonzero(direct != held) < 64
-    monkeypatch.setattr("roughcontact.files.os.fsync", raising(OSError(28, "No space left")))
+    monkeypatch.setattr("roughcontact._tools.files.os.fsync", raising(OSError(28, "No space left")))
     with pytest.raises(OSError, match="No space left"):
         result.save(tmp_path / "new.nc")
     assert sorted(os.listdir(tmp_path)) == ["direct.nc", "out.nc"]

@@ -8,7 +8,7 @@ import pytest
 
 import roughcontact as rc
 from reading import needs_reader, refused, write
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import FormatError
 from roughcontact.formats import source
 from roughcontact.formats.read import read_surface

@@ -190,7 +190,7 @@ def test_iron_is_not_isotropic() -> None:
 
 @pytest.mark.long
 def test_friction_brings_first_yield_to_the_surface() -> None:
-    from roughcontact.contact.subsurface_stress import subsurface_stress
+    from roughcontact.analyses.stress.model import subsurface_stress
 
     points, side, radius = 128, 1e-4, 1e-3
     pixel = (side / points, side / points)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.tasks import from_text
 from roughcontact.cautions import Kind
 from roughcontact.report import phrases
 from roughcontact.request.run import run
-from roughcontact.request.tasks import from_text
 from roughcontact.solvers import progress
 from roughcontact.solvers.progress import Bar, Forecast, Progress, Step, one_of_several
 

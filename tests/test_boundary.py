@@ -18,7 +18,7 @@ from roughcontact.halfspace import boundary as boundary_room, plastic_halfspace,
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers import bounded, preconditioner
-from roughcontact.studies import resolution_study
+from roughcontact.uncertainty import resolution as resolution_study
 
 STRIPS = [Boundary.PERIODIC_X, Boundary.PERIODIC_Y]
 PIXEL = (0.4, 1.0)

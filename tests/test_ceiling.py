@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
+from roughcontact.analyses.history.model import history as load_history
 from roughcontact.contact.ceiling import (
     AGREEMENT,
     MOST_SOLVES,
@@ -20,7 +21,6 @@ from roughcontact.errors import InputError
 from roughcontact.material.hardening import Linear, Swift
 from roughcontact.report import kinds, python_script
 from roughcontact.report.kind import PROBLEM
-from roughcontact.studies.load_history import history as load_history
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 

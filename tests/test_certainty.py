@@ -14,8 +14,9 @@ from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import area_change
 from roughcontact.contact.result import CalibratedCeiling, Regime
 from roughcontact.report.uncertainty import uncertainty_rows
-from roughcontact.studies.resolution_study import limits
-from roughcontact.studies.uncertainty import (
+from roughcontact.surface import shapes
+from roughcontact.theory import hertz
+from roughcontact.uncertainty.intervals import (
     _ONE_SPHERE,
     Cause,
     ErrorSource,
@@ -23,8 +24,7 @@ from roughcontact.studies.uncertainty import (
     of_joint,
     uncertainty_intervals,
 )
-from roughcontact.surface import shapes
-from roughcontact.theory import hertz
+from roughcontact.uncertainty.resolution import limits
 
 STORED = json.loads(Path(ceiling_error.STORED).read_text(encoding="utf-8"))
 STEEL = rc.Material(210e9, 0.3, 1e9)

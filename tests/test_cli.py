@@ -14,13 +14,14 @@ import numpy as np
 import pytest
 
 import roughcontact
-from roughcontact import memory, read_result
+from roughcontact import read_result
+from roughcontact._tools import memory
 from roughcontact.cautions import Kind, explanation
 from roughcontact.cli import app
 from roughcontact.contact import archive, solve as contact
+from roughcontact.drawing import maps
 from roughcontact.elastoplastic import archive as volume_archive, increments, solve as elastoplastic
 from roughcontact.material import catalog, hardening
-from roughcontact.plots import maps
 from roughcontact.report import figures as figure_table
 from roughcontact.request import outputs, run
 from roughcontact.solvers.progress import Step
@@ -683,7 +684,7 @@ def test_a_full_disk_is_one_sentence_after_the_numbers(
 
     output = tmp_path / "out.nc"
     output.write_text("an older result")
-    monkeypatch.setattr("roughcontact.files.os.fsync", full)
+    monkeypatch.setattr("roughcontact._tools.files.os.fsync", full)
     assert solve(rough, *STEEL, "--output", str(output)) == app.BAD_INPUT
     out, err = capsys.readouterr()
     assert "Contact pressure" in out

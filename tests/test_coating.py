@@ -14,7 +14,7 @@ from roughcontact.cautions import Kind
 from roughcontact.cli import app
 from roughcontact.material import catalog
 from roughcontact.request import parsing
-from roughcontact.studies import uncertainty
+from roughcontact.uncertainty import intervals as uncertainty
 
 ROUGH = rc.Surface(*rc.reference_map(64))
 FILM = rc.Layer("166 GPa", 0.2, "2 um", hardness="16.7 GPa", name="DLC")

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.cautions import Kind
-from roughcontact.cli import app
-from roughcontact.joint.conductance import (
+from roughcontact.analyses.conductance.model import (
     CASES,
     CORRELATED,
     SPOTTED,
@@ -18,9 +16,11 @@ from roughcontact.joint.conductance import (
     gap_conductance,
     spreading,
 )
-from roughcontact.joint.contacts import ONE_ROUGH_FACE
+from roughcontact.analyses.conductance.report import sentences
+from roughcontact.cautions import Kind
+from roughcontact.cli import app
+from roughcontact.contact.series import ONE_ROUGH_FACE
 from roughcontact.report import kinds as report_kinds
-from roughcontact.report.conductance import sentences
 from roughcontact.theory import constriction
 
 STEEL = rc.Material(210e9, 0.3, 1e9)

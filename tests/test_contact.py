@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 
 import broken
 import roughcontact as rc
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.cautions import Kind
 from roughcontact.contact.memory import Room
 from roughcontact.halfspace import convolution

@@ -14,7 +14,7 @@ import pytest
 from scipy.io import netcdf_file
 
 from reading import HEIGHTS, needs_reader, refused
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import InputError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel

@@ -15,7 +15,7 @@ import pytest
 import roughcontact as rc
 from bounded_reader import Reader
 from reading import HEIGHTS, needs_reader, refused
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.formats.read import channels, read_surface
 from roughcontact.formats.source import Channel

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import deprecated
+from roughcontact._tools import deprecated
+from roughcontact.analyses.tasks import COMMANDS
 from roughcontact.batch import project
 from roughcontact.cli import app
-from roughcontact.request.tasks import COMMANDS
 from roughcontact.surface import nominal_bodies
 
 STEEL = rc.Material(210e9, 0.3, 1e9)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import checkpoints
+from roughcontact._tools import checkpoints
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import load_elastoplastic
 from roughcontact.elastoplastic.result import ElastoplasticResult

@@ -247,7 +247,7 @@ def test_an_old_file_survives_a_failure(
             raise OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
-            patch.setattr("roughcontact.files.os.replace", full)
+            patch.setattr("roughcontact._tools.files.os.replace", full)
             with pytest.raises(OSError, match="No space left"):
                 source.save(path)
         assert path.read_text() == "old"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reading import refused, write
-from roughcontact import files
+from roughcontact._tools import files
 from roughcontact.errors import FormatError
 from roughcontact.formats.read import channels, read_surface, read_with_channels
 

@@ -12,8 +12,8 @@ from threading import Barrier
 import pytest
 
 import roughcontact as rc
-from roughcontact import files
-from roughcontact.files import atomic_write, clear, write
+from roughcontact._tools import files
+from roughcontact._tools.files import atomic_write, clear, write
 
 SOURCE = str(Path(rc.__file__).parents[1])
 
@@ -89,7 +89,7 @@ def test_names_as_long_as_the_system_takes(tmp_path: Path) -> None:
 
 WRITER = """
 import sys, time
-from roughcontact.files import atomic_write
+from roughcontact._tools.files import atomic_write
 with atomic_write(sys.argv[1]) as stream:
     stream.write(b"half")
     stream.flush()

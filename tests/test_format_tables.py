@@ -7,7 +7,7 @@ import pytest
 
 import roughcontact as rc
 import written
-from roughcontact.files import to_json
+from roughcontact._tools.files import to_json
 from roughcontact.formats import tables
 from written import MAPS, PIXEL, assert_same_bits, rough
 

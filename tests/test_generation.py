@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.generate.report import unmet
 from roughcontact.cautions import Kind, Severity
 from roughcontact.cli import app
 from roughcontact.report import python_script
-from roughcontact.report.generation import unmet
 from roughcontact.surface import (
     generation,
     generation as marks,

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from roughcontact.analyses.tasks import COMMANDS, TASKS
 from roughcontact.cli import app
-from roughcontact.request.tasks import COMMANDS, TASKS
 
 Capture = pytest.CaptureFixture[str]
 

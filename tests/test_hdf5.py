@@ -9,11 +9,11 @@ import pytest
 
 import roughcontact as rc
 from reading import needs_reader, refused
-from roughcontact import memory
+from roughcontact._tools import memory
+from roughcontact._tools.netcdf import check
 from roughcontact.errors import FormatError, InsufficientMemoryError
 from roughcontact.formats import matrices, netcdf
 from roughcontact.formats.read import read_surface
-from roughcontact.netcdf import check
 
 HEIGHTS = np.arange(30.0 * 40).reshape(30, 40) * 1e-9
 

@@ -9,10 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import roughcontact as rc
-from roughcontact.contact import solve
-from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import contact_fields
-from roughcontact.studies.load_history import (
+from roughcontact.analyses.history import fields as history_fields
+from roughcontact.analyses.history.model import (
     TOLERANCE,
     HistoryStep,
     LoadHistory,
@@ -20,6 +18,8 @@ from roughcontact.studies.load_history import (
     history,
     repeat_stages,
 )
+from roughcontact.contact import solve
+from roughcontact.halfspace.boundary import Boundary
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 HARD = rc.Material(210e9, 0.3, 3e9, "hard steel")
@@ -465,7 +465,7 @@ def test_saved_csv_keeps_every_number(found: LoadHistory, tmp_path: Path) -> Non
     found.save(tmp_path / "history.csv")
     with (tmp_path / "history.csv").open(newline="", encoding="utf-8") as stream:
         head, *rows = csv.reader(stream)
-    columns = [column for column in contact_fields.HISTORY_COLUMNS if column.stored]
+    columns = [column for column in history_fields.HISTORY_COLUMNS if column.stored]
     assert head == [f"{column.key} [{column.unit}]" for column in columns]
     names = [field.name for field in dataclasses.fields(HistoryStep)]
     assert [column.key for column in columns] == names

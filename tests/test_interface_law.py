@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.law import curve as law_curve
+from roughcontact.analyses.law.curve import Curve, thinned
+from roughcontact.analyses.law.model import LOADING, UNLOADING
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.joint import law_curve
-from roughcontact.joint.interface_law import LOADING, UNLOADING
-from roughcontact.joint.law_curve import Curve, thinned
 
 SOFT = rc.Material(210e9, 0.3, 1e9)
 PRESSURES = [30e6, 100e6, 300e6, 600e6]

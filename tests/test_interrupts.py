@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
+from roughcontact._tools.processes import redeliver_interrupts
 from roughcontact.batch.executors import LocalExecutor, LostWorkerError
 from roughcontact.cli.terminal import stoppable
-from roughcontact.processes import redeliver_interrupts
 
 
 class Dropping:

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact._tools.files import to_json
+from roughcontact.analyses.tasks import SHARED_TASKS as JOINTS, from_text
 from roughcontact.batch import project
 from roughcontact.cli import app
 from roughcontact.contact.result import ContactResult
-from roughcontact.files import to_json
 from roughcontact.request import contacts as joints, run as running
 from roughcontact.request.request import Request
-from roughcontact.request.tasks import SHARED_TASKS as JOINTS, from_text
 from roughcontact.surface import nominal_bodies
 from roughcontact.surface.placement import drawn_pairs
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.solve import task as solve
 from roughcontact.cautions import Caution, Kind as CautionKind, as_caution
 from roughcontact.cli import console
 from roughcontact.cli.terminal import Display
@@ -19,7 +20,6 @@ from roughcontact.references import cited
 from roughcontact.report import kinds, surface
 from roughcontact.report.figures import Illustration
 from roughcontact.report.kind import PROBLEM, Column, Kind, Quantity
-from roughcontact.request import solve
 from roughcontact.result import Result
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ KIND = Kind(
 @pytest.fixture
 def squeaking(monkeypatch: pytest.MonkeyPatch) -> Squeaking:
     monkeypatch.setattr(surface, "SQUEAKING_KIND", KIND, raising=False)
-    monkeypatch.setitem(kinds.KINDS, "Squeaking", ("surface:SQUEAKING_KIND",))
+    monkeypatch.setitem(kinds.KINDS, "Squeaking", ("report.surface:SQUEAKING_KIND",))
     heights, pixel = rc.reference_map(32)
     steel = rc.Material(210e9, 0.3, 1e9)
     result = rc.solve(rc.Surface(heights, pixel), material=steel, load=0.1)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.conductance.model import slip_factor
+from roughcontact.analyses.leak.flow import flow
+from roughcontact.analyses.leak.model import flow_gap
+from roughcontact.analyses.leak.task import GAS
 from roughcontact.cautions import Kind
 from roughcontact.cli import app
-from roughcontact.joint.conductance import slip_factor
-from roughcontact.joint.flow import flow
-from roughcontact.joint.leakage import flow_gap
 from roughcontact.material import fluids
 from roughcontact.report import kinds
-from roughcontact.request.leakage import GAS
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 ROUGH = rc.Surface(*rc.reference_map(64, 3))

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import memory
+from roughcontact._tools import memory
+from roughcontact.analyses.history.model import repeat_stages
+from roughcontact.analyses.history.task import PASSES
+from roughcontact.analyses.tasks import COMMANDS, from_text
+from roughcontact.contact.load_case import spaced
 from roughcontact.errors import (
     FormatError,
     InputError,
@@ -14,10 +18,6 @@ from roughcontact.errors import (
     require_count,
     shown,
 )
-from roughcontact.request.load_history import PASSES
-from roughcontact.request.tasks import COMMANDS, from_text
-from roughcontact.studies.load_curve import spaced
-from roughcontact.studies.load_history import repeat_stages
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)

@@ -14,12 +14,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 import roughcontact as rc
+from roughcontact.analyses.sweep.model import LoadStep
+from roughcontact.contact import load_case
 from roughcontact.contact.stiffness import growth, predict_pressure, stiffness
 from roughcontact.halfspace.convolution import Convolution
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.solvers.progress import Progress
-from roughcontact.studies import load_curve
-from roughcontact.studies.load_curve import LoadStep
 from roughcontact.theory import hertz, persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
@@ -166,7 +166,7 @@ def test_a_contact_grows_as_its_stiffness_says(ceiling: float | None, boundary: 
 @pytest.mark.long
 @pytest.mark.parametrize(("ceiling", "boundary"), [(3e9, "free"), (None, "periodic")])
 def test_a_step_begins_where_the_load_before_leads(ceiling: float | None, boundary: str) -> None:
-    surface, loads = rough(128), load_curve.spaced(0.5, 1.0, 12)
+    surface, loads = rough(128), load_case.spaced(0.5, 1.0, 12)
     options = {"material": STEEL, "ceiling": ceiling, "boundary": boundary}
     curve = rc.sweep(surface, loads=loads, **options)
     last, each = None, 0
@@ -237,7 +237,7 @@ def test_two_loads_have_a_slope_whatever_is_saturated() -> None:
 
 def test_low_load_slope_and_persson() -> None:
     surface = rough(128)
-    curve = rc.sweep(surface, material=STEEL, loads=load_curve.spaced(0.1, 30, 6), ceiling=None)
+    curve = rc.sweep(surface, material=STEEL, loads=load_case.spaced(0.1, 30, 6), ceiling=None)
     # No more than 5 % of the map: theory 1.6 to 2.5, few and small spots at this size.
     assert 1.5 < curve.low_load_slope < 2.6
     contact_area, saturated = curve.persson
@@ -290,7 +290,7 @@ rc.sweep(surface, material=steel, loads={loads}, folder=sys.argv[1])
 @pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL on this system")
 def test_killed_sweep_goes_on(tmp_path: Path) -> None:
-    loads = load_curve.spaced(0.01, 10, 25)
+    loads = load_case.spaced(0.01, 10, 25)
     surface = rough(128)
     folder = tmp_path / "sweep"
     code = CHILD.format(loads=loads)
@@ -418,7 +418,7 @@ def test_bad_loads(arguments: dict, message: str) -> None:
 def test_spacing(first: float, ratio: float, number: int) -> None:
     last = first * ratio
     for spacing in ("log", "linear"):
-        values = np.array(load_curve.spaced(first, last, number, spacing))
+        values = np.array(load_case.spaced(first, last, number, spacing))
         assert values[0] == first
         assert values[-1] == last
         steps = np.diff(np.log(values) if spacing == "log" else values)
@@ -431,7 +431,7 @@ def test_spacing(first: float, ratio: float, number: int) -> None:
 )
 def test_bad_spacing(arguments: tuple) -> None:
     with pytest.raises(rc.InputError):
-        load_curve.spaced(*arguments)
+        load_case.spaced(*arguments)
 
 
 def test_curve_on_disk(tmp_path: Path) -> None:

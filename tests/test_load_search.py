@@ -11,10 +11,10 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 
 import roughcontact as rc
+from roughcontact.analyses.find import model as load_search
+from roughcontact.analyses.find.model import ACCURACY, SHARE_ACCURACY
 from roughcontact.cli import app
 from roughcontact.halfspace.stress_summary import summarize
-from roughcontact.studies import load_search
-from roughcontact.studies.load_search import ACCURACY, SHARE_ACCURACY
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from roughcontact import files
+from roughcontact._tools import files
 
 HOLDER = """
 import sys
-from roughcontact import files
+from roughcontact._tools import files
 with files.file_lock(sys.argv[1]):
     print("held", flush=True)
     sys.stdin.read()

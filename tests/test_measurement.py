@@ -13,14 +13,15 @@ import pytest
 
 import interval_coverage
 import roughcontact as rc
+from roughcontact.analyses.sweep import uncertainty
 from roughcontact.cli import app
 from roughcontact.errors import InputError
 from roughcontact.results import Uncertainty
-from roughcontact.studies import measurement
-from roughcontact.studies.reconstruction import Reconstruction, periodic_part, require_octaves
-from roughcontact.studies.uncertainty import Cause
 from roughcontact.surface.instrument import Instrument
 from roughcontact.surface.random_surfaces import self_affine
+from roughcontact.uncertainty import measurement
+from roughcontact.uncertainty.intervals import Cause
+from roughcontact.uncertainty.reconstruction import Reconstruction, periodic_part, require_octaves
 from roughcontact.units import changed_by
 
 UM = 1e-6
@@ -400,7 +401,7 @@ def test_a_sweep_has_the_intervals_of_each_load(
     heights, steel = rc.Surface(image.heights, image.pixel), rc.Material(210e9, 0.3)
     by_approach = rc.sweep(heights, material=steel, approaches=["0.1 um"], boundary="periodic")
     with pytest.raises(InputError, match="approach has no intervals"):
-        measurement.curve_uncertainty(by_approach)
+        uncertainty.curve_uncertainty(by_approach)
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.cli import app
 from roughcontact.contact import memory as contact_memory, solve
 from roughcontact.contact.memory import Room, memory_estimate, overhead
@@ -154,7 +154,7 @@ def limited(kind: str, script: str, size: int = 8 * GIB) -> str:
 @pytest.mark.parametrize("kind", ["RLIMIT_AS", "RLIMIT_DATA"])
 def test_limits_of_the_process_count(kind: str) -> None:
     script = """
-from roughcontact import memory
+from roughcontact._tools import memory
 before = memory.free()
 block = bytearray(2**28)
 print(before, before - memory.free())
@@ -381,7 +381,7 @@ def test_the_finer_grid_of_a_study_is_refused_before_it_is_made(
     given = {"material": STEEL, "load": 0.1, "ceiling": None}
     leave(monkeypatch, memory_estimate((64, 64), contact_fraction=0.3))
     monkeypatch.setattr(
-        "roughcontact.studies.resolution_study.filters.resample",
+        "roughcontact.uncertainty.resolution.filters.resample",
         lambda *_, **__: pytest.fail("made"),
     )
     study = rc.resolution_study(surface, **given)

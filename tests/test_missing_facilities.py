@@ -98,9 +98,9 @@ def test_processes_are_begun_in_the_way_that_every_system_has() -> None:
         for node in all_nodes(tree(room)):
             if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "get_context":
                 assert ast.unparse(node.args[0]) == "'spawn'", room
-            # Only where the system has it, which `plots.export` asks first.
+            # Only where the system has it, which `drawing.export` asks first.
             if isinstance(node, ast.Attribute) and node.attr == "fork":
-                assert (room, ast.unparse(node)) == ("plots.export", "os.fork")
+                assert (room, ast.unparse(node)) == ("drawing.export", "os.fork")
 
 
 @pytest.mark.parametrize("name", ["con", "NUL.txt", "a:b", "what?", "end.", "COM1.nc"])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reading import refused
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import InsufficientMemoryError
 from roughcontact.formats.read import channels, read_surface
 

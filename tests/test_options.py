@@ -14,15 +14,16 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings, strategies as st
 
+from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.tasks import COMMANDS, PROJECT_TASKS as TASKS, from_text
 from roughcontact.batch.plan import spell_key
 from roughcontact.cli import app
+from roughcontact.drawing.export import save
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.material import hardening
-from roughcontact.plots.export import save
-from roughcontact.request import maps, options, parsing, run, solve
+from roughcontact.request import maps, options, parsing, run
 from roughcontact.request.options import PICTURES, Option, Panel
 from roughcontact.request.request import Request
-from roughcontact.request.tasks import COMMANDS, PROJECT_TASKS as TASKS, from_text
 
 Capture = pytest.CaptureFixture[str]
 

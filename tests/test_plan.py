@@ -219,7 +219,7 @@ def test_a_file_that_cannot_be_read_fails_alone(
     def refused(path: Path) -> str:
         raise PermissionError(13, "Permission denied", str(path))
 
-    monkeypatch.setattr("roughcontact.checksums.of_file", refused)
+    monkeypatch.setattr("roughcontact._tools.checksums.of_file", refused)
     assert plan.digest_of(entry) != before
     assert plan.complete(entry, before) is None
 

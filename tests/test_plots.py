@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from roughcontact import plots
+from roughcontact.analyses.history.model import Stage, history as load_history
+from roughcontact.analyses.sweep.model import LoadCurve, LoadStep
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import solve
+from roughcontact.drawing import export, style
 from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.material.material import Material
-from roughcontact.plots import export, style
-from roughcontact.studies.load_curve import LoadCurve, LoadStep
-from roughcontact.studies.load_history import Stage, history as load_history
 from roughcontact.surface import roughness
 from roughcontact.surface.provenance import Provenance
 from roughcontact.surface.surface import Surface
@@ -629,7 +629,7 @@ def test_figures_leave_no_global_state() -> None:
     code = """
 import sys
 from roughcontact import plots
-from roughcontact.plots import export, style
+from roughcontact.drawing import export, style
 from roughcontact.surface import roughness
 assert not any(name.split(".")[0] == "matplotlib" for name in sys.modules)
 import matplotlib

@@ -12,12 +12,12 @@ import time
 
 import pytest
 
-from roughcontact import processes
+from roughcontact._tools import processes
 
 FAULTS = """
 import resource, sys
 import numpy as np
-from roughcontact import processes
+from roughcontact._tools import processes
 
 def faults():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 import roughcontact as rc
-from roughcontact import files
+from roughcontact._tools import files
 from roughcontact.batch import plan, project, runner
 from roughcontact.cli import app
 from roughcontact.elastoplastic.archive import load_elastoplastic

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import deprecated
+from roughcontact._tools import deprecated
 
 README = Path(__file__).parents[1] / "README.md"
 SOURCE = Path(rc.__file__).parents[1]
 # Seconds each, or not needed by those who only solve.
 LATE = (
     "matplotlib", "pint", "xarray", "h5netcdf", "SurfaceTopography", "scipy.sparse", "typer", "ast",
-    "rich", "jinja2", "roughcontact.cli.app", "roughcontact.plots.maps",
+    "rich", "jinja2", "roughcontact.cli.app", "roughcontact.drawing.maps",
     "roughcontact.report.contact",
 )  # fmt: skip
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.compare.sampling import SamplingStudy
+from roughcontact.analyses.history.model import history as load_history
+from roughcontact.analyses.leak.model import leakage
 from roughcontact.formats.read import FORMATS
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.joint.leakage import leakage
 from roughcontact.material.hardening import Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited, works
 from roughcontact.report import citations, kinds, surface as surface_kind
 from roughcontact.result import Displayable, Result
-from roughcontact.studies.load_history import history as load_history
-from roughcontact.studies.sampling_study import SamplingStudy
 from roughcontact.surface.provenance import Operation, Provenance
 
 REFERENCES = works()
@@ -73,7 +73,8 @@ def test_every_work_that_the_theory_page_cites_is_in_the_table() -> None:
 
 
 def test_every_name_in_the_room_that_chooses_is_in_the_table() -> None:
-    rooms = Path(citations.__file__).parent.glob("*.py")
+    wing = Path(citations.__file__).parent
+    rooms = [*wing.glob("*.py"), *wing.with_name("analyses").rglob("*.py")]
     text = "".join(room.read_text(encoding="utf-8") for room in rooms)
     named = set(re.findall(r'"([A-Z][A-Za-z]+\d{4}|ISO\d+(?:-\d+)?|DLMF|EngineeringModel)"', text))
     named |= {key for boundary in Boundary for key in boundary.works}

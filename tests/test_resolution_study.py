@@ -3,9 +3,9 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.contact.memory import Room
-from roughcontact.studies import resolution_study
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
+from roughcontact.uncertainty import resolution as resolution_study
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 PIXEL = (1e-6, 1e-6)

@@ -15,19 +15,18 @@ import pytest
 import roughcontact as rc
 from reading import measurement, needs_reader
 from rollers import Line
-from roughcontact.cautions import Kind
-from roughcontact.cli import app
-from roughcontact.elastoplastic import plausibility
-from roughcontact.elastoplastic.rolling import (
+from roughcontact.analyses.roll import figures as movie, report as rolling_report, task as request
+from roughcontact.analyses.roll.model import (
     Shakedown,
     frame,
     load_rolling,
     pass_result,
     rolled_surface,
 )
-from roughcontact.plots import rolling as movie
-from roughcontact.report import kinds, rolling as rolling_report
-from roughcontact.request import rolling as request
+from roughcontact.cautions import Kind
+from roughcontact.cli import app
+from roughcontact.elastoplastic import plausibility
+from roughcontact.report import kinds
 from roughcontact.surface import nominal_bodies
 
 pytestmark = pytest.mark.long

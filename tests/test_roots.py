@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy import optimize
 
-from roughcontact.roots import brentq
+from roughcontact._tools.roots import brentq
 
 SHAPES: tuple[Callable[[float], float], ...] = (
     lambda x: x,

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from roughcontact.analyses.tasks import from_text
 from roughcontact.cli import app
 from roughcontact.report import phrases
 from roughcontact.request.outcome import last_contact
 from roughcontact.request.outputs import Saved, UnfinishedError
 from roughcontact.request.run import run
-from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 Capture = pytest.CaptureFixture[str]
@@ -54,7 +54,7 @@ def test_numbers_are_shown_where_a_file_cannot_be_written(
 
     suffix = "nc" if command is STRESS else "csv"
     output = tmp_path / f"out.{suffix}"
-    for kind in ("result.Displayable", "contact.subsurface_stress.StressResult"):
+    for kind in ("result.Displayable", "analyses.stress.model.StressResult"):
         monkeypatch.setattr(f"roughcontact.{kind}.save", full)
     assert app.main([*command, "--output", str(output)]) == app.BAD_INPUT
     out, err = capsys.readouterr()

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import statistics
+from roughcontact._tools import statistics
+from roughcontact.analyses.compare import report as comparison
 from roughcontact.cautions import Kind
-from roughcontact.report import comparison, kinds
+from roughcontact.report import kinds
 from roughcontact.surface import form
 
 STEEL = rc.Material(210e9, 0.3, 1e9)

@@ -15,10 +15,10 @@ from matplotlib.figure import Figure
 
 import roughcontact as rc
 from roughcontact.cli import app
+from roughcontact.drawing import export
+from roughcontact.drawing.export import png
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import default_workers
-from roughcontact.plots import export
-from roughcontact.plots.export import png
 
 FIRST = os.getpid()
 needs_fork = pytest.mark.skipif(
@@ -79,7 +79,7 @@ def test_helpers_end_with_the_process_that_began_them() -> None:
     script = """
 import os, time
 from matplotlib.figure import Figure
-from roughcontact.plots import export
+from roughcontact.drawing import export
 
 def slow():
     os.write(1, f"{os.getpid()}\\n".encode())

@@ -45,7 +45,7 @@ TOLD = {
 # Sends the signal, twice, while a file is written that is whole but has no name yet.
 CHILD = """
 import json, os, signal, sys
-from roughcontact import files
+from roughcontact._tools import files
 from roughcontact.cli import app
 
 command, wanted, number, ignored = json.loads(sys.argv[1])

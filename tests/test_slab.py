@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from roughcontact import ranks
+from roughcontact._tools import ranks
 from roughcontact.contact.share import bands
 from roughcontact.errors import InputError
 from roughcontact.solvers import bounded

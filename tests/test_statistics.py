@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 from scipy.ndimage import gaussian_filter
 
-from roughcontact import statistics
+from roughcontact._tools import statistics
 
 GROUPS = 400
 """Synthetic groups over which intervals are counted."""

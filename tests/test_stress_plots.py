@@ -5,7 +5,7 @@ import pytest
 
 import roughcontact as rc
 from roughcontact import plots
-from roughcontact.contact import subsurface_stress
+from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.surface import shapes
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)

@@ -8,8 +8,8 @@ import pytest
 import xarray
 
 import roughcontact as rc
+from roughcontact.analyses.stress import model as subsurface_stress
 from roughcontact.cautions import Kind
-from roughcontact.contact import subsurface_stress
 from roughcontact.halfspace import stress, stress_summary, tensors
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz

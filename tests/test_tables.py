@@ -16,6 +16,10 @@ import pytest
 from matplotlib.figure import Figure
 
 import roughcontact as rc
+from roughcontact.analyses.history import fields as history_fields, report as history_report
+from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.stress import report as subsurface_stress, task as stress_task
+from roughcontact.analyses.sweep import fields as sweep_fields, report as curves
 from roughcontact.cli import console
 from roughcontact.cli.terminal import Display
 from roughcontact.formats import tables as files
@@ -27,8 +31,6 @@ from roughcontact.report import (
     figures,
     inputs,
     kinds,
-    load_curve as curves,
-    subsurface_stress,
     uncertainty,
 )
 from roughcontact.report.kind import (
@@ -46,7 +48,6 @@ from roughcontact.report.kind import (
     within,
     written,
 )
-from roughcontact.request import solve, subsurface_stress as stress_task
 
 STEEL = rc.Material(210e9, 0.3, 1e9, "steel")
 Capture = pytest.CaptureFixture[str]
@@ -103,7 +104,7 @@ TABLES: dict[str, Any] = {
     "solved": contact,
     "pressed": elastoplastic,
     "below": subsurface_stress,
-    "history": curves,
+    "history": history_report,
     "curve": curves,
 }
 
@@ -153,7 +154,8 @@ def test_a_column_that_is_added_is_told_by_all(
     added = Column("root", "root", unit="N", of=lambda r: [s.load**0.5 for s in r.steps])
     tell_more(monkeypatch, kind, columns=added)
     # The table of a history tells its steps.
-    monkeypatch.setattr(contact_fields, name, (*getattr(contact_fields, name), added))
+    fields = {"curve": sweep_fields, "history": history_fields}[kind]
+    monkeypatch.setattr(fields, name, (*getattr(fields, name), added))
     result = request.getfixturevalue(kind)
     shown, report, kept = told_by(kind, request, capsys)
     first = result.steps[0].load ** 0.5

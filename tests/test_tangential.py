@@ -11,9 +11,9 @@ import pytest
 import xarray
 
 import roughcontact as rc
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
+from roughcontact.analyses.tangential.model import dundurs, joint_poisson, shear_strength
 from roughcontact.cli import app
-from roughcontact.joint.tangential import dundurs, joint_poisson, shear_strength
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 SOFT = rc.Material(young=3e9, poisson=0.4)

@@ -27,7 +27,7 @@ from pathlib import Path
 from roughcontact.cli import app
 from roughcontact.batch import project
 from roughcontact.request.options import CROP
-from roughcontact.request.tasks import COMMANDS, TASKS
+from roughcontact.analyses.tasks import COMMANDS, TASKS
 listed = {command.name for command in COMMANDS.values() if "stretch" in command.by_name}
 assert listed == {command.name for command in COMMANDS.values() if CROP in command.options}
 assert listed >= {task.name for task in TASKS}
@@ -59,7 +59,7 @@ class Height(Result):
     cautions = ()
 """
 KIND = """
-from roughcontact.joint.height import Height
+from roughcontact.analyses.height.model import Height
 from roughcontact.report.kind import Kind
 from roughcontact.report.kind import (Column, Quantity)
 
@@ -77,7 +77,7 @@ from roughcontact.request.task import Question, Task
 FACTOR = Option("factor", Panel.BODIES, "NUMBER", "Of the height.", parsing.number, 2.0)
 
 def _run(request, work):
-    from roughcontact.joint.height import Height
+    from roughcontact.analyses.height.model import Height
 
     return Outcome(request, Height(request[FACTOR] * work.maps[0].Sq))
 
@@ -149,11 +149,14 @@ def test_an_option_in_a_group_is_in_help_project_and_page_of_all_tasks(house: Pa
 @pytest.mark.long
 def test_a_task_with_its_result_runs_from_command_project_and_page(house: Path) -> None:
     package = house / "roughcontact"
-    for wing, text in (("joint", RESULT), ("report", KIND), ("request", TASK)):
-        (package / wing / "height.py").write_text(text, encoding="utf-8")
-    add(package / "request" / "tasks.py", "from roughcontact.request import height\n",
-        FIRST_GROUP, "height.TASK, ")  # fmt: skip
-    add(package / "report" / "kinds.py", "", "KINDS = {", '"Height": ("height:KIND",), ')
+    own = package / "analyses" / "height"
+    own.mkdir()
+    for name, text in (("__init__", ""), ("model", RESULT), ("report", KIND), ("task", TASK)):
+        (own / f"{name}.py").write_text(text, encoding="utf-8")
+    add(package / "analyses" / "tasks.py", "from roughcontact.analyses.height import task\n",
+        FIRST_GROUP, "task.TASK, ")  # fmt: skip
+    add(package / "report" / "kinds.py", "", "KINDS = {",
+        '"Height": ("analyses.height.report:KIND",), ')  # fmt: skip
     words = ["height", "map.npy", "--unit", "um", "--size", "24 um", "--material", "100Cr6"]
     shown = python(house, "-m", "roughcontact", *words)
     assert "height" in shown

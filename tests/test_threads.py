@@ -23,7 +23,7 @@ BLAS = {
 # Functions that may, and why it is never much: room -> function -> reason.
 FEW = {
     "contact.archive": {"verify_solution": "a gap that is compared with a bound only"},
-    "studies.load_curve": {"low_load_slope": "the loads of a curve"},
+    "analyses.sweep.model": {"low_load_slope": "the loads of a curve"},
     "halfspace.plastic_halfspace": {
         "_restricted": "a sparse matrix, no BLAS",
         "_prolonged": "a sparse matrix, no BLAS",
@@ -34,7 +34,7 @@ FEW = {
         ("excess", "smoothed", "factors"), "sparse matrices, no BLAS"
     ),
     "solvers.anderson": {"add": "five components", "_least_squares": "a handful of steps"},
-    "joint.tangential": {"_take": "two components"},
+    "analyses.tangential.model": {"_take": "two components"},
     "solvers.partial_slip": dict.fromkeys(
         ("_dual", "iterates", "merit", "project", "stiffness"), "two components"
     ),
@@ -45,7 +45,7 @@ FEW = {
         "excess": "two components",
     },
     "surface.alignment": {"place": "two axes"},
-    "studies.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
+    "uncertainty.reconstruction": {"tensor": "two by two", "_power_law": "bins of a spectrum"},
     "contact.nominal_hertz": {"_turned": "two by two", "principal": "two by two"},
     "surface.cleaning": {
         "_solve_iteratively": "a sparse matrix, no BLAS",

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
 from roughcontact.cli import app
 from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, load_contact, verify_solution
@@ -113,7 +113,7 @@ def test_a_file_that_is_no_solution_is_refused(tmp_path: Path) -> None:
 
 
 def test_memory_is_asked_for_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("roughcontact.memory.free", lambda: 1000)
+    monkeypatch.setattr("roughcontact._tools.memory.free", lambda: 1000)
     with pytest.raises(rc.InsufficientMemoryError, match="points needs about"):
         verify_solution(solved())
 

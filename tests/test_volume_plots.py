@@ -9,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 import roughcontact as rc
+from roughcontact.drawing import elastoplastic
 from roughcontact.errors import InputError
-from roughcontact.plots import elastoplastic
 
 
 def every_figure(result: rc.ElastoplasticResult) -> list[Figure]:

@@ -12,9 +12,9 @@ import pytest
 
 import roughcontact as rc
 from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.drawing import elastoplastic as volume_plots
 from roughcontact.errors import InputError
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Tabulated
-from roughcontact.plots import elastoplastic as volume_plots
 from roughcontact.report import assumptions, kinds, phrases
 from roughcontact.report.page import Edition
 from roughcontact.units import engineering, percent

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import roughcontact as rc
-from roughcontact.request.tasks import COMMANDS
+from roughcontact.analyses.tasks import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 SOURCE = Path(rc.__file__).parent

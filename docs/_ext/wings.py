@@ -116,7 +116,7 @@ def between() -> Counter[tuple[str, str]]:
     found: Counter[tuple[str, str]] = Counter()
     for room, path in house.rooms().items():
         for other in set(house.imports(path)):
-            ends = name.get(house.wing_of(room)), name.get(house.wing_of(other))
+            ends = tuple(name.get(end.partition(".")[0]) for end in (room, other))
             # All wings stand on the ground: arcs to it would hide the others.
             if None in ends or _GROUND in ends or ends[0] == ends[1]:
                 continue

@@ -5,7 +5,7 @@ import numpy as np
 
 import atlas
 import atlas_fit
-from roughcontact.joint import estimate
+from roughcontact.analyses.estimate import model as estimate
 from roughcontact.theory import greenwood_williamson as gw
 
 cases = atlas_fit.read(atlas.CEILING)

@@ -5,7 +5,7 @@ import numpy as np
 
 import atlas
 import atlas_fit
-from roughcontact.joint import estimate
+from roughcontact.analyses.estimate import model as estimate
 
 ceiling, volume = (atlas_fit.read(place) for place in (atlas.CEILING, atlas.VOLUME))
 sets = [(ceiling, "ceiling"), (volume, "volume")]

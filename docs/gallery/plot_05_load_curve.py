@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.studies import load_curve
+from roughcontact.contact import load_case
 
 POINTS = 512
 
@@ -32,7 +32,7 @@ heights = rc.self_affine(
 )
 surface = rc.Surface(heights, pixel)
 steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
-loads = load_curve.spaced(0.3, 300, 10)
+loads = load_case.spaced(0.3, 300, 10)
 curves = {
     "elastic": rc.sweep(surface, material=steel, loads=loads, ceiling=None, boundary="periodic"),
     "ceiling 3 GPa": rc.sweep(

@@ -16,8 +16,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.studies import resolution_study
 from roughcontact.surface import shapes
+from roughcontact.uncertainty import resolution as resolution_study
 
 POINTS = 256
 

@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.contact.subsurface_stress import first_yield_load, subsurface_stress
+from roughcontact.analyses.stress.model import first_yield_load, subsurface_stress
 from roughcontact.surface import shapes
 from roughcontact.theory import hertz
 

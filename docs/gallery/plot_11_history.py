@@ -16,7 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.studies.load_history import history as load_history, repeat_stages
+from roughcontact.analyses.history.model import history as load_history, repeat_stages
 
 POINTS = 256
 

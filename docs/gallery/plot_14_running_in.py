@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import roughcontact as rc
-from roughcontact.studies.load_history import Stage
+from roughcontact.analyses.history.model import Stage
 from roughcontact.surface import nominal_bodies
 
 POINTS = 96

@@ -9,7 +9,7 @@ def __getattr__(name):
     # So is what does that: until the command line has seen to Ctrl-C, little may be loaded.
     import lazy_loader
 
-    from roughcontact.deprecated import NAMES, renamed
+    from roughcontact._tools.deprecated import NAMES, renamed
 
     offered, listed, names = lazy_loader.attach_stub(__name__, __file__)
 

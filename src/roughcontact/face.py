@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from roughcontact.analyses.estimate.model import Estimate
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
     from roughcontact.elastoplastic.plastic_body import DepthProfile, DepthSection, LayerProfile
     from roughcontact.elastoplastic.result import ElastoplasticResult
-    from roughcontact.joint.estimate import Estimate
     from roughcontact.material.material import Material
     from roughcontact.references import References
-    from roughcontact.studies.uncertainty import Uncertainty
+    from roughcontact.uncertainty.intervals import Uncertainty
 
 Path = str | os.PathLike[str]
 
@@ -129,21 +129,21 @@ def stiffness(shown: ContactResult) -> float:
 
 def uncertainty(shown: ContactResult, *how: Any) -> Uncertainty:
     """Return the intervals of a contact of a measured map."""
-    from roughcontact.studies import measurement
+    from roughcontact.uncertainty import measurement
 
     return measurement.uncertainty(shown, *how)
 
 
 def stored_uncertainty(record: Mapping[str, Any]) -> Uncertainty:
     """Return the intervals of a summary."""
-    from roughcontact.studies import uncertainty
+    from roughcontact.uncertainty import intervals as uncertainty
 
     return uncertainty.from_summary(record)
 
 
 def estimate(shown: ContactResult) -> Estimate | None:
     """Return what formulas say of a contact."""
-    from roughcontact.joint import estimate
+    from roughcontact.analyses.estimate import model as estimate
 
     return estimate.of_result(shown)
 

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughcontact.files import require_suffix, write
+from roughcontact._tools.files import require_suffix, write
 
 STORED = Path(__file__).with_name("references.toml")
 

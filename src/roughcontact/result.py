@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Any
 
-from roughcontact.deprecated import Renamed
+from roughcontact._tools.deprecated import Renamed
 
 if TYPE_CHECKING:
     import pandas

@@ -16,10 +16,10 @@ import psutil
 import pytest
 
 import roughcontact as rc
+from roughcontact.analyses.tasks import from_text
 from roughcontact.desk import workers
 from roughcontact.desk.workers import JobResult, Limits, Stage, WorkerPool
 from roughcontact.errors import InputError, InsufficientMemoryError, RoughcontactError
-from roughcontact.request.tasks import from_text
 from roughcontact.solvers.progress import Progress
 
 pytestmark = pytest.mark.process
@@ -63,7 +63,7 @@ def lasting(tell: Callable[[Any], None], folder: Path | None = None) -> None:
     if folder is None:
         time.sleep(600)
         return
-    from roughcontact import files
+    from roughcontact._tools import files
 
     with files.atomic_write(folder / "whole.nc") as stream:
         stream.write(b"half")

@@ -13,7 +13,7 @@ from bokeh.document import Document
 
 from roughcontact import plots
 from roughcontact.desk.figures import Drawing, read, shown
-from roughcontact.plots import style
+from roughcontact.drawing import style
 from roughcontact.report import kinds
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
@@ -90,7 +90,7 @@ def test_a_leak_has_its_gap_and_its_flow_in_decades(surface):
 
 @pytest.mark.long
 def test_every_result_with_figures_of_its_own_is_shown(surface):
-    from roughcontact.joint.tangential import tangential
+    from roughcontact.analyses.tangential.model import tangential
 
     contact = rc.solve(surface, load=0.3, material=STEEL)
     drawings = pages_of(tangential(contact, friction=0.15, force=0.01))

@@ -16,7 +16,7 @@ pytest.importorskip("panel")
 from roughcontact.desk import rasters
 from roughcontact.desk.maps import GAP, HEIGHTS, PRESSURE, RESIDUAL, TOUCH, Maps
 from roughcontact.desk.rasters import Box
-from roughcontact.plots.style import OPEN
+from roughcontact.drawing.style import OPEN
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 

@@ -15,6 +15,7 @@ pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 import panel as pn
 
+from roughcontact.analyses.find.task import TASK as FIND
 from roughcontact.desk import analysis_jobs, style
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE
 from roughcontact.desk.page import ContactView, Page
@@ -22,7 +23,6 @@ from roughcontact.desk.projects import ProjectStore, SavedProject
 from roughcontact.desk.server import Visit
 from roughcontact.desk.workers import WorkerPool
 from roughcontact.report import uncertainty
-from roughcontact.request.load_search import TASK as FIND
 from visits import GIVEN, PATIENCE, Loop, Pressed, settle
 
 
@@ -396,9 +396,9 @@ def test_a_demonstration_map_is_made_and_can_be_taken_away(page: Page, tmp_path:
 
 
 def test_controls_show_defaults_as_one_types_them() -> None:
+    from roughcontact.analyses.history.task import TASK as HISTORY
+    from roughcontact.analyses.stress.task import TASK as STRESS
     from roughcontact.desk.controls import Control
-    from roughcontact.request.load_history import TASK as HISTORY
-    from roughcontact.request.subsurface_stress import TASK as STRESS
 
     shown = {}
     for name, task in (("friction", STRESS), ("shift", HISTORY), ("passes", HISTORY)):

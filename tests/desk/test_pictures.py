@@ -13,7 +13,7 @@ from PIL import Image
 import roughcontact as rc
 from roughcontact.desk import rasters
 from roughcontact.desk.rasters import Box
-from roughcontact.plots.style import ELASTIC, MISSING, OPEN, SATURATED
+from roughcontact.drawing.style import ELASTIC, MISSING, OPEN, SATURATED
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 PIXEL = (2e-6, 1e-6)

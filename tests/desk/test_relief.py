@@ -17,11 +17,11 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from browsing import Seat, Served, browser, lacking
+from roughcontact.analyses.tasks import from_text
 from roughcontact.desk import relief
 from roughcontact.desk.maps import HEIGHTS, PRESSURE, Maps, result_scales
 from roughcontact.desk.session import Session
 from roughcontact.desk.workers import WorkerPool
-from roughcontact.request.tasks import from_text
 
 PIXEL = (2e-6, 1e-6)
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)

@@ -16,13 +16,13 @@ import roughcontact as rc
 pytest.importorskip("panel", reason="needs roughcontact[desk]")
 
 from browsing import browser, lacking
+from roughcontact.analyses.tasks import from_text
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import rasters, saved_page
 from roughcontact.desk.maps import PRESSURE, color_mappers, result_scales
 from roughcontact.errors import InputError
 from roughcontact.request.request import Request
 from roughcontact.request.run import run
-from roughcontact.request.tasks import from_text
 
 PIXEL = (2e-6, 1e-6)
 

@@ -10,7 +10,7 @@ import roughcontact as rc
 pytest.importorskip("panel")
 
 from roughcontact.desk.detail_panel import Section, bodies, cut, whole_line
-from roughcontact.plots.style import SATURATED
+from roughcontact.drawing.style import SATURATED
 
 STEEL = rc.Material(210e9, 0.3, yield_strength=1e9)
 PIXEL = (2e-6, 1e-6)

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, settings, strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import roughcontact as rc
+from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import project
 from roughcontact.cli import app
 from roughcontact.desk.live_solver import Failed, Live, Prepared, Preview
@@ -23,7 +24,6 @@ from roughcontact.errors import InputError, RoughcontactError
 from roughcontact.request.options import LEVEL
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.run import run
-from roughcontact.request.tasks import from_text
 
 PATIENCE = 60.0
 

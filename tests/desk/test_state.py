@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, strategies as st
 
 import roughcontact as rc
+from roughcontact.analyses.stress.task import TASK as STRESS
+from roughcontact.analyses.sweep.task import TASK as SWEEP
 from roughcontact.batch import project
 from roughcontact.desk.session import State, from_script
 from roughcontact.errors import FormatError, InputError
 from roughcontact.report import python_script
-from roughcontact.request.load_curve import TASK as SWEEP
 from roughcontact.request.run import run
-from roughcontact.request.subsurface_stress import TASK as STRESS
 
 
 @pytest.fixture

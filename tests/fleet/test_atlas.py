@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
 import atlas
 import atlas_cases
-from roughcontact.request.tasks import LOCAL
+from roughcontact.analyses.tasks import LOCAL
 
 
 @pytest.mark.slow

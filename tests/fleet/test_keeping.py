@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from roughcontact import checksums
+from roughcontact._tools import checksums
+from roughcontact.analyses.tasks import from_text
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry
 from roughcontact.cautions import Caution, Kind, as_note
 from roughcontact.errors import ArgumentRef
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.material import RIGID, Material
-from roughcontact.request.tasks import from_text
 
 FOUND = (
     None, True, 3, 0.1, -math.inf, "σ", [1, (2.0, [])], Boundary("free"), RIGID,

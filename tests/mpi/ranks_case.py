@@ -11,12 +11,12 @@ import pytest
 from mpi4py import MPI
 
 import roughcontact as rc
+from roughcontact._tools.ranks import Ranks
 from roughcontact.contact import archive
 from roughcontact.contact.share import bands
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.coating import Coatings
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.ranks import Ranks
 
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
 TOOL = rc.Material(young=210e9, poisson=0.3, coating=[rc.Layer(450e9, 0.25, 2e-6)])
@@ -198,8 +198,8 @@ def fail_writing(folder, ranks):
 
 def fail_alone(folder, ranks):
     """One rank of the command line fails by itself."""
+    from roughcontact.analyses.solve import mpi
     from roughcontact.cli import app
-    from roughcontact.request import mpi
 
     run = mpi.run
 

@@ -11,12 +11,12 @@ import pytest
 from mpi4py import MPI
 
 import roughcontact as rc
+from roughcontact._tools.ranks import Ranks
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.halfspace.layers import graded_layers
 from roughcontact.halfspace.plastic_halfspace import HalfSpace
 from roughcontact.halfspace.volume_partition import Shared
 from roughcontact.material.hardening import Kinematic, Linear
-from roughcontact.ranks import Ranks
 
 PIXEL = (1.4e-6, 1.5e-6)
 STEEL = rc.Material(young=210e9, poisson=0.3, yield_strength=1.6e9)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.joint.interface_law import LOADING, UNLOADING
-from roughcontact.studies.load_history import indented_surface
+from roughcontact.analyses.history.model import indented_surface
+from roughcontact.analyses.law.model import LOADING, UNLOADING
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is absent")
 

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.sparse.linalg import LinearOperator, cg
 
 import roughcontact as rc
+from roughcontact.analyses.conductance.model import filling_of, greenwood
 from roughcontact.contact.result import ContactResult
-from roughcontact.joint.conductance import filling_of, greenwood
 from roughcontact.theory import constriction, hertz
 
 STEEL = rc.Material(210e9, 0.3)

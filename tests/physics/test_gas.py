@@ -12,10 +12,10 @@ from scipy.integrate import cumulative_simpson, quad
 from scipy.optimize import brentq, fsolve
 
 import roughcontact as rc
-from roughcontact.joint.conductance import filling_of, gap_conductance
-from roughcontact.joint.flow import constriction, flow
-from roughcontact.joint.gas_flow import GasState, gas_factor
-from roughcontact.joint.leakage import Seal
+from roughcontact.analyses.conductance.model import filling_of, gap_conductance
+from roughcontact.analyses.leak.flow import constriction, flow
+from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
+from roughcontact.analyses.leak.model import Seal
 from roughcontact.material import fluids
 from roughcontact.theory.rarefied_gas import channel_flow
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.special import erf
 
 import roughcontact as rc
+from roughcontact.analyses.history.model import history as load_history, indented_surface
+from roughcontact.analyses.law.curve import asperities
+from roughcontact.analyses.law.model import LOADING, UNLOADING
 from roughcontact.contact.stiffness import local_stiffness
-from roughcontact.joint.interface_law import LOADING, UNLOADING
-from roughcontact.joint.law_curve import asperities
-from roughcontact.studies.load_history import history as load_history, indented_surface
 from roughcontact.theory import persson, waves
 
 STEEL = rc.Material(210e9, 0.3)

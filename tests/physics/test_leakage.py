@@ -12,8 +12,14 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 import roughcontact as rc
+from roughcontact.analyses.leak.flow import (
+    Constriction,
+    Flow,
+    constriction,
+    flow,
+    percolating_points,
+)
 from roughcontact.errors import InputError
-from roughcontact.joint.flow import Constriction, Flow, constriction, flow, percolating_points
 
 Array = NDArray[np.float64]
 

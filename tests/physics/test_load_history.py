@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.studies.load_history import Stage, history
+from roughcontact.analyses.history.model import Stage, history
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
 MODULUS = 210e9 / 0.91

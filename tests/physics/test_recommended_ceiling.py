@@ -11,14 +11,14 @@ import pytest
 
 import ceiling_rule
 import roughcontact as rc
+from roughcontact.analyses.history.model import history as load_history
 from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.contact import plausibility
 from roughcontact.contact.ceiling import recommended_ceiling
 from roughcontact.contact.result import CalibratedCeiling
 from roughcontact.request.contacts import calibrated_ceiling
-from roughcontact.studies import uncertainty
-from roughcontact.studies.load_history import history as load_history
 from roughcontact.theory import indenters
+from roughcontact.uncertainty import intervals as uncertainty
 
 # Quick ones: half a dozen loads, a contact of six pixels in radius whose middle lies on none.
 POINTS, STEP = 26, 1.6

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 import roughcontact as rc
 from rollers import PIXEL, STRENGTH, Line
+from roughcontact.analyses.roll.model import Pass, RollingResult, Shakedown
 from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.elastoplastic import plausibility
-from roughcontact.elastoplastic.rolling import Pass, RollingResult, Shakedown
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace import tensors
 from roughcontact.halfspace.boundary import Boundary

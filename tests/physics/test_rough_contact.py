@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughcontact as rc
-from roughcontact.studies import load_curve
+from roughcontact.contact import load_case
 from roughcontact.theory import persson
 
 STEEL = rc.Material(210e9, 0.3, 1e9)
@@ -17,7 +17,7 @@ MODULUS = 210e9 / 0.91
 @pytest.fixture(scope="module")
 def curve() -> rc.results.LoadCurve:
     surface = rc.Surface(*rc.reference_map(512))
-    loads = load_curve.spaced(0.03, 30, 7)
+    loads = load_case.spaced(0.03, 30, 7)
     return rc.sweep(surface, material=STEEL, loads=loads, ceiling=None)
 
 

@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import simpson
 
 import roughcontact as rc
+from roughcontact.analyses.tangential.model import Tangential, joint_poisson, tangential_compliance
 from roughcontact.halfspace import tangential as halfspace
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.joint.tangential import Tangential, joint_poisson, tangential_compliance
 from roughcontact.solvers import partial_slip
 
 FRICTION, YOUNG, RADIUS, LOAD = 0.15, 210e9, 10e-3, 1.0

@@ -24,7 +24,7 @@ from multiprocessing.context import SpawnProcess
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 from weakref import WeakSet
 
-from roughcontact import processes, processes as own
+from roughcontact._tools import processes, processes as own
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.units import counted

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact import checksums, files, processes
+from roughcontact._tools import checksums, files, processes
 from roughcontact._version import __version__
 from roughcontact.batch import plan
 from roughcontact.batch.plan import FAILED, SOLVED, Entry, Report

@@ -15,11 +15,11 @@ from uuid import uuid4
 
 import numpy as np
 
-from roughcontact import checksums, files
+from roughcontact._tools import checksums, files
+from roughcontact._tools.files import to_json
 from roughcontact._version import __version__
+from roughcontact.analyses.compare import task as comparison
 from roughcontact.errors import ArgumentRef
-from roughcontact.files import to_json
-from roughcontact.request import comparison
 from roughcontact.request.options import GROUP
 from roughcontact.request.request import Request
 from roughcontact.request.task import Command

@@ -12,16 +12,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from roughcontact import deprecated, memory
+from roughcontact._tools import deprecated, memory
+from roughcontact._tools.files import as_regular_file
+from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.tasks import PROJECT_TASKS, SHARED_TASKS
 from roughcontact.batch import plan
 from roughcontact.batch.plan import Entry, spell_key
 from roughcontact.errors import ArgumentRef, FormatError, InputError
-from roughcontact.files import as_regular_file
-from roughcontact.request import outputs, parsing, solve
+from roughcontact.request import outputs, parsing
 from roughcontact.request.options import COUNTER_SURFACE, FOLDER, GROUP, HERTZ, LOAD, SHOWN, Option
 from roughcontact.request.request import Request
 from roughcontact.request.task import Task
-from roughcontact.request.tasks import PROJECT_TASKS, SHARED_TASKS
 
 _KEYS = ("folder", "write", "materials", "defaults", "contact")
 DESK = "desk"

@@ -13,7 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from roughcontact import files, ranks
+from roughcontact._tools import files, ranks
+from roughcontact.analyses.tasks import DASK, LOCAL
 from roughcontact.batch import jobs, plan
 from roughcontact.batch.executors import AWAY, GONE, THERE, Engine, local_processes
 from roughcontact.batch.plan import FAILED, KEPT, SOLVED, Entry, Report
@@ -21,7 +22,6 @@ from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.halfspace.fft import default_workers
 from roughcontact.request.options import FOLDER
 from roughcontact.request.outputs import Saved, UnfinishedError
-from roughcontact.request.tasks import DASK, LOCAL
 
 T = TypeVar("T")
 

@@ -16,8 +16,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from roughcontact import deprecated, units
+from roughcontact import units
+from roughcontact._tools import deprecated
+from roughcontact._tools.files import to_json
+from roughcontact._tools.processes import redeliver_interrupts
 from roughcontact._version import __version__
+from roughcontact.analyses import tasks
+from roughcontact.analyses.generate import task as making
+from roughcontact.analyses.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 from roughcontact.cli import help_format, terminal
 from roughcontact.cli.terminal import BAD_INPUT, NOT_CONVERGED, SOLVED, Display
 from roughcontact.errors import (
@@ -27,19 +33,16 @@ from roughcontact.errors import (
     RoughcontactError,
     Sentence,
 )
-from roughcontact.files import to_json
-from roughcontact.processes import redeliver_interrupts
-from roughcontact.request import generation as making, options, tasks
+from roughcontact.request import options
 from roughcontact.request.options import JSON, QUIET, READING, VERBOSE, Option
 from roughcontact.request.outputs import UnfinishedError
 from roughcontact.request.task import Command, Task, Values
-from roughcontact.request.tasks import DEMO, FOLDER, INFO, MATERIALS, POINTS, TASKS, VERIFY
 
 if TYPE_CHECKING:
+    from roughcontact._tools.ranks import Ranks
     from roughcontact.batch.plan import Report
     from roughcontact.cli.terminal import ProgressLine
     from roughcontact.desk.server import Page
-    from roughcontact.ranks import Ranks
     from roughcontact.request.outcome import Outcome
     from roughcontact.request.request import Request
 
@@ -344,7 +347,7 @@ def _display(specified: Given) -> Display:
 
 def _carry_out(task: Task, subject: Subject, specified: Given) -> None:
     """Carry out a task and show its result."""
-    from roughcontact import ranks
+    from roughcontact._tools import ranks
     from roughcontact.request.request import Request
 
     display = _display(specified)
@@ -367,7 +370,7 @@ def _carry_out_here(request: Request, display: Display, world: Ranks | None = No
         if world is None:
             outcome = run(request, line.say, line.look)
         else:
-            from roughcontact.request import mpi
+            from roughcontact.analyses.solve import mpi
 
             outcome = mpi.run(request, world, line.say, line.look)
     if first:
@@ -380,7 +383,7 @@ def _carry_out_here(request: Request, display: Display, world: Ranks | None = No
 
 def _carry_out_on_ranks(ask: Callable[[], Request], display: Display) -> None:
     """Carry out a request on all ranks that ``mpiexec`` started; they end together."""
-    from roughcontact.ranks import world
+    from roughcontact._tools.ranks import world
 
     ranks = world()
     try:
@@ -439,8 +442,8 @@ for _task in TASKS:
 
 @_command(making.COMMAND)
 def _generate(_: Subject, specified: Given) -> None:
+    from roughcontact.analyses.generate.report import record
     from roughcontact.cli import console
-    from roughcontact.report.generation import record
 
     display = _display(specified)
     with terminal.progress(display is Display.QUIET) as line:

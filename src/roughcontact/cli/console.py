@@ -17,12 +17,12 @@ from rich.table import Table
 from rich.text import Text
 
 from roughcontact import units
+from roughcontact.analyses.generate.task import COMMAND as GENERATE
+from roughcontact.analyses.solve.task import TASK as SOLVE
+from roughcontact.analyses.tasks import INFO
 from roughcontact.cli import terminal
 from roughcontact.cli.terminal import Display
-from roughcontact.request.generation import COMMAND as GENERATE
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command
-from roughcontact.request.tasks import INFO
 from roughcontact.units import engineering
 
 if TYPE_CHECKING:
@@ -280,7 +280,7 @@ def _print_parameters(measured: Measured, channels: Sequence[Channel]) -> None:
 
 def show_generated(surface: Surface, written: Sequence[Path]) -> None:
     """Print requested and actual parameters of a generated map."""
-    from roughcontact.report import generation
+    from roughcontact.analyses.generate import report as generation
 
     _print_headline(generation.headline(surface))
     _print_messages(generation.unmet(surface), GENERATE)

@@ -70,7 +70,7 @@ def _check_folder(folder: Path) -> None:
 def _files(
     folder: Path, results: Sequence[ContactResult]
 ) -> list[tuple[Path, Callable[[Path], object]]]:
-    from roughcontact.plots import maps, sections
+    from roughcontact.drawing import maps, sections
 
     elastic, limited = results
     pair, names = list(results), list(_LABELS)

@@ -9,7 +9,8 @@ from typing import Any
 
 import typer.core
 
-from roughcontact.request import parsing, tasks
+from roughcontact.analyses import tasks
+from roughcontact.request import parsing
 from roughcontact.request.options import FORMAT, Option
 
 ALL = "help-all"

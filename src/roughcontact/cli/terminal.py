@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from enum import Enum, auto
 from typing import TYPE_CHECKING, TextIO
 
-from roughcontact import processes
+from roughcontact._tools import processes
+from roughcontact.analyses.solve import task as solve
 from roughcontact.errors import message_parts, render_message
-from roughcontact.request import solve
 from roughcontact.request.task import Command
 from roughcontact.solvers.progress import Forecast, Progress
 from roughcontact.units import rounded_time

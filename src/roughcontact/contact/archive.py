@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import cautions, memory, netcdf
+from roughcontact import cautions
+from roughcontact._tools import memory, netcdf
+from roughcontact._tools.files import to_json
 from roughcontact.contact import load_case
 from roughcontact.contact.memory import Room
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import Calibrated, CalibrationRecord, ContactResult
 from roughcontact.contact.share import Share, Slab
 from roughcontact.errors import FormatError, InsufficientMemoryError
-from roughcontact.files import to_json
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.halfspace.fft import Workspace
 from roughcontact.material import hardening

@@ -46,6 +46,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.roots import brentq
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import (
     BASE,
@@ -66,7 +67,6 @@ from roughcontact.errors import (
 )
 from roughcontact.material.hardening import flow_stress
 from roughcontact.material.material import CEILING_FACTOR, Material, softer
-from roughcontact.roots import brentq
 from roughcontact.theory import indenters
 from roughcontact.units import engineering
 

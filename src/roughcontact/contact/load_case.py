@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from roughcontact import units
-from roughcontact.arguments import checked
+from roughcontact._tools import memory
+from roughcontact._tools.arguments import checked
 from roughcontact.contact import nominal_hertz
 from roughcontact.contact.pair import Pair
-from roughcontact.errors import InputError, input_error
+from roughcontact.errors import InputError, input_error, require_count
 from roughcontact.material.hardness import stress
 from roughcontact.units import Quantities, Quantity, quantity
 
@@ -345,3 +346,15 @@ def _require_range(argument: str, words: str, value: float) -> None:
 
 def _power_of_two(value: float) -> float:
     return math.ldexp(1.0, math.frexp(value)[1])
+
+
+@checked
+def spaced(first: float, last: float, number: int, spacing: str = "log") -> list[float]:
+    """Return loads or approaches between two ends."""
+    if spacing not in ("log", "linear"):
+        raise input_error("spacing", spacing, "must be 'log' or 'linear'")
+    if not (0 < first < last < math.inf):
+        raise InputError(f"the first value must be positive and below the last: {first}, {last}")
+    require_count(2, memory.STEPS, number=number)
+    values = (np.geomspace if spacing == "log" else np.linspace)(first, last, number)
+    return [float(value) for value in values]

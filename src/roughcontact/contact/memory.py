@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.contact.load_case import LoadCase, Scale
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult

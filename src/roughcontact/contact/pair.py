@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.checkpoints import digest
 from roughcontact._version import __version__
-from roughcontact.checkpoints import digest
 from roughcontact.contact.share import Share, Slab
 from roughcontact.errors import ArgumentRef, InputError, require_choice
 from roughcontact.halfspace.boundary import Boundary

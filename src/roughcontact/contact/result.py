@@ -377,7 +377,7 @@ class ContactResult(Result):
 
     @cached_property
     def estimate(self) -> Any:
-        """What formulas of nominally flat contact say; see `roughcontact.joint.estimate`.
+        """What formulas of nominally flat contact say; see `roughcontact.analyses.estimate.model`.
 
         None where they do not hold, as where the map is not periodic along both axes, and where
         several processes hold it.
@@ -479,7 +479,7 @@ class ContactResult(Result):
         -------
         Uncertainty
             Intervals that hold the number of the surface in 95 of 100 cases, and their budget;
-            see `roughcontact.studies.measurement`.
+            see `roughcontact.uncertainty.measurement`.
 
         Raises
         ------

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.ranks import Ranks
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.halfspace.distributed import SlabSums
-from roughcontact.ranks import Ranks
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, quantity

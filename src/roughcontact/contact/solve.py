@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
 from roughcontact.contact import plausibility, validation
 from roughcontact.contact.ceiling import area_change, resolved_ceiling, solve_calibrated
 from roughcontact.contact.load_case import Load, LoadCase, Scale, resolve_force

@@ -7,7 +7,7 @@ E* a. The stiffness is good to 1e-7 at least, to 1e-9 as a rule.
 Barber 2003, Proc. R. Soc. A 459, 53, doi:10.1098/rspa.2002.1038
 
 `unloading_stiffness`: It depends on the outline of the contact alone, and so does what the
-contact conducts: see `roughcontact.studies.load_curve.LoadCurve.constriction_length`.
+contact conducts: see `roughcontact.analyses.sweep.model.LoadCurve.constriction_length`.
 
 `local_stiffness`: Where the outline of the contact approaches by dω and displaces by du, the
 gap closes by dω - du. Over all of a periodic map the mean of du is zero, and this is the

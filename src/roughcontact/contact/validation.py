@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory as ground
+from roughcontact._tools import memory as ground
+from roughcontact._tools.memory import ITERATIONS
 from roughcontact.contact import load_case, memory
 from roughcontact.contact.ceiling import resolved_ceiling
 from roughcontact.contact.load_case import LoadCase, Scale
@@ -26,7 +27,6 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.memory import ITERATIONS
 from roughcontact.solvers import rigid_tilt
 from roughcontact.solvers.problem import Problem
 

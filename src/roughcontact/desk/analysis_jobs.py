@@ -10,10 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from roughcontact import files
+from roughcontact._tools import files
+from roughcontact.analyses.solve.task import STUDY, TASK as SOLVE
+from roughcontact.analyses.stress.model import StressResult
+from roughcontact.analyses.sweep.model import LoadCurve
+from roughcontact.analyses.tasks import SHARED_TASKS, TASKS
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk.figures import Drawing, read
 from roughcontact.errors import ConvergenceError
 from roughcontact.report import contact_fields, kinds
@@ -29,12 +32,9 @@ from roughcontact.report.kind import (
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.request.run import run, shared_runner
-from roughcontact.request.solve import STUDY, TASK as SOLVE
 from roughcontact.request.task import Question, Task
-from roughcontact.request.tasks import SHARED_TASKS, TASKS
 from roughcontact.solvers.progress import Progress
-from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import percent
 
 Cells = tuple[str, ...]

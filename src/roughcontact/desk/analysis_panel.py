@@ -9,7 +9,10 @@ from typing import Any, cast
 
 import panel as pn
 
-from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.analyses.find.model import LoadSearch
+from roughcontact.analyses.solve.task import TASK as SOLVE
+from roughcontact.analyses.stress.model import StressResult
+from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.desk import analysis_jobs, controls, style, workers
 from roughcontact.desk.controls import Control, Give, Run, Working, button, escaped, spelled
 from roughcontact.desk.download_panel import Offer
@@ -18,15 +21,12 @@ from roughcontact.desk.result_plots import Curve, SideBySide, Stress, Study
 from roughcontact.desk.session import Session, Value
 from roughcontact.desk.widgets import Check, View
 from roughcontact.errors import RoughcontactError
-from roughcontact.report import estimate
+from roughcontact.report import formulas
 from roughcontact.report.kind import rows_of
 from roughcontact.request.contacts import RANGE
 from roughcontact.request.request import Request
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Question, Task
-from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_search import LoadSearch
-from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import engineering
 
 # Of a load that was found.
@@ -217,7 +217,7 @@ class Joint(View):
         """Show what formulas say of the contact as it is; what was asked stays as it was."""
         outcome = self._session.outcome
         result = None if outcome is None else outcome.contact
-        text = [] if result is None else rows_of(estimate.BESIDE, result)
+        text = [] if result is None else rows_of(formulas.BESIDE, result)
         rows = [(row.title, row.text) for row in text]
         self._formulas.object = controls.table(rows) if rows else _UNKNOWN
 

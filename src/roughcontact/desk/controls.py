@@ -9,6 +9,7 @@ from typing import Any
 
 import panel as pn
 
+from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, Kind, Severity
 from roughcontact.desk import style, workers
 from roughcontact.desk.session import Session, Value
@@ -18,7 +19,6 @@ from roughcontact.report import phrases
 from roughcontact.request import parsing
 from roughcontact.request.options import Option
 from roughcontact.request.request import Request
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Command, Task
 
 

@@ -21,9 +21,8 @@ from roughcontact.desk.controls import Run
 from roughcontact.desk.rasters import Box, is_drawn_alike
 from roughcontact.desk.session import Line
 from roughcontact.desk.widgets import Tabs
-from roughcontact.errors import InputError
-from roughcontact.plots.sections import bearing_parts, histogram_label, linear_bins
-from roughcontact.plots.style import (
+from roughcontact.drawing.sections import bearing_parts, histogram_label, linear_bins
+from roughcontact.drawing.style import (
     ELASTIC,
     NEUTRAL,
     SATURATED,
@@ -34,6 +33,7 @@ from roughcontact.plots.style import (
     prefixed_area,
     prefixed_window,
 )
+from roughcontact.errors import InputError
 from roughcontact.report import inputs
 from roughcontact.report.kind import rows_of
 from roughcontact.surface.spectrum import radial_spectrum

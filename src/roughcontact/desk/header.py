@@ -8,6 +8,7 @@ from typing import Any
 
 import panel as pn
 
+from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.cautions import Caution, Severity
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import style
@@ -16,7 +17,6 @@ from roughcontact.errors import ArgumentRef
 from roughcontact.report import contact, kinds, uncertainty
 from roughcontact.report.contact_fields import CONTACT, PROFILE_CONTACT
 from roughcontact.report.kind import TRUST, quantity_of
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.units import counted
 
 _KEYS = ("load", "contact_fraction", "saturated_fraction", "mean_pressure", "mean_gap", "approach")

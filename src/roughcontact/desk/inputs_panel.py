@@ -10,6 +10,8 @@ from typing import Any
 
 import panel as pn
 
+from roughcontact.analyses.generate.task import COMMAND as GENERATE
+from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.desk import controls, style
 from roughcontact.desk.controls import Control, Give, button
 from roughcontact.desk.live_solver import Prepared
@@ -21,8 +23,6 @@ from roughcontact.errors import ArgumentRef, InputError, RoughcontactError
 from roughcontact.material import catalog
 from roughcontact.material.material import Material
 from roughcontact.request import options, parsing
-from roughcontact.request.generation import COMMAND as GENERATE
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import engineering
 

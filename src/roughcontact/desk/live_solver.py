@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 from roughcontact.contact.result import ContactResult
+from roughcontact.drawing.style import cell_mean
 from roughcontact.errors import FormatError, InputError, RoughcontactError
 from roughcontact.formats import read
-from roughcontact.plots.style import cell_mean
 from roughcontact.request import maps
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request

@@ -18,8 +18,7 @@ from roughcontact.desk.rasters import Box, Window
 from roughcontact.desk.session import Line
 from roughcontact.desk.tokens import ACCENT, FONT, INK
 from roughcontact.desk.widgets import TabStrip
-from roughcontact.errors import InputError
-from roughcontact.plots.cells import (
+from roughcontact.drawing.cells import (
     Limits,
     gap_limit,
     height_limits,
@@ -27,7 +26,7 @@ from roughcontact.plots.cells import (
     pressure_colors,
     pressure_limit,
 )
-from roughcontact.plots.style import (
+from roughcontact.drawing.style import (
     CELLS_ALONE,
     CLOSED,
     ELASTIC,
@@ -42,6 +41,7 @@ from roughcontact.plots.style import (
     prefixed,
     prefixed_window,
 )
+from roughcontact.errors import InputError
 from roughcontact.report.contact_fields import CONTACT
 from roughcontact.report.kind import quantity_of
 from roughcontact.surface.surface import Surface

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import panel as pn
 
+from roughcontact.analyses.generate import task as generation
 from roughcontact.cautions import Caution
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, header, inputs_panel, load_panel, style, workers
@@ -28,7 +29,6 @@ from roughcontact.desk.widgets import Frame, Views, reload_when_broken, tell_whe
 from roughcontact.errors import RoughcontactError
 from roughcontact.report import contact, kinds, phrases
 from roughcontact.report.kind import TRUST
-from roughcontact.request import generation
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from roughcontact import files, memory
+from roughcontact._tools import files, memory
 from roughcontact.errors import ArgumentRef, InputError
 
 DAYS = 30

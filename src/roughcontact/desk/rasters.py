@@ -2,7 +2,7 @@
 
 A screen has fewer dots than a map has points. A cell of several points shows the mean of their
 heights, the largest of their pressures and of their residual indentations, and the classes of
-contact in their shares, as in the figures of a report (`roughcontact.plots.maps`): area in the
+contact in their shares, as in the figures of a report (`roughcontact.drawing.maps`): area in the
 picture is area of contact. A window with no more points than there are dots shows the points.
 """
 
@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact.contact.result import ContactResult
-from roughcontact.plots import cells
-from roughcontact.plots.style import CLOSED, cell_max, cell_mean
+from roughcontact.drawing import cells
+from roughcontact.drawing.style import CLOSED, cell_max, cell_mean
 from roughcontact.surface.surface import Surface
 
 Array = NDArray[np.float64]

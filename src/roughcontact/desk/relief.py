@@ -24,8 +24,8 @@ from roughcontact.desk.download_panel import Offer
 from roughcontact.desk.maps import HEIGHTS, NAMES, PRESSURE, height_scale, result_scales
 from roughcontact.desk.session import LOADS, Session, State
 from roughcontact.desk.widgets import View
+from roughcontact.drawing.style import prefixed, prefixed_window
 from roughcontact.errors import ConvergenceError, RoughcontactError
-from roughcontact.plots.style import prefixed, prefixed_window
 from roughcontact.request import maps
 from roughcontact.request.request import Request
 from roughcontact.request.run import solved

@@ -12,14 +12,17 @@ from bokeh.plotting import figure
 from bokeh.transform import dodge
 from numpy.typing import NDArray
 
+from roughcontact.analyses.stress import figures as stress_plots
+from roughcontact.analyses.stress.fields import STRESS
+from roughcontact.analyses.stress.model import StressResult
+from roughcontact.analyses.sweep.fields import CURVE_COLUMNS
+from roughcontact.analyses.sweep.model import LoadCurve
 from roughcontact.contact.result import ContactResult
-from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.desk import rasters, style
 from roughcontact.desk.controls import escaped, table
 from roughcontact.desk.rasters import Box
-from roughcontact.plots import subsurface_stress as stress_plots
-from roughcontact.plots.cells import pressure_colors, pressure_limit
-from roughcontact.plots.style import (
+from roughcontact.drawing.cells import pressure_colors, pressure_limit
+from roughcontact.drawing.style import (
     ELASTIC,
     NEUTRAL,
     OPEN,
@@ -31,11 +34,9 @@ from roughcontact.plots.style import (
     prefixed,
     prefixed_window,
 )
-from roughcontact.report.contact_fields import CURVE_COLUMNS, STRESS
 from roughcontact.report.kind import listing_of, rows_of
 from roughcontact.report.uncertainty import STUDY_COLUMNS
-from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.resolution_study import ResolutionStudy
+from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import engineering
 
 

@@ -14,7 +14,7 @@ from bokeh.embed import json_item
 from bokeh.resources import Resources
 from numpy.typing import NDArray
 
-from roughcontact import files
+from roughcontact._tools import files
 from roughcontact._version import __version__
 from roughcontact.contact.result import ContactResult
 from roughcontact.desk import controls, rasters, style, tokens
@@ -33,8 +33,7 @@ from roughcontact.desk.maps import (
     map_figure,
     result_scales,
 )
-from roughcontact.errors import InputError
-from roughcontact.plots.style import (
+from roughcontact.drawing.style import (
     CLOSED,
     ELASTIC,
     MISSING,
@@ -44,6 +43,7 @@ from roughcontact.plots.style import (
     SATURATED,
     prefixed_window,
 )
+from roughcontact.errors import InputError
 from roughcontact.report import kinds, python_script, uncertainty
 from roughcontact.report.kind import TRUST
 from roughcontact.request.outcome import Outcome

@@ -30,7 +30,7 @@ from tornado import web
 from tornado.http1connection import HTTP1Connection
 from tornado.routing import Router
 
-from roughcontact import memory, processes
+from roughcontact._tools import memory, processes
 from roughcontact.desk.access import Guarded, key_of
 from roughcontact.desk.projects import ProjectStore, SavedProject, Upload, require_size, shown
 from roughcontact.desk.tokens import FONT, INK, QUIET

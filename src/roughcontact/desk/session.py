@@ -10,7 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from roughcontact import files
+from roughcontact._tools import files
+from roughcontact.analyses.solve.task import TASK as SOLVE
 from roughcontact.batch.project import DESK
 from roughcontact.desk.live_solver import PREVIEW_POINTS, Answer, Event, Failed, Live, Prepared
 from roughcontact.errors import ArgumentRef, FormatError, InputError
@@ -18,7 +19,6 @@ from roughcontact.request.options import Panel
 from roughcontact.request.outcome import Outcome
 from roughcontact.request.parsing import window
 from roughcontact.request.request import Request
-from roughcontact.request.solve import TASK as SOLVE
 from roughcontact.request.task import Task
 
 Value = str | bool

@@ -18,7 +18,7 @@ from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from roughcontact import files, memory, processes
+from roughcontact._tools import files, memory, processes
 from roughcontact.errors import InsufficientMemoryError, RoughcontactError
 from roughcontact.request.options import FOLDER
 from roughcontact.request.request import Request

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
 from roughcontact.contact import archive
 from roughcontact.contact.archive import Verification, verify_solution as verify_contact
 from roughcontact.contact.result import ContactResult

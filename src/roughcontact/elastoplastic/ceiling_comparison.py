@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.files import require_suffix, to_json, write
 from roughcontact.contact.load_case import LoadCase
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
@@ -27,7 +28,6 @@ from roughcontact.elastoplastic import solve as elastoplastic
 from roughcontact.elastoplastic.increments import AUTO
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError, input_error
-from roughcontact.files import require_suffix, to_json, write
 from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
 from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface

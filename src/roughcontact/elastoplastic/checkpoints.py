@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import checkpoints, netcdf
-from roughcontact.checkpoints import Place
+from roughcontact._tools import checkpoints, netcdf
+from roughcontact._tools.checkpoints import Place
 from roughcontact.contact import archive as contact_archive
 from roughcontact.elastoplastic import archive
 from roughcontact.elastoplastic.archive import (

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.validation import touchable_gap
 from roughcontact.elastoplastic.plastic_body import GUARD

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.deprecated import Renamed
 from roughcontact.cautions import Caution
 from roughcontact.contact.pair import Pair
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import rim_excess
-from roughcontact.deprecated import Renamed
 from roughcontact.elastoplastic.plastic_body import (
     DepthProfile,
     DepthSection,

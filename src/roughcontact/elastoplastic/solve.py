@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
+from roughcontact._tools import memory
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.ranks import Ranks
 from roughcontact._version import __version__
-from roughcontact.arguments import checked
 from roughcontact.contact.load_case import GivenLoad, Load, resolve_force
 from roughcontact.contact.pair import CounterSurface, Pair
 from roughcontact.contact.result import ContactResult
@@ -53,7 +54,6 @@ from roughcontact.errors import (
 from roughcontact.halfspace.fft import Workspace, default_workers
 from roughcontact.halfspace.volume_partition import Share, Shared, SingleProcess
 from roughcontact.material.material import RIGID, Material
-from roughcontact.ranks import Ranks
 from roughcontact.solvers.progress import Progress, Status, Tell, shows_progress_bar
 from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities, Quantity, quantity

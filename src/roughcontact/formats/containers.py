@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import FormatError, InputError
 from roughcontact.formats import matrices, source
 from roughcontact.formats.source import (

@@ -19,8 +19,6 @@ from roughcontact.errors import InputError
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
     from roughcontact.elastoplastic.result import ElastoplasticResult
-    from roughcontact.elastoplastic.rolling import RollingResult
-    from roughcontact.joint.interface_law import InterfaceLaw
     from roughcontact.surface.surface import Surface
 
 Target = str | os.PathLike[str]
@@ -65,7 +63,7 @@ def _last(write: Writer) -> Writer:
 
 _X3P, _SUR = _by("formats.metrology:save_x3p"), _by("formats.metrology:save_sur")
 _VTR, _VTI = _by("formats.vtk:save_vtr"), _by("formats.vtk:save_vtk")
-_CSV, _LAW = _by("formats.tables:save_csv"), _by("formats.interface_law:save")
+_CSV, _LAW = _by("formats.tables:save_csv"), _by("analyses.law.decks:save")
 
 
 def _of_results(content: Content) -> dict[Kind, Content]:
@@ -77,7 +75,7 @@ FORMATS = (
         Kind.SURFACE: Content("heights and provenance, every bit", _by("formats.netcdf:save")),
         Kind.CONTACT: Content("everything", _by("contact.archive:save_result")),
         Kind.VOLUME: Content("everything", _by("elastoplastic.archive:save")),
-        Kind.ROLLING: Content("everything", _by("elastoplastic.rolling:save_rolling")),
+        Kind.ROLLING: Content("everything", _by("analyses.roll.model:save_rolling")),
     }),
     OutputFormat(".npz", {
         Kind.SURFACE: Content("heights and pixel, every bit", _by("formats.tables:save_npz")),
@@ -99,7 +97,9 @@ FORMATS = (
         Kind.ROLLING: Content("final maps", _last(_VTI)),
     }),
     OutputFormat(".pvd", {
-        Kind.ROLLING: Content("all steps of --folder for ParaView", _by("formats.vtk:save_pvd")),
+        Kind.ROLLING: Content(
+            "all steps of --folder for ParaView", _by("analyses.roll.files:save_pvd"),
+        ),
     }),
     OutputFormat(".csv", {
         Kind.SURFACE: Content("heights as text, every bit", _CSV),
@@ -153,7 +153,7 @@ def format_list_text(*kinds: Kind) -> str:
 def save_surface(surface: Surface, path: str | os.PathLike[str]) -> None:
     """Write a height map in the format that the suffix of the file names."""
     _require_kept(surface, path)
-    _writer(Kind.SURFACE, path)(surface, path)
+    writer_of(Kind.SURFACE, path)(surface, path)
 
 
 def save_contact(result: ContactResult, path: Target) -> None:
@@ -161,22 +161,12 @@ def save_contact(result: ContactResult, path: Target) -> None:
     if Path(path).suffix.lower() != ".nc":
         result.require_whole("a file other than .nc")
         _require_kept(result.surface, path)
-    _writer(Kind.CONTACT, path)(result, path)
+    writer_of(Kind.CONTACT, path)(result, path)
 
 
 def save_volume(result: ElastoplasticResult, path: Target) -> None:
     """Write a contact with its volume in the format that the suffix of the file names."""
-    _writer(Kind.VOLUME, path)(result, path)
-
-
-def save_law(law: InterfaceLaw, path: Target) -> None:
-    """Write a law in the format that the suffix of the file names."""
-    _writer(Kind.LAW, path)(law, path)
-
-
-def save_rolling(rolling: RollingResult, path: Target) -> None:
-    """Write repeated passes in the format that the suffix of the file names."""
-    _writer(Kind.ROLLING, path)(rolling, path)
+    writer_of(Kind.VOLUME, path)(result, path)
 
 
 def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
@@ -190,7 +180,8 @@ def _require_kept(surface: Surface, path: str | os.PathLike[str]) -> None:
         )
 
 
-def _writer(kind: Kind, path: str | os.PathLike[str]) -> Writer:
+def writer_of(kind: Kind, path: str | os.PathLike[str]) -> Writer:
+    """Return what writes a kind in the format that the suffix names; `InputError` if none does."""
     suffix = Path(path).suffix.lower()
     for known in FORMATS:
         if suffix == known.suffix and kind in known.contents:

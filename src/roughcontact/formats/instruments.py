@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory, netcdf
+from roughcontact._tools import memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import metrology, readers, source, text_files
 from roughcontact.formats.source import (

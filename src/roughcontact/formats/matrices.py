@@ -19,7 +19,8 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from roughcontact import memory, netcdf, units
+from roughcontact import units
+from roughcontact._tools import memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import source, text_files
 from roughcontact.formats.source import (

@@ -25,9 +25,9 @@ from pathlib import Path
 
 import numpy as np
 
+from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact._version import __version__
 from roughcontact.errors import FormatError, InputError
-from roughcontact.files import atomic_write, require_suffix
 from roughcontact.formats.source import BLOCK, blocks, little_endian
 from roughcontact.surface.surface import Surface
 from roughcontact.units import engineering, lengths

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory, netcdf
+from roughcontact._tools import memory, netcdf
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats.source import (
     Asked,

@@ -18,9 +18,7 @@ from roughcontact.surface.surface import Surface
 from roughcontact.units import Quantities
 
 if TYPE_CHECKING:
-    from roughcontact.contact.result import ContactResult
-    from roughcontact.elastoplastic.result import ElastoplasticResult
-    from roughcontact.elastoplastic.rolling import RollingResult
+    pass
 
 
 def _read_container(path: Path, name: str, requested: Asked) -> Surface:
@@ -223,45 +221,3 @@ def _suffix(path: Path) -> str:
 
 
 # --- Results that `save` wrote, read again ---
-
-
-def read_result(
-    path: str | os.PathLike[str], *, verify: bool = False
-) -> ContactResult | ElastoplasticResult | RollingResult:
-    """Read a result from a NetCDF file.
-
-    Parameters
-    ----------
-    path : str or path
-        A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
-    verify : bool
-        Whether to recompute load, gap and certificate from pressures and heights, with one
-        application of the operator.
-
-    Returns
-    -------
-    ContactResult, ElastoplasticResult or RollingResult
-        The same result; every number keeps its bits.
-
-    Raises
-    ------
-    FormatError
-        If the file is missing, damaged, changed or not a result of this program, or its solution
-        fails the verification.
-    InsufficientMemoryError
-        If there is not enough memory to verify it.
-
-    Notes
-    -----
-    Every file is compared with its checksums.
-    """
-    from roughcontact.contact import archive as contact_archive
-    from roughcontact.elastoplastic import archive, rolling
-
-    dataset = contact_archive.opened(path)
-    if "rolling_direction" not in dataset.attrs:
-        return archive.load_result(path, dataset, verify=verify)
-    passes = rolling.load_rolling(path, dataset)
-    if verify:
-        archive.verified(passes.result).require(Path(path).name)
-    return passes

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import netcdf
-from roughcontact.arguments import checked
+from roughcontact._tools import netcdf
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.ranks import Ranks
 from roughcontact.contact.share import Slab, slab_rows
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError
 from roughcontact.formats import matrices
@@ -26,7 +27,6 @@ from roughcontact.formats.source import (
     refuse_unit,
     unit_in_meters,
 )
-from roughcontact.ranks import Ranks
 from roughcontact.surface.provenance import Operation, Provenance
 from roughcontact.units import Quantities
 

@@ -25,7 +25,8 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import files, memory, netcdf, units
+from roughcontact import units
+from roughcontact._tools import files, memory, netcdf
 from roughcontact.errors import ArgumentRef, FormatError, InputError, RoughcontactError, input_error
 from roughcontact.surface.grid import WIDTH
 from roughcontact.surface.provenance import Operation, Provenance

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import FormatError, RoughcontactError
 from roughcontact.formats import instruments, matrices, source
 from roughcontact.formats.source import Asked, Channel, one_line

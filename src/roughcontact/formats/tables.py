@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.files import atomic_write, require_suffix, to_json, write
 from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import input_error
-from roughcontact.files import atomic_write, require_suffix, to_json, write
 from roughcontact.formats.matrices import TEXT_MARK
 from roughcontact.surface.surface import Surface
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory, units
+from roughcontact import units
+from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, FormatError, InputError
 from roughcontact.formats import source
 from roughcontact.formats.source import (

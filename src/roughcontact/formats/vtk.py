@@ -40,17 +40,14 @@ import struct
 import zlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import IO, Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.files import atomic_write, require_suffix
 from roughcontact.elastoplastic.plastic_body import PlasticBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
-from roughcontact.elastoplastic.rolling import RollingResult
-from roughcontact.files import atomic_write, require_suffix, write
 from roughcontact.formats import tables
 from roughcontact.formats.source import BLOCK, blocks, little_endian
 from roughcontact.halfspace.tensors import equivalent, tensor
@@ -257,23 +254,3 @@ def _append(stream: IO[bytes], parts: Iterable[NDArray[Any]]) -> None:
 
 
 # --- Steps of repeated passes as a series that ParaView plays ---
-
-
-def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
-    """Write every step that is kept of repeated passes as a series for ParaView."""
-    require_suffix(path, ".pvd")
-    target = Path(path)
-    folder = target.with_suffix("")
-    lines = []
-    for time, (_, _, state) in enumerate(rolling.states(), 1):
-        folder.mkdir(exist_ok=True)
-        for part, (suffix, save) in enumerate(((".vtr", save_vtr), (".vti", save_vtk))):
-            name = f"step-{time:04d}{suffix}"
-            save(state, folder / name)
-            place = quoteattr(f"{folder.name}/{name}")
-            lines.append(f'    <DataSet timestep="{time}" part="{part}" file={place}/>\n')
-    write(
-        path,
-        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-        f"{''.join(lines)}  </Collection>\n</VTKFile>\n",
-    )

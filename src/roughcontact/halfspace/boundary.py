@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from roughcontact._tools.ranks import Ranks
     from roughcontact.halfspace.coating import Coatings
     from roughcontact.halfspace.convolution import Convolution
     from roughcontact.halfspace.distributed import Grid, SlabConvolution
     from roughcontact.halfspace.fft import Workspace
-    from roughcontact.ranks import Ranks
 
 
 class Boundary(StrEnum):

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.ranks import Exchange, Ranks
 from roughcontact.errors import require_pixel, require_positive
 from roughcontact.halfspace import fft
 from roughcontact.halfspace.coating import Coatings
@@ -35,7 +36,6 @@ from roughcontact.halfspace.convolution import (
     strip_rows,
 )
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.ranks import Exchange, Ranks
 
 Array = NDArray[np.float64]
 

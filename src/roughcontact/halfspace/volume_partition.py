@@ -15,9 +15,9 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.ranks import Exchange, Ranks
 from roughcontact.errors import InputError
 from roughcontact.halfspace.fft import Workspace
-from roughcontact.ranks import Exchange, Ranks
 
 Array = NDArray[Any]
 Found = TypeVar("Found")

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 from roughcontact.units import Quantities, Quantity, quantity
 

@@ -47,7 +47,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughcontact import units
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
 from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
 
 STANDARD_GRAVITY = 9.80665

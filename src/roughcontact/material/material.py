@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 
-from roughcontact.arguments import checked
-from roughcontact.deprecated import Renamed
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.deprecated import Renamed
 from roughcontact.errors import (
     ArgumentRef,
     InputError,

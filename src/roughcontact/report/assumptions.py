@@ -21,8 +21,6 @@ from roughcontact.material.hardening import Kinematic
 from roughcontact.material.material import Material, contact_modulus, softer
 from roughcontact.report import phrases
 from roughcontact.report.phrases import is_rigid
-from roughcontact.studies.load_history import LoadHistory
-from roughcontact.studies.sampling_study import Sample
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import counted, engineering, lengths, percent
 
@@ -46,7 +44,7 @@ class Case:
     reached: bool  # Whether the pressure is at the ceiling somewhere
     contact: ContactResult | None = None  # Where there is one
     volume: ElastoplasticResult | None = None  # Where bodies yield below the surface
-    history: LoadHistory | None = None  # Where there is one
+    history: Any = None  # Where there is one
 
     @property
     def is_profile(self) -> bool:
@@ -63,7 +61,7 @@ class Case:
         return any(step.method == method for item in self.origins for step in item.operations)
 
 
-def of_contact(result: ContactResult, history: LoadHistory | None = None) -> Case:
+def of_contact(result: ContactResult, history: Any = None) -> Case:
     """Return the case of a contact, alone or as the largest load of a history."""
     pair = result.pair
     return Case(
@@ -83,7 +81,7 @@ def of_volume(result: ElastoplasticResult) -> Case:
     )  # fmt: skip
 
 
-def of_samples(samples: Sequence[Sample]) -> Case:
+def of_samples(samples: Sequence[Any]) -> Case:
     """Return the case of several maps under one nominal pressure: the worst of each."""
     first = samples[0]
     slopes = [s.curve.rms_gradient for s in samples if math.isfinite(s.curve.rms_gradient)]

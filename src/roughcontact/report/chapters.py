@@ -13,12 +13,12 @@ from roughcontact.contact.hertz_comparison import limits
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
+from roughcontact.drawing.sections import versus_hertz
 from roughcontact.elastoplastic import result as depth
 from roughcontact.elastoplastic.plastic_body import LayerProfile
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.material.material import Material
-from roughcontact.plots.sections import versus_hertz
 from roughcontact.report import (
     contact_fields as of_profile,
     figures,

@@ -6,16 +6,13 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from roughcontact.contact.nominal_hertz import ELLIPSE
-from roughcontact.contact.result import CALIBRATED, ContactResult
-from roughcontact.contact.subsurface_stress import StressResult
+from roughcontact.contact.result import ContactResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.formats import instruments
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.material.hardening import Hardening, Kinematic, Swift
 from roughcontact.references import NO_REFERENCES, Reference, References, cited
 from roughcontact.report.kind import Kind, Use
-from roughcontact.studies.comparison import Comparison
-from roughcontact.studies.load_curve import LoadCurve
 from roughcontact.surface.provenance import Operation, Provenance
 
 Uses = Iterator[Use]
@@ -28,8 +25,8 @@ _STEPS = {
     "reference_map": ("generated surface", "Persson2005", "Jacobs2017"),
 }
 
-_CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
-_RECOMMENDED = cited("calibrated ceiling", "Jackson2005")
+CEILING = cited("ceiling of the pressure", "EngineeringModel", "Almqvist2007", "Tabor1951")
+RECOMMENDED = cited("calibrated ceiling", "Jackson2005")
 
 
 def of(kind: Kind, result: Any) -> References:
@@ -54,9 +51,9 @@ def of_contact(result: ContactResult) -> Uses:
     """Yield the works of a contact."""
     yield from _elastic(result)
     if result.ceiling is not None:
-        yield _CEILING
+        yield CEILING
     if result.calibration is not None or result.calibrated is not None:
-        yield _RECOMMENDED
+        yield RECOMMENDED
     if result.hertz is not None:
         ellipse = result.hertz.shape.kind == ELLIPSE
         yield cited("smooth bodies compared", "Johnson1985", *(["Carlson1995"] * ellipse))
@@ -76,15 +73,16 @@ def _elastic(result: ContactResult) -> Uses:
         # Parameters of a map are those of all of it.
         yield from _of_provenance(result.share.provenance)
     else:
-        yield from _of_maps(pair.origins, pair.is_profile)
-    yield from _solved(result.boundary, pair.is_profile, known)
+        yield from of_maps(pair.origins, pair.is_profile)
+    yield from solved_of(result.boundary, pair.is_profile, known)
     if pair.is_coated:
         yield cited("response of the layers", "Burmister1945")
     if result.moments is not None:
         yield cited("bodies that tilt", "Nocedal2006", "Gilbert1988")
 
 
-def _of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
+def of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
+    """Yield the works of how maps were made and prepared."""
     for origin in origins:
         yield from _of_provenance(origin)
     if is_profile:
@@ -93,7 +91,7 @@ def _of_maps(origins: Iterable[Provenance], is_profile: bool) -> Uses:
         yield cited("parameters of the map", "ISO25178-2")
 
 
-def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
+def solved_of(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     """Yield kernel and solver; ``yields`` where a yield strength is known."""
     # Of a profile that of plane strain.
     yield cited("response of the half-space", *(("Johnson1985",) if is_profile else boundary.works))
@@ -107,32 +105,6 @@ def _solved(boundary: Boundary, is_profile: bool, yields: bool) -> Uses:
     if not is_profile:
         yield cited("perimeter-corrected contact area", "Yastrebov2017")
     yield cited("arrays, transforms and linear algebra", "Harris2020", "Virtanen2020")
-
-
-def of_curve(curve: LoadCurve) -> Uses:
-    """Yield the works of a load curve."""
-    known = curve.softer is not None and curve.softer.yield_strength is not None
-    yield from _of_maps(curve.origins, curve.is_profile)
-    yield from _solved(curve.boundary, curve.is_profile, known)
-    if curve.ceiling is not None:
-        yield _CEILING
-    if isinstance(curve.ceiling, str) and curve.ceiling == CALIBRATED:
-        yield _RECOMMENDED
-    if not curve.is_profile:
-        yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
-    yield cited("conductance from the stiffness", "Barber2003")
-
-
-def of_comparison(result: Comparison) -> Uses:
-    """Yield the works of maps that are compared."""
-    for sample in result.samples:
-        yield from of_curve(sample.curve)
-    yield cited("intervals of the means", "Student1908")
-    if len(result.groups) > 1 and not result.paired:
-        wide = len(result.groups) > 2
-        yield cited("intervals of the differences", "Games1976" if wide else "Welch1947")
-    if any(result.components(name) for name in result.names):
-        yield cited("scatter between groups and within", "Searle1992")
 
 
 def _of_provenance(provenance: Provenance) -> Uses:
@@ -152,13 +124,6 @@ def _of_step(step: Operation) -> Uses:
     for other in step.arguments.values():
         if isinstance(other, Provenance):
             yield from _of_provenance(other)
-
-
-def of_stress(result: StressResult) -> Uses:
-    """Yield the works of the stress, besides the contact."""
-    yield below(result.solution.boundary)
-    if result.friction or result.traction is not None:
-        yield cited("stress by friction", "Johnson1985", "Hamilton1983")
 
 
 def below(boundary: Boundary) -> tuple[str, tuple[Reference, ...]]:

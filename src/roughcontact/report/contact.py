@@ -15,15 +15,15 @@ import numpy as np
 from roughcontact.contact import archive, plausibility
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.contact.share import Slab
+from roughcontact.drawing import cells, maps, profiles as draw
+from roughcontact.drawing.sections import pressure_histogram, section
 from roughcontact.errors import ConvergenceError, InsufficientMemoryError, Sentence
 from roughcontact.formats import export
-from roughcontact.plots import cells, maps, profiles as draw
-from roughcontact.plots.sections import pressure_histogram, section
 from roughcontact.report import (
     chapters,
     contact_fields,
-    estimate,
     figures,
+    formulas,
     hertz_comparison,
     inputs,
     phrases,
@@ -42,8 +42,8 @@ from roughcontact.report.kind import (
     rows_of,
 )
 from roughcontact.report.page import HALF, Block, Cells
-from roughcontact.studies.resolution_study import ResolutionStudy
-from roughcontact.studies.uncertainty import QUANTITIES, Cause, Interval
+from roughcontact.uncertainty.intervals import QUANTITIES, Cause, Interval
+from roughcontact.uncertainty.resolution import ResolutionStudy
 from roughcontact.units import changed_by, counted, engineering
 
 
@@ -103,7 +103,7 @@ def uncertainty_of(result: ContactResult | None, study: ResolutionStudy | None) 
             hint += f" The instrument was not given ({uncertainty.INSTRUMENT_REF})."
         text = Sentence(f"No interval is known of: {', '.join(others)}.{hint}")
         blocks.append(Block("small", text))
-    formula = chapters.cells(rows_of(estimate.BESIDE, result))
+    formula = chapters.cells(rows_of(formulas.BESIDE, result))
     blocks += chapters.table([(name, text) for name, text, _ in formula])
     if study is not None:
         blocks += [Block("text", " ".join(study.sentences))]

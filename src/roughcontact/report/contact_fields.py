@@ -6,24 +6,19 @@ tables: a quantity that is added to one is told by all of them, with the same di
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
-from roughcontact._version import __version__
-from roughcontact.contact.pair import BODIES
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.solve import LOAD_TOLERANCE, MOMENT_TOLERANCE
 from roughcontact.contact.spots import Spots
-from roughcontact.contact.subsurface_stress import StressResult
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.halfspace.boundary import Boundary
-from roughcontact.report import estimate, hertz_comparison, phrases
+from roughcontact.report import formulas, hertz_comparison, phrases
 from roughcontact.report.kind import (
     CAUTIONS,
     HEADLINE,
@@ -35,18 +30,15 @@ from roughcontact.report.kind import (
     Table,
     pick,
     quantity_of,
-    sizable,
-    stored_columns,
     within,
 )
-from roughcontact.studies.load_curve import LoadCurve
-from roughcontact.studies.load_history import VOLUME_ACCOUNT, LoadHistory
 from roughcontact.units import counted, engineering, percent, tiny
 
 # The contact
 
 
-def _ceiling_stored(result: Any) -> Any:
+def ceiling_stored(result: Any) -> Any:
+    """Return the ceiling as files keep it."""
     return "per pixel" if isinstance(result.ceiling, np.ndarray) else result.ceiling
 
 
@@ -78,7 +70,8 @@ def _area_and_share(result: ContactResult) -> str:
     return f"{engineering(result.contact_area, 'm²')} ({percent(result.contact_fraction)})"
 
 
-def _up_to(value: float) -> str:
+def up_to(value: float) -> str:
+    """Return the text of a largest length."""
     return f"up to {engineering(value, 'm')}" if value else "none"
 
 
@@ -144,7 +137,7 @@ CONTACT: Table = (
         meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
     ),
     Quantity(
-        "ceiling", "pressure ceiling", unit="Pa", of=_ceiling_stored, part=PROBLEM,
+        "ceiling", "pressure ceiling", unit="Pa", of=ceiling_stored, part=PROBLEM,
         text=phrases.ceiling,
     ),
     Quantity(
@@ -188,7 +181,7 @@ CONTACT: Table = (
     Quantity(
         "max_residual_indentation", "residual indentation", unit="m",
         meaning="depth that saturated points keep",
-        of="totals.max_indentation", form=_up_to, when=_limited,
+        of="totals.max_indentation", form=up_to, when=_limited,
     ),
     Quantity(
         "calibration", "with three yield strengths",
@@ -202,7 +195,7 @@ CONTACT: Table = (
     ),
     Quantity("calibrated", of=lambda r: r.calibrated and r.calibrated.summary()),
     Quantity("uncertainty", of=lambda r: r.measurement and r.measurement.summary()),
-    *estimate.BESIDE,
+    *formulas.BESIDE,
     Quantity("hertz", of=hertz_comparison.record),
     *CAUTIONS,
     Quantity("shape", of=lambda r: list(r.share.shape)),
@@ -299,11 +292,11 @@ VOLUME: Table = (
     Quantity(
         "max_residual_displacement", "residual displacement", unit="m",
         meaning="what plastic strain adds to the gap",
-        of=lambda r: float(r.residual_displacement.max()), form=_up_to,
+        of=lambda r: float(r.residual_displacement.max()), form=up_to,
     ),
     Quantity(
         "raised", "raised surface", unit="m", meaning="by which it takes from the gap (pile-up)",
-        of=_raised, form=_up_to, stored=False, brief=False,
+        of=_raised, form=up_to, stored=False, brief=False,
     ),
     Quantity(
         "max_residual_stress", "residual stress", unit="Pa", meaning="von Mises, at most",
@@ -375,294 +368,7 @@ INCREMENTS: Columns = (
 # Stress below the surface
 
 
-def _bears(key: str) -> Callable[[StressResult], bool]:
-    return lambda stress: getattr(stress.profile, key) is not None
-
-
-def _place(stress: StressResult) -> str:
-    depth, y, x = (engineering(length, "m") for length in stress.max_von_mises_at)
-    return f"{depth} deep, at y, x = {y}, {x}"
-
-
-def _over_pressure(stress: StressResult) -> str:
-    ratio = stress.max_von_mises / stress.solution.max_pressure
-    return f"{engineering(stress.max_von_mises, 'Pa')} ({ratio:.4g} of the largest pressure)"
-
-
-def _tension_place(stress: StressResult) -> str:
-    y, x = (engineering(length, "m") for length in stress.max_tension_at)
-    return f"at the surface, at y, x = {y}, {x}"
-
-
-def _has_tension(stress: StressResult) -> bool:
-    pulled = stress.friction or stress.traction is not None
-    return bool(pulled) and stress.max_tension is not None
-
-
-def _shear(axis: int) -> Callable[[StressResult], float]:
-    return lambda stress: stress.profile.max_orthogonal_shear[axis]
-
-
-def _by_part(stress: StressResult) -> str:
-    return "; ".join(
-        f"{part.name} {engineering(part.max_von_mises, 'Pa', 3)}, "
-        f"{engineering(part.depth, 'm', 3)} deep"
-        + ("" if part.strength is None else f" ({percent(part.use)} of its strength)")
-        for part in stress.parts
-    )
-
-
-def _at_faces(stress: StressResult) -> str:
-    names = [part.name for part in stress.parts]
-    return "; ".join(
-        f"{names[face.part]} at {engineering(face.depth, 'm', 3)}: tension "
-        f"{engineering(face.tension.value, 'Pa', 3)}, shear "
-        f"{engineering(face.shear.value, 'Pa', 3)}, pull "
-        f"{engineering(max(face.pull.value, 0.0), 'Pa', 3)}"
-        if face.depth
-        else f"surface: tension {engineering(face.tension.value, 'Pa', 3)}"
-        for face in stress.faces
-    )
-
-
-STRESS: Table = (
-    Quantity("body", "looked into", text=lambda stress: f"the {BODIES[stress.body]}"),
-    Quantity(
-        "friction", "friction", symbol="μ", meaning="traction over pressure",
-        when=lambda stress: bool(stress.friction),
-    ),
-    Quantity(
-        "direction", "direction of friction", unit="°", form=lambda v: f"{v:g}°",
-        meaning="from x, counter-clockwise", when=lambda stress: bool(stress.friction),
-    ),
-    Quantity("load", unit="N", of="solution.load"),
-    Quantity("max_pressure", unit="Pa", of="solution.max_pressure"),
-    Quantity("max_von_mises", "largest von Mises stress", unit="Pa", text=_over_pressure),
-    Quantity(
-        "max_von_mises_place", "its place", unit="m",
-        of=lambda stress: list(stress.max_von_mises_at),
-        text=_place,
-    ),
-    Quantity(
-        "parts", "by layer", of=lambda s: [part._asdict() for part in s.parts],
-        when=lambda s: bool(s.parts), text=_by_part,
-    ),
-    Quantity(
-        "faces", "at faces", of=lambda s: [asdict(face) for face in s.faces],
-        when=lambda s: bool(s.faces), text=_at_faces,
-    ),
-    Quantity("max_tension", "largest tension", unit="Pa", when=_has_tension),
-    Quantity(
-        "max_tension_place", "its place", unit="m", of=lambda stress: list(stress.max_tension_at),
-        text=_tension_place, when=_has_tension,
-    ),
-    Quantity("max_tresca", "largest Tresca stress", unit="Pa", of="profile.max_tresca"),
-    Quantity(
-        "max_orthogonal_shear_along_y", "orthogonal shear amplitude, pass along y", unit="Pa",
-        of=_shear(0),
-    ),
-    Quantity(
-        "max_orthogonal_shear_along_x", "orthogonal shear amplitude, pass along x", unit="Pa",
-        of=_shear(1),
-    ),
-    Quantity("yield_strength", unit="Pa", of="profile.yield_strength"),
-    Quantity(
-        "yield_factor", "yield strength over largest stress", of="profile.yield_factor",
-        when=_bears("yield_factor"),
-    ),
-    Quantity(
-        "yielded_volume", "volume above the yield strength", unit="m³", of="profile.yielded_volume",
-        when=_bears("yielded_volume"),
-    ),
-    Quantity(
-        "depths", unit="m", of=lambda s: [float(s.profile.depths[0]), float(s.profile.depths[-1])],
-    ),
-    *CAUTIONS,
-    Quantity("precision"),
-    Quantity("version"),
-)  # fmt: skip
-"""Of a `StressResult`."""
-
-FIRST_YIELD: Table = (
-    Quantity("load", "load of first yield", unit="N", of="solution.load"),
-    Quantity(
-        "max_pressure", "largest pressure at first yield", unit="Pa", of="solution.max_pressure",
-    ),
-)  # fmt: skip
-"""Of the `StressResult` at which the first point yields."""
-
-
 # Many loads
-
-
-def _share(key: str) -> Callable[[LoadCurve | LoadHistory], list[float]]:
-    return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
-
-
-def _nominal(result: LoadCurve | LoadHistory) -> float:
-    if isinstance(result, LoadCurve):
-        return result.nominal_area
-    return result.last.nominal_area
-
-
-def _worst(result: LoadCurve | LoadHistory) -> float:
-    return max(step.certificate for step in result.steps)
-
-
-def _certificates() -> Quantity:
-    return Quantity(
-        "worst_certificate", "certificates", symbol="ε", of=_worst,
-        form=lambda v: f"{v:.1e} at most", part=TRUST, stored=False,
-    )  # fmt: skip
-
-
-def _slope(curve: LoadCurve) -> str:
-    slope = f"{curve.low_load_slope:.4g}"
-    if curve.low_loads.any():
-        return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
-    return f"{slope} at the smallest load; none is low (5 % of the map) and elastic"
-
-
-def _given_loads(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
-    return Quantity(
-        "given_loads", "loads given as",
-        of=lambda r: [item.summary() for item in r.specified_load],
-        text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
-        when=lambda r: bool(r.specified_load),
-    )  # fmt: skip
-
-
-CURVE: Table = (
-    Quantity("source"),
-    Quantity("preparation", of=lambda curve: list(curve.preparation)),
-    Quantity("control"),
-    _given_loads(lambda curve: "N/m" if curve.is_profile else "N"),
-    Quantity("boundary", of=lambda curve: str(curve.boundary)),
-    Quantity("nominal_area", unit="m²"),
-    Quantity("contact_modulus", unit="Pa"),
-    Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
-    Quantity("ceiling", unit="Pa", of=_ceiling_stored),
-    Quantity(
-        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
-        when=lambda curve: math.isfinite(curve.low_load_slope),
-    ),
-    *CAUTIONS,
-    _certificates(),
-)  # fmt: skip
-"""Of a `LoadCurve`."""
-
-
-def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
-    return [getattr(known.of(name), end, math.nan) for known in curve.intervals]
-
-
-def _contact_intervals(curve: LoadCurve) -> list[str]:
-    low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
-    return [phrases.between(*pair, form=phrases.share) for pair in zip(low, high, strict=True)]
-
-
-_INTERVALS: Columns = (
-    Column(
-        "contact", "95 of 100", shown=_contact_intervals, form=str, stored=False,
-        when=lambda curve: bool(curve.intervals),
-    ),
-    *(
-        Column(
-            f"{name}_{end}", unit=unit, of=partial(_ends, name=name, end=end),
-            when=lambda curve: bool(curve.intervals),
-        )
-        for name, unit in (
-            ("contact_fraction", "1"), ("saturated_fraction", "1"), ("mean_gap", "m"),
-            ("approach", "m"), ("stiffness", "N/m"), ("max_pressure", "Pa"),
-        )
-        for end in ("value", "low", "high")
-    ),
-)  # fmt: skip
-"""Of the intervals of each step of a `LoadCurve`, where it has them."""
-
-CURVE_COLUMNS: Columns = (
-    Column("load", "load", unit="N"),
-    Column("approach", "approach", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
-    Column("perimeter_corrected_area", unit="m²"),
-    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
-    Column("max_pressure", "largest pressure", unit="Pa", brief=False),
-    Column("mean_gap", "mean gap", unit="m"),
-    Column("stiffness", "stiffness", unit="N/m"),
-    Column("unloading_stiffness", unit="N/m"),
-    Column("spots", "spots"),
-    Column("mean_spot_area", unit="m²"),
-    Column("largest_spot_area", unit="m²"),
-    Column("certificate", "certificate", form=tiny, brief=False),
-    Column("load_error"),
-    Column(
-        "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
-        when=lambda c: isinstance(c.ceiling, str),
-    ),
-    Column("convolutions"),
-    Column("seconds", unit="s"),
-    Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
-    Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
-    Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
-    *_INTERVALS,
-)  # fmt: skip
-"""Of the steps of a `LoadCurve`."""
-
-HISTORY_COLUMNS: Columns = (
-    Column(
-        "number", "step", of=lambda h: range(1, len(h.steps) + 1), stored=False, brief=False
-    ),
-    Column("load", "load", unit="N"),
-    Column("approach", "approach", unit="m"),
-    Column("shift_y", unit="m"),
-    Column("shift_x", unit="m"),
-    Column("contact_area", "contact", unit="m²", shown=_share("contact_area"), form=percent),
-    Column("saturated_area", "saturated", unit="m²", shown=_share("saturated_area"), form=percent),
-    Column("max_pressure", "largest pressure", unit="Pa"),
-    Column("indentation_volume", "newly indented", unit="m³", shown=sizable("indentation_volume")),
-    Column("dissipated_energy", "dissipated", unit="J", shown=sizable("dissipated_energy")),
-    Column("elastic_energy", unit="J"),
-    Column("certificate"),
-    Column("load_error"),
-    Column("convolutions"),
-    Column("seconds", unit="s"),
-)  # fmt: skip
-"""Of the steps of a `LoadHistory`."""
-
-
-HISTORY: Table = (
-    Quantity("source", of=lambda history: history.last.surface.provenance.source),
-    Quantity("preparation", of=lambda history: list(history.last.surface.provenance.steps)),
-    _given_loads(),
-    Quantity("boundary", of=lambda history: str(history.last.boundary)),
-    Quantity("contact_modulus", unit="Pa", of="last.contact_modulus"),
-    Quantity(
-        "ceiling", "pressure ceiling", unit="Pa", of=lambda h: _ceiling_stored(h.last),
-        text=lambda h: phrases.ceiling(h.under_largest),
-    ),
-    Quantity("calibration", of=lambda h: h.calibration and h.calibration.summary()),
-    Quantity("tolerance", of="last.tolerance"),
-    Quantity("indented_body"),
-    Quantity("passes", "passes", text=phrases.passes, when=lambda h: h.requested_passes > 1),
-    Quantity("requested_passes"),
-    Quantity("indentation_volume", "indented volume", unit="m³"),
-    Quantity(
-        "max_indentation", "indentation", unit="m",
-        of=lambda history: float(history.indentation.max()), form=_up_to,
-    ),
-    Quantity("dissipated_energy", "dissipated energy", unit="J"),
-    Quantity(
-        "is_elastic_now", "shaken down",
-        form=lambda v: f"{'yes: going on stays elastic' if v else 'no: going on may indent more'}",
-    ),
-    Quantity("volume_account", of=lambda _: VOLUME_ACCOUNT),
-    *CAUTIONS,
-    Quantity("control", of=lambda h: ["approach" if s.load is None else "load" for s in h.path]),
-    Quantity("steps", of=lambda history: stored_columns(HISTORY_COLUMNS, history)),
-    Quantity("version", of=lambda _: __version__),
-    _certificates(),
-)  # fmt: skip
-"""Of a `LoadHistory`."""
 
 
 # --- Bodies of contacts under several loads: those of the largest load ---
@@ -756,77 +462,7 @@ PROFILE_CONTACT: Table = (
 # Stress below a profile
 
 
-def _profile_place(stress: StressResult) -> str:
-    depth, _, x = (engineering(length, "m") for length in stress.max_von_mises_at)
-    return f"{depth} deep, at x = {x}"
-
-
-_SHEAR = "max_orthogonal_shear_along_x"
-
-PROFILE_STRESS: Table = (
-    *pick(STRESS, "body", "friction", "direction"),
-    Quantity("kind", of=lambda _: "profile"),
-    replace(quantity_of(STRESS, "load"), unit=LOAD),
-    *pick(STRESS, "max_pressure", "max_von_mises"),
-    replace(
-        quantity_of(STRESS, "max_von_mises_place"),
-        of=lambda stress: [stress.max_von_mises_at[0], stress.max_von_mises_at[2]],
-        text=_profile_place,
-    ),
-    *pick(STRESS, "max_tension", "max_tresca"),
-    replace(quantity_of(STRESS, _SHEAR), name="orthogonal shear amplitude in a pass"),
-    *pick(STRESS, "yield_strength", "yield_factor"),
-    replace(
-        quantity_of(STRESS, "yielded_volume"),
-        key="yielded_section",
-        name="cross-section above the yield strength",
-        unit="m²",
-    ),
-    *pick(STRESS, "depths", "warnings", "cautions", "precision", "version"),
-)
-"""Of a `StressResult` of profiles."""
-
-
-PROFILE_FIRST_YIELD: Table = (
-    replace(FIRST_YIELD[0], name="load of first yield per length", unit=LOAD),
-    *FIRST_YIELD[1:],
-)
-"""Of the `StressResult` at which the first point yields."""
-
-
 # Many loads
-
-
-def _column(key: str, new: str = "", **changes: Any) -> Column:
-    result = next(column for column in CURVE_COLUMNS if column.key == key)
-    of = result.of or (lambda curve: [getattr(step, key) for step in curve.steps])
-    return replace(result, key=new or key, of=of, **changes)
-
-
-PROFILE_CURVE: Table = (
-    *pick(CURVE, "source", "preparation", "control", "given_loads"),
-    Quantity("kind", of=lambda _: "profile"),
-    Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
-    Quantity("length", unit="m", of="nominal_area"),
-    *pick(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
-    quantity_of(CURVE, "worst_certificate"),
-)
-"""Of a `LoadCurve` of profiles."""
-
-PROFILE_CURVE_COLUMNS: Columns = (
-    _column("load", unit=LOAD),
-    _column("approach"),
-    _column("contact_area", "contact_length", unit="m", shown=_share("contact_area")),
-    _column("saturated_area", "saturated_length", unit="m", shown=_share("saturated_area")),
-    *(_column(key) for key in ("max_pressure", "mean_gap")),
-    *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
-    _column("spots", "segments", name="segments"),
-    _column("mean_spot_area", "mean_segment", unit="m"),
-    _column("largest_spot_area", "largest_segment", unit="m"),
-    *(_column(key) for key in ("certificate", "load_error", "pressure_ceiling")),
-    *(_column(key) for key in ("convolutions", "seconds")),
-)
-"""Of the steps of a `LoadCurve` of profiles."""
 
 
 # The contact segments

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from roughcontact import netcdf
+from roughcontact._tools import netcdf
+from roughcontact.drawing import elastoplastic as plots
 from roughcontact.elastoplastic import archive, plausibility
 from roughcontact.elastoplastic.plastic_body import SharedBody
 from roughcontact.elastoplastic.result import ElastoplasticResult
 from roughcontact.errors import InputError
 from roughcontact.formats import export
-from roughcontact.plots import elastoplastic as plots
 from roughcontact.report import (
     assumptions,
     chapters,

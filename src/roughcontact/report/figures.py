@@ -19,10 +19,8 @@ from roughcontact.contact.pair import BODIES
 from roughcontact.contact.plausibility import load_bearing_spot_pixels
 from roughcontact.contact.result import ContactResult
 from roughcontact.contact.spots import Spots
+from roughcontact.drawing import elastoplastic, maps, profiles, sections
 from roughcontact.elastoplastic.result import ElastoplasticResult, profile
-from roughcontact.plots import elastoplastic, maps, profiles, sections, subsurface_stress
-from roughcontact.plots.joint import conductance, interface_law
-from roughcontact.plots.load_curve import hysteresis, load_curve
 from roughcontact.report.page import HALF, MIDDLE, WIDE
 from roughcontact.surface.surface import Surface
 from roughcontact.units import counted, engineering, percent
@@ -463,71 +461,6 @@ VOLUME: Illustrations = (
 # Other results
 
 
-STRESS: Illustrations = (
-    Illustration(
-        "stress-depth", subsurface_stress.stress_depth,
-        "Largest equivalent stresses at each depth. Look for the depth of the maximum.",
-        RESULTS, HALF,
-    ),
-    Illustration(
-        "stress-section", subsurface_stress.stress_section,
-        "Von Mises stress on the plane along x through its maximum (cross), true to scale.",
-        FRONT, MIDDLE,
-    ),
-    Illustration(
-        "stress-map", subsurface_stress.stress_map,
-        "Largest von Mises stress over all depths, seen from above. The cross marks the maximum.",
-        RESULTS, HALF,
-    ),
-)  # fmt: skip
-"""Of a `StressResult`."""
-
-HISTORY: Illustrations = (
-    Illustration(
-        "history", hysteresis,
-        "Top: load over approach; dots are computed, the area between the lines is no measure of "
-        "the energy. Bottom: energy dissipated by each step and volume indented so far.",
-        FRONT, HALF,
-    ),
-)  # fmt: skip
-"""Of a `LoadHistory`."""
-
-CURVE: Illustrations = (
-    Illustration(
-        "curve", load_curve,
-        "Contact and saturated area with Persson's theory; approach and mean gap; stiffness of the "
-        "next small load; contact spots.",
-        FRONT, WIDE,
-    ),
-)  # fmt: skip
-"""Of a `LoadCurve`."""
-
-CONDUCTANCE: Illustrations = (
-    Illustration(
-        "conductance", conductance,
-        "Resistance over load, computed and by two estimates: Greenwood's formula for circular "
-        "spots and the correlation for large flat joints.",
-        FRONT, WIDE, lambda result: len(result.steps) > 1,
-    ),
-    Illustration(
-        "crossed", lambda result: maps.pressure(result.largest),
-        "Contact pressure. Heat and current cross the spots in color.",
-        FRONT, MIDDLE, lambda result: len(result.steps) == 1,
-    ),
-)  # fmt: skip
-"""Of a `Conductance`."""
-
-LAW: Illustrations = (
-    Illustration(
-        "law", interface_law,
-        "Pressure over separation, areas, stiffness, and gap. Thick: mean of the maps. Thin: each "
-        "map. Dashed: Persson's elastic theory. Gray: not resolved by the maps.",
-        FRONT, WIDE,
-    ),
-)  # fmt: skip
-"""Of an `InterfaceLaw`."""
-
-
 def names(table: Illustrations) -> tuple[str, ...]:
     """Return the names of the figures that are written to files."""
     return tuple(entry.name for entry in table if entry.name)
@@ -570,12 +503,3 @@ PROFILE_CONTACT: Illustrations = (
     ),
 )
 """Of a `ContactResult` of profiles."""
-
-PROFILE_CURVE: Illustrations = (
-    Illustration(
-        "curve", profiles.load_curve,
-        "Contact and saturated length; approach and mean gap; stiffness; number of segments.",
-        FRONT, WIDE,
-    ),
-)  # fmt: skip
-"""Of a `LoadCurve` of profiles."""

@@ -10,10 +10,10 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from roughcontact._tools.files import require_suffix, to_json, write
+from roughcontact._tools.ranks import Ranks
 from roughcontact._version import __version__
 from roughcontact.errors import InputError
-from roughcontact.files import require_suffix, to_json, write
-from roughcontact.ranks import Ranks
 from roughcontact.references import Reference
 from roughcontact.units import engineering, grouped, plain
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from roughcontact.netcdf import Dataset
+    from roughcontact._tools.netcdf import Dataset
     from roughcontact.report.assumptions import Assumption, Case
     from roughcontact.report.figures import Illustrations
     from roughcontact.report.page import Block

@@ -35,23 +35,27 @@ if TYPE_CHECKING:
 
 # Where the kinds of a class of results are, the narrower first: loaded when there is such a result.
 KINDS = {
-    "Surface": ("surface:PROFILE_KIND", "surface:KIND"),
-    "ContactResult": ("contact:PROFILE_KIND", "contact:SHARED_KIND", "contact:KIND"),
-    "ElastoplasticResult": ("elastoplastic:KIND",),
-    "RollingResult": ("rolling:KIND",),
-    "StressResult": ("subsurface_stress:PROFILE_KIND", "subsurface_stress:KIND"),
-    "LoadCurve": ("load_curve:PROFILE_KIND", "load_curve:KIND"),
-    "LoadHistory": ("load_curve:HISTORY_KIND",),
-    "LoadSearch": ("load_search:KIND",),
-    "Conductance": ("conductance:KIND",),
-    "InterfaceLaw": ("interface_law:KIND",),
-    "Leakage": ("leakage:KIND",),
-    "Tangential": ("tangential:PROFILE_KIND", "tangential:KIND"),
-    "Comparison": ("comparison:KIND",),
-    "SamplingStudy": ("comparison:SAMPLING_KIND",),
-    "ResolutionStudy": ("uncertainty:KIND",),
-    "Uncertainty": ("uncertainty:MEASURED_KIND",),
-    "Estimate": ("estimate:KIND",),
+    "Surface": ("report.surface:PROFILE_KIND", "report.surface:KIND"),
+    "ContactResult": (
+        "report.contact:PROFILE_KIND",
+        "report.contact:SHARED_KIND",
+        "report.contact:KIND",
+    ),
+    "ElastoplasticResult": ("report.elastoplastic:KIND",),
+    "RollingResult": ("analyses.roll.report:KIND",),
+    "StressResult": ("analyses.stress.report:PROFILE_KIND", "analyses.stress.report:KIND"),
+    "LoadCurve": ("analyses.sweep.report:PROFILE_KIND", "analyses.sweep.report:KIND"),
+    "LoadHistory": ("analyses.history.report:HISTORY_KIND",),
+    "LoadSearch": ("analyses.find.report:KIND",),
+    "Conductance": ("analyses.conductance.report:KIND",),
+    "InterfaceLaw": ("analyses.law.report:KIND",),
+    "Leakage": ("analyses.leak.report:KIND",),
+    "Tangential": ("analyses.tangential.report:PROFILE_KIND", "analyses.tangential.report:KIND"),
+    "Comparison": ("analyses.compare.report:KIND",),
+    "SamplingStudy": ("analyses.compare.report:SAMPLING_KIND",),
+    "ResolutionStudy": ("report.uncertainty:KIND",),
+    "Uncertainty": ("report.uncertainty:MEASURED_KIND",),
+    "Estimate": ("analyses.estimate.report:KIND",),
 }
 
 
@@ -70,7 +74,7 @@ def every() -> list[Kind]:
 
 
 def _loaded(place: str) -> Kind:
-    return pkgutil.resolve_name(f"{__package__}.{place}")
+    return pkgutil.resolve_name(f"roughcontact.{place}")
 
 
 # --- Functions for any result, by its presentation ---
@@ -330,7 +334,7 @@ def _cell(text: str) -> str:
 
 
 def _picture(shown: Any) -> str:
-    from roughcontact.plots.export import png
+    from roughcontact.drawing.export import png
 
     try:
         figures = Plots(shown, of(shown).plots)

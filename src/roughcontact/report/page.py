@@ -14,12 +14,12 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from roughcontact._tools.files import write
 from roughcontact._version import __version__
 from roughcontact.cautions import Caution, Kind, Severity
+from roughcontact.drawing import export
+from roughcontact.drawing.style import DPI
 from roughcontact.errors import InputError, Sentence, Spell, message_parts, render_message
-from roughcontact.files import write
-from roughcontact.plots import export
-from roughcontact.plots.style import DPI
 
 if TYPE_CHECKING:
     import jinja2

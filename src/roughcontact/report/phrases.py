@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from roughcontact import units
+from roughcontact._tools.statistics import Mean
 from roughcontact.contact import load_case
 from roughcontact.contact.ceiling import AGREEMENT
 from roughcontact.contact.result import ContactResult, Regime
 from roughcontact.material.hardening import Kinematic, Linear, Perfect, Swift, Tabulated
 from roughcontact.material.material import RIGID, Material, softer
 from roughcontact.solvers.progress import Progress, Step
-from roughcontact.statistics import Mean
 from roughcontact.surface.provenance import Provenance
 from roughcontact.units import changed_by, engineering, grouped, percent, tiny
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from roughcontact.contact.result import CalibrationRecord
     from roughcontact.elastoplastic.increments import IterationInfo
     from roughcontact.elastoplastic.result import ElastoplasticResult
-    from roughcontact.studies.load_history import LoadHistory
 
 
 def described(state: Progress) -> str:
@@ -264,17 +263,6 @@ def _one_ceiling(material: Material, counter_material: Material) -> bool:
 def is_rigid(body: Material) -> bool:
     """Return whether a material is rigid."""
     return body.young == RIGID.young
-
-
-def passes(history: LoadHistory) -> str:
-    """Return how often the path of a history was followed, and why no more often."""
-    from roughcontact.studies.load_history import NEGLIGIBLE_GROWTH
-
-    count, requested = history.passes, history.requested_passes
-    if count == requested:
-        return f"{count}"
-    added = f"adds less than {100 * NEGLIGIBLE_GROWTH:g} % to the indented volume"
-    return f"{count} of {requested}: pass {count} {added}, further ones repeat it"
 
 
 def step_error(result: ElastoplasticResult) -> str:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from roughcontact.drawing import maps, profiles, sections
 from roughcontact.formats import export
-from roughcontact.plots import maps, profiles, sections
 from roughcontact.report.inputs import SURFACE, TRACE
 from roughcontact.report.kind import Kind, Quantity
 from roughcontact.surface.surface import Surface

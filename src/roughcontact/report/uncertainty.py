@@ -8,15 +8,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from roughcontact._tools.statistics import Mean
 from roughcontact.contact.result import ContactResult
+from roughcontact.drawing.uncertainty import uncertainty_budget
 from roughcontact.errors import ArgumentRef, Sentence
-from roughcontact.plots.uncertainty import uncertainty_budget
 from roughcontact.report import chapters, contact_fields, figures, page, phrases
 from roughcontact.report.kind import Column, Columns, Kind, Quantity, Table, capital, quantity_of
-from roughcontact.statistics import Mean
-from roughcontact.studies import uncertainty
-from roughcontact.studies.resolution_study import QUANTITIES, ResolutionStudy
-from roughcontact.studies.uncertainty import Cause, ErrorSource, Interval, Uncertainty
+from roughcontact.uncertainty import intervals as uncertainty
+from roughcontact.uncertainty.intervals import Cause, ErrorSource, Interval, Uncertainty
+from roughcontact.uncertainty.resolution import QUANTITIES, ResolutionStudy
 from roughcontact.units import changed_by, engineering, percent
 
 STUDY: Table = (

@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import IO, TYPE_CHECKING, Any
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, CapacityError, ConvergenceError, InputError
 from roughcontact.halfspace.boundary import Boundary
 from roughcontact.request import options, parsing
@@ -93,8 +93,7 @@ FACE_RULES = (
 
 def loads(request: Request) -> list[Any]:
     """Return the loads under which a joint is looked at, in the form in which they are given."""
-    from roughcontact.contact.load_case import NominalPressure
-    from roughcontact.studies.load_curve import spaced
+    from roughcontact.contact.load_case import NominalPressure, spaced
 
     single = request.get(LOAD)
     if single is not None:
@@ -214,7 +213,7 @@ class Contacts:
 
     def with_variants(self, result: Any) -> Any:
         """Return a joint with its changes under the calibrated ceiling and on a coarser grid."""
-        from roughcontact.studies.resolution_study import coarsened
+        from roughcontact.uncertainty.resolution import coarsened
 
         largest, arguments = result.largest, self.request.arguments(self.maps, *options.SOLVER)
         arguments |= {"surface": self.maps[0], "load": largest.load}

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from roughcontact._tools.memory import require_grid
 from roughcontact.cautions import Caution, of_several
 from roughcontact.errors import ArgumentRef, InputError
 from roughcontact.formats import read
 from roughcontact.formats.source import pixel_of
-from roughcontact.memory import require_grid
 from roughcontact.request import options
 from roughcontact.request.outputs import Say
 from roughcontact.request.request import Request

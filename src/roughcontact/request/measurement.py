@@ -15,7 +15,6 @@ from roughcontact.request.request import Request
 
 if TYPE_CHECKING:
     from roughcontact.contact.result import ContactResult
-    from roughcontact.studies.load_curve import LoadCurve
     from roughcontact.surface.instrument import Instrument
 
 
@@ -85,17 +84,11 @@ RULES = (
 
 def measured(request: Request, result: ContactResult, look: Look) -> ContactResult:
     """Return a contact with its intervals."""
-    return replace(result, measurement=result.uncertainty(**_how(request), progress=look))
+    return replace(result, measurement=result.uncertainty(**how(request), progress=look))
 
 
-def measured_curve(request: Request, curve: LoadCurve, look: Look) -> LoadCurve:
-    """Return a load curve with the intervals of each load."""
-    from roughcontact.studies.measurement import curve_uncertainty
-
-    return curve_uncertainty(curve, **_how(request), progress=look)
-
-
-def _how(request: Request) -> dict[str, Any]:
+def how(request: Request) -> dict[str, Any]:
+    """Return the instrument and what else the intervals depend on."""
     from roughcontact.formats.read import read_surface
 
     instrument = request[INSTRUMENT]

@@ -16,9 +16,9 @@ from roughcontact.request.request import Request
 from roughcontact.solvers.progress import Progress
 
 if TYPE_CHECKING:
+    from roughcontact._tools.ranks import Ranks
     from roughcontact.cautions import Caution
     from roughcontact.contact.result import ContactResult
-    from roughcontact.ranks import Ranks
     from roughcontact.surface.surface import Surface
 
 Look = Callable[[Progress], None]

@@ -60,7 +60,7 @@ def saver(draw: Callable[[], Any]) -> Callable[[Path], object]:
     """Return what draws a figure and saves it."""
 
     def save(path: Path) -> None:
-        from roughcontact.plots import export
+        from roughcontact.drawing import export
 
         export.save(draw(), path)
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 from urllib.parse import urlsplit
 
-from roughcontact import memory, units
+from roughcontact import units
+from roughcontact._tools import memory
 from roughcontact.errors import ArgumentRef, InputError, require_count
 
 if TYPE_CHECKING:

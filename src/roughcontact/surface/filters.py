@@ -23,7 +23,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory
+from roughcontact._tools import memory
+from roughcontact._tools.roots import brentq
 from roughcontact.errors import (
     ArgumentRef,
     InputError,
@@ -32,7 +33,6 @@ from roughcontact.errors import (
     require_positive,
 )
 from roughcontact.halfspace import fft
-from roughcontact.roots import brentq
 from roughcontact.surface import grid
 from roughcontact.units import engineering
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import both, checked
+from roughcontact._tools.arguments import both, checked
 from roughcontact.errors import (
     ArgumentRef,
     InputError,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import InputError, input_error
 from roughcontact.units import quantity
 

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact.arguments import checked_methods
+from roughcontact._tools.arguments import checked_methods
 from roughcontact.errors import InputError, input_error, require_choice
 from roughcontact.halfspace import fft
 from roughcontact.surface import resolution as resolutions

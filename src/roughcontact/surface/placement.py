@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import checked
+from roughcontact._tools.arguments import checked
 from roughcontact.errors import InputError
 from roughcontact.surface import alignment, nominal_bodies
 from roughcontact.surface.nominal_bodies import flat

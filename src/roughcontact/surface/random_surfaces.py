@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact.arguments import both, checked
+from roughcontact._tools.arguments import both, checked
+from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error, require_count, require_positive
 from roughcontact.halfspace import fft
-from roughcontact.roots import brentq
 from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine
 from roughcontact.surface.shapes import require_grid

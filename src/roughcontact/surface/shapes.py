@@ -21,7 +21,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
-from roughcontact import memory
+from roughcontact._tools import memory
 from roughcontact.errors import InputError, input_error, require_pixel, require_positive
 from roughcontact.surface import grid
 from roughcontact.surface.alignment import cosine_sine

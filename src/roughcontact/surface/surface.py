@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from roughcontact import memory
-from roughcontact.arguments import checked_methods
+from roughcontact._tools import memory
+from roughcontact._tools.arguments import checked_methods
 from roughcontact.errors import ArgumentRef, InputError, require_pixel
 from roughcontact.result import Displayable
 from roughcontact.surface import (

@@ -14,8 +14,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from roughcontact._tools.roots import brentq
 from roughcontact.errors import InputError, input_error
-from roughcontact.roots import brentq
 
 Array = NDArray[np.float64]
 

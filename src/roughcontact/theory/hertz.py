@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.roots import brentq
 from roughcontact.errors import input_error, require_positive
-from roughcontact.roots import brentq
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from roughcontact._tools.roots import brentq
 from roughcontact.errors import require_positive
-from roughcontact.roots import brentq
 
 Array = NDArray[np.float64]
 

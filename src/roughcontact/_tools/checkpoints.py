@@ -1,0 +1,151 @@
+"""Saved steps of a run in a folder, from which the same call resumes.
+
+A record says which problem the steps belong to; each step is a file of its own, complete once it
+is there, and says so itself. One run at a time holds the folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools import checksums, files
+from roughcontact._tools.files import atomic_write, to_json, write
+from roughcontact.errors import FormatError, InputError, OtherRunError
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the steps of a run are kept, as long as the run holds it."""
+
+    folder: Path  # The folder, with the record in it
+    problem: str  # Checksum of what the steps depend on
+
+
+@contextmanager
+def lock_folder(
+    folder: str | os.PathLike[str],
+    problem: Mapping[str, Any],
+    *,
+    kind: str,
+    record: str,
+    pattern: str,
+) -> Iterator[Place]:
+    """Hold the folder of a run alone, after a look at what stands there."""
+    folder = Path(folder)
+    # As it reads back from the file.
+    described: dict[str, Any] = json.loads(to_json(problem))
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give the name of a folder", argument="folder")
+    with _alone(folder, f"{Path(record).stem}.lock", kind):
+        path = folder / record
+        if path.exists():
+            _require_same(path, described, kind)
+        elif any(folder.glob(pattern)):
+            raise InputError(
+                f"{folder} holds steps without {record}; give another folder", argument="folder"
+            )
+        else:
+            try:
+                write(path, to_json(described))
+            except OSError as error:
+                raise _closed(folder, f" ({error.strerror})") from None
+        yield Place(folder, checksums.of_words(described))
+
+
+@contextmanager
+def _alone(folder: Path, name: str, kind: str) -> Iterator[None]:
+    """Hold the lock of a folder, which is made, or raise `InputError`."""
+    with ExitStack() as stack:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise _closed(folder)
+            stack.enter_context(files.file_lock(folder / name))
+        except BlockingIOError:
+            raise InputError(
+                f"{folder} is in use: another {kind} is writing to it; let it finish, or give "
+                "another folder",
+                argument="folder",
+            ) from None
+        except OSError as error:
+            raise _closed(folder, f" ({error.strerror})") from None
+        yield
+
+
+def _require_same(path: Path, described: dict[str, Any], kind: str) -> None:
+    """Raise unless a record holds this problem."""
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+        other = [name for name, value in described.items() if before.get(name) != value]
+    except (OSError, ValueError, AttributeError):
+        raise FormatError(f"{path} is damaged; give another folder") from None
+    if other:
+        verb = "differs" if len(other) == 1 else "differ"
+        raise OtherRunError(
+            f"{path.parent} holds another {kind}: {', '.join(other)} {verb}; give another "
+            "folder, or remove this one to start again",
+            argument="folder",
+        )
+
+
+def _closed(folder: Path, reason: str = "") -> InputError:
+    return InputError(
+        f"{folder} cannot be written to{reason}; give another folder", argument="folder"
+    )
+
+
+def write_step(path: Path, arrays: Mapping[str, Any], mark: Mapping[str, Any]) -> None:
+    """Write a finished step, complete once it is there, with what makes it one of this run."""
+    held = {**arrays, **mark}
+    try:
+        with atomic_write(path) as stream:
+            np.savez(stream, **held, checksum=checksums.of_arrays(held))
+    except OSError as error:
+        raise InputError(
+            f"{path} cannot be written ({error.strerror}); the steps before it are kept"
+        ) from None
+
+
+def read_step(
+    path: Path, names: Sequence[str], mark: Mapping[str, Any], kind: str
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a step that `write_step` wrote for the same run; ``kind`` names it."""
+    try:
+        with path.open("rb") as stream, np.load(stream) as stored:
+            arrays = {name: stored[name] for name in (*names, *mark)}
+            sound = str(stored["checksum"]) == checksums.of_arrays(arrays)
+    # NumPy and zipfile fail on damaged files with errors of many kinds.
+    except Exception as error:
+        raise FormatError(
+            f"{path} cannot be read as a step of a {kind} ({type(error).__name__}); remove it to "
+            "solve it again"
+        ) from None
+    if not sound:
+        raise FormatError(
+            f"{path} was damaged or changed after it was written; remove it to solve it again"
+        )
+    if any(arrays[name].item() != value for name, value in mark.items()):
+        raise FormatError(
+            f"{path} is a step of another {kind} or of another load; remove it to solve it again"
+        )
+    return arrays
+
+
+def digest(*parts: Any) -> str:
+    """Return a word for arrays of numbers; every bit of them counts."""
+    result = hashlib.sha256()
+    for part in parts:
+        values = np.ascontiguousarray(part, dtype=np.float64)
+        result.update(repr(values.shape).encode())
+        result.update(values.tobytes())
+    return result.hexdigest()

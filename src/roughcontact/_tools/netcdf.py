@@ -1,0 +1,472 @@
+"""NetCDF files with checksums, written atomically; damaged files raise an error.
+
+`write`: HDF5 does not get over a full disk: it fails again when something is closed, and ends
+the process with a segmentation fault. So it writes to memory first, as many bytes as the file
+will have; straight to the disk only where they would take more than half of what is free.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import math
+import mmap
+import os
+import shutil
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools import checksums, files, memory
+from roughcontact._tools.ranks import Ranks
+from roughcontact.errors import FormatError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+# Deflate packs 1032 to 1 at most.
+_DEFLATED = 1032
+
+
+class Stored(NamedTuple):
+    """What a file says of one array."""
+
+    shape: tuple[int, ...]  # Its points along each axis
+    size: int  # Bytes of all of them
+    kind: str  # NumPy's letter for its numbers
+
+
+def check(path: Path) -> dict[str, Stored]:
+    """Refuse an HDF5 file that would be read for ever, or in which another file is read."""
+    _check_heaps(path)
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        # Errors do not come out of what HDF5 calls: the links are listed first. It follows the
+        # hard ones, each object once.
+        links: list[tuple[bytes, int]] = []
+        file.id.links.visit(lambda name, link: links.append((name, link.type)), info=True)
+        return dict(_arrays(path, file, links))
+
+
+def _arrays(path: Path, file: Any, links: list[tuple[bytes, int]]) -> Iterator[tuple[str, Stored]]:
+    """Yield shape, size and dtype of the arrays of a file, if all of them are within it."""
+    from h5py import h5d, h5l, h5o
+
+    for name, kind in links:
+        text = name.decode("utf-8", "backslashreplace")
+        if kind == h5l.TYPE_HARD:
+            result = h5o.open(file.id, name)
+            if isinstance(result, h5d.DatasetID):
+                yield text, _stored(path, text, result)
+        # A soft link leads to where the hard ones do.
+        elif kind != h5l.TYPE_SOFT:
+            raise _outside(path, text, "an external link")
+
+
+def _stored(path: Path, name: str, array: Any) -> Stored:
+    """Return shape, size and dtype of an array, if it is within the file."""
+    from h5py import h5d
+
+    layout = array.get_create_plist()
+    if layout.get_layout() == h5d.VIRTUAL:
+        raise _outside(path, name, "a virtual dataset")
+    if layout.get_layout() == h5d.CONTIGUOUS and layout.get_external_count():
+        raise _outside(path, name, "raw data outside")
+    each = array.get_type().get_size()
+    if layout.get_layout() == h5d.CHUNKED:
+        block = math.prod(layout.get_chunk()) * each
+        memory.require(
+            block,
+            f"one block of {name!r} in {path.name} needs",
+            advice=("check that the file is complete",),
+        )
+        if layout.get_nfilters():
+            _check_blocks(path, name, array, block)
+    kind = ""
+    with contextlib.suppress(TypeError):
+        kind = array.dtype.kind
+    size = math.prod(array.shape) * each
+    # What is never written takes no place; fields over the depth may be nearly all zero.
+    if len(array.shape) <= 2:
+        memory.require_packing(f"{name!r} in {path.name}", size, path.stat().st_size)
+    return Stored(array.shape, size, kind)
+
+
+def _check_blocks(path: Path, name: str, array: Any, block: int) -> None:
+    """Refuse a packed array of which a block unpacks to more than a block."""
+    if array.get_storage_size() <= memory.free() // _DEFLATED:
+        return
+    parts: list[Any] = []
+    array.chunk_iter(parts.append)
+    whole = path.stat().st_size
+    for part in parts:
+        if part.size > whole:
+            raise FormatError(
+                f"{path.name} states {part.size} bytes for a block of {name!r}, more than the file "
+                "has; check that the file is complete"
+            )
+        if part.size > block // _DEFLATED:
+            unpacked = b""
+            # What is not deflated ends here at once.
+            with contextlib.suppress(zlib.error):
+                packed = array.read_direct_chunk(part.chunk_offset)[1]
+                unpacked = zlib.decompressobj().decompress(packed, block + 1)
+            if len(unpacked) > block:
+                raise FormatError(
+                    f"{path.name} holds {name!r} in blocks that unpack to more than they state; "
+                    "check where the file is from"
+                )
+
+
+def _outside(path: Path, name: str, how: str) -> FormatError:
+    return FormatError(
+        f"{path.name} keeps {name!r} in another file ({how}), which is not followed; save it as "
+        "one file"
+    )
+
+
+def _check_heaps(path: Path) -> None:
+    """Refuse a file with a global heap that HDF5 would read for ever."""
+    size = path.stat().st_size
+    if size == 0:
+        return
+    with (
+        path.open("rb") as stream,
+        mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content,
+    ):
+        for first, last in _filled(stream.fileno(), size):
+            start = content.find(b"GCOL", first, last)
+            while start >= 0:
+                _check_heap(content, start)
+                start = content.find(b"GCOL", start + 4, last)
+
+
+def _filled(descriptor: int, size: int) -> Iterator[tuple[int, int]]:
+    """Yield where a file holds anything: it may have holes of terabytes."""
+    if not hasattr(os, "SEEK_DATA"):
+        yield 0, size
+        return
+    last = 0
+    # An error says that nothing more follows.
+    with contextlib.suppress(OSError):
+        while last < size:
+            first = os.lseek(descriptor, last, os.SEEK_DATA)
+            last = os.lseek(descriptor, first, os.SEEK_HOLE)
+            yield first, last
+
+
+def _check_heap(content: mmap.mmap, start: int) -> None:
+    if start + 16 > len(content) or content[start + 4] != 1:
+        return
+    (size,) = struct.unpack_from("<Q", content, start + 8)
+    place, end = start + 16, min(start + size, len(content))
+    while place + 16 <= end:
+        index, _, _, size = struct.unpack_from("<HHIQ", content, place)
+        if index == 0:
+            if place + size != end:
+                raise ValueError(f"the free space of a heap at byte {start} has a wrong size")
+            return
+        place += 16 + (size + 7) // 8 * 8
+
+
+# --- NetCDF files: sealed by checksums and whole; what is damaged opens with an error ---
+
+
+PACKED: Mapping[str, Any] = {"compression": "gzip", "compression_opts": 1}
+"""How h5netcdf compresses a map that is mostly zero."""
+
+SHUFFLED: Mapping[str, Any] = {**PACKED, "shuffle": True}
+"""The same for a volume: bytes of like weight stand together, half the time, a tenth less space."""
+
+CHECKSUM = "checksum_sha256"
+"""Attribute of every variable, and of the file, that holds a checksum."""
+
+# Numbers of a map that are packed together.
+_CHUNK = 1 << 18
+
+ATTRIBUTES = "attributes"
+"""What `mismatches` calls everything but the numbers: attributes, names and dimensions."""
+
+
+class Variable(NamedTuple):
+    """An array of a file."""
+
+    dims: tuple[str, ...]  # Names of its axes
+    values: NDArray[Any]  # Its numbers or texts
+    attrs: dict[str, Any]  # What describes it
+
+
+class Dataset:
+    """What a NetCDF file is to hold, as xarray has it.
+
+    xarray itself loads pandas, and dask and pint where they are installed: a second of processor.
+    """
+
+    def __init__(self, attrs: Mapping[str, Any] | None = None) -> None:
+        self.variables: dict[str, Variable] = {}
+        self.attrs = dict(attrs or {})
+
+    def __setitem__(self, name: str, described: tuple[Any, ...]) -> None:
+        """Take axes, values and, if there are any, attributes of a variable."""
+        dims, values, *about = described
+        axes = (dims,) if isinstance(dims, str) else tuple(dims)
+        self.variables[name] = Variable(axes, np.asarray(values), dict(*about))
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Points along each axis."""
+        return {
+            axis: size
+            for dims, values, _ in self.variables.values()
+            for axis, size in zip(dims, values.shape, strict=True)
+        }
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all arrays."""
+        return sum(values.nbytes for _, values, _ in self.variables.values())
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return it as a dataset of xarray."""
+        import xarray
+
+        return xarray.Dataset(dict(self.variables), attrs=self.attrs)
+
+
+def write(
+    dataset: Dataset,
+    path: str | os.PathLike[str],
+    packed: Mapping[str, Mapping[str, Any]] | None = None,
+) -> None:
+    """Write a dataset to a NetCDF file with checksums: the one door for all that is written."""
+    files.require_suffix(path, ".nc")
+    import h5netcdf
+
+    with files.atomic_write(path) as stream:
+        place = io.BytesIO() if 2 * dataset.nbytes < memory.free() else stream
+        with h5netcdf.File(place, "w") as file:
+            whole = sealed(dataset)
+            file.attrs.update(whole.attrs)
+            file.dimensions = whole.sizes
+            _put(file, whole, packed or {})
+        if isinstance(place, io.BytesIO):
+            stream.write(place.getbuffer())
+
+
+def _put(file: Any, dataset: Dataset, packed: Mapping[str, Mapping[str, Any]]) -> None:
+    """Write the variables of a dataset into a file that has their axes."""
+    import h5py
+
+    for name, (dims, values, attrs) in dataset.variables.items():
+        # HDF5 knows no texts of a fixed number of letters.
+        kind = h5py.string_dtype() if values.dtype.kind == "U" else values.dtype
+        missing = kind.type(np.nan) if kind.kind == "f" else None
+        variable = file.create_variable(name, dims, kind, fillvalue=missing, **packed.get(name, {}))
+        variable.attrs.update(attrs)
+        variable[...] = values
+
+
+@dataclass(frozen=True, eq=False)
+class Streamed:
+    """A map, or a stack of them, that is written in parts, as they come."""
+
+    name: str  # Of the variable
+    kind: str  # Of its numbers, as NumPy writes it, such as `"<f8"`
+    shape: tuple[int, ...]  # Of the whole, such as `(ny, nx)`
+    attributes: Mapping[str, Any]  # What describes it
+    parts: Iterable[NDArray[Any]] = ()  # (rows, ...)
+    packed: bool = False  # Whether it is compressed
+    dims: tuple[str, ...] = ("y", "x")  # Names of the axes
+
+
+def write_streamed(frame: Dataset, maps: Iterable[Streamed], path: str | os.PathLike[str]) -> None:
+    """Write maps that no process holds as a whole to a NetCDF file with checksums."""
+    files.require_suffix(path, ".nc")
+    import h5netcdf
+
+    maps = list(maps)
+    needed = sum(math.prod(item.shape) * np.dtype(item.kind).itemsize for item in maps)
+    # A disk that fills up while HDF5 writes would end the process.
+    if needed > shutil.disk_usage(Path(path).absolute().parent).free:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+    whole = sealed(frame)
+    with files.atomic_write(path) as stream, h5netcdf.File(stream, "w") as file:
+        file.dimensions = whole.sizes
+        for item in maps:
+            for axis, size in zip(item.dims, item.shape, strict=True):
+                if axis not in file.dimensions:
+                    file.dimensions[axis] = size
+        _put(file, whole, {})
+        described = _described(whole)
+        for item in maps:
+            attributes = {**item.attributes, CHECKSUM: _streamed(file, item)}
+            file.variables[item.name].attrs.update(attributes)
+            described["variables"][item.name] = [list(item.dims), attributes]
+        file.attrs.update({**whole.attrs, CHECKSUM: checksums.of_words(described)})
+
+
+class Part(NamedTuple):
+    """A part of a map that one of several ranks has."""
+
+    rank: int  # Which has it
+    length: int  # Entries along the first axis
+    take: Callable[[], NDArray[Any]]  # Returns it, on that rank
+
+
+def write_shared(
+    frame: Callable[[], Dataset],
+    maps: Mapping[Streamed, Sequence[Part]],
+    path: str | os.PathLike[str],
+    ranks: Ranks,
+) -> None:
+    """Write maps that several ranks hold to one NetCDF file with checksums; all of them call it."""
+
+    def received(item: Streamed, parts: Sequence[Part]) -> Iterator[NDArray[Any]]:
+        for rank, length, take in parts:
+            ranks.broadcast(True)
+            there = np.empty((length, *item.shape[1:]), item.kind) if rank else take()
+            yield ranks.sent_to_first(there, rank)
+
+    def written() -> None:
+        try:
+            streamed = [replace(item, parts=received(item, parts)) for item, parts in maps.items()]
+            write_streamed(frame(), streamed, path)
+        except BaseException:
+            # The others wait to be asked for their parts.
+            ranks.broadcast(False)
+            raise
+
+    def sent() -> None:
+        for rank, _, take in (part for parts in maps.values() for part in parts):
+            if not ranks.broadcast(None):
+                return
+            if rank == ranks.number:
+                ranks.sent_to_first(take(), rank)
+
+    files.require_suffix(path, ".nc")
+    ranks.agreed(written if ranks.first else sent)
+
+
+def _streamed(file: Any, item: Streamed) -> str:
+    """Write a map part by part; return its checksum."""
+    count, *rest = item.shape
+    # Rows as they come: chunks of many rows would be packed again and again.
+    rows = max(1, min(count, _CHUNK // math.prod(rest)))
+    chunks = (rows, *rest) if item.packed else None
+    options = SHUFFLED if item.packed else {}
+    variable = file.create_variable(item.name, item.dims, item.kind, chunks=chunks, **options)
+    result, top = checksums.Running(item.kind, item.shape), 0
+    for part in item.parts:
+        variable[top : top + len(part)] = part
+        result.add(part)
+        top += len(part)
+    return result.digest()
+
+
+def sealed(dataset: Dataset) -> Dataset:
+    """Return a dataset with a checksum on every variable, and one on all that describes them."""
+    marked = Dataset(dataset.attrs)
+    for name, (dims, values, attrs) in dataset.variables.items():
+        marked[name] = (dims, values, {**attrs, CHECKSUM: checksums.of_array(values)})
+    marked.attrs[CHECKSUM] = checksums.of_words(_described(marked))
+    return marked
+
+
+def mismatches(
+    dataset: xarray.Dataset, names: Iterable[str] | None = None
+) -> tuple[str, ...] | None:
+    """Return the names in a dataset that differ from their checksums."""
+    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    parts = (dataset.attrs, *(variable.attrs for variable in variables.values()))
+    if not any(CHECKSUM in attributes for attributes in parts):
+        return None
+    result = [
+        name
+        for name in (variables if names is None else names)
+        if checksums.of_array(variables[name].values) != variables[name].attrs.get(CHECKSUM)
+    ]
+    if checksums.of_words(_described(dataset)) != dataset.attrs.get(CHECKSUM):
+        result.append(ATTRIBUTES)
+    return tuple(result)
+
+
+def changed_file_error(name: str, changed: Sequence[str]) -> FormatError:
+    """Return the error about a file that is not as it was written."""
+    listed = " and ".join([", ".join(changed[:-1]), changed[-1]] if changed[1:] else changed)
+    verb = "do" if changed[1:] or changed[0] == ATTRIBUTES else "does"
+    return FormatError(
+        f"{name} was damaged or changed after it was written: {listed} {verb} not match the "
+        f"checksum; take a copy of the file, or make it again"
+    )
+
+
+def _described(dataset: Dataset | xarray.Dataset) -> dict[str, Any]:
+    """Return all of a dataset but the values of its variables and its own checksum."""
+    return {
+        "attributes": {name: value for name, value in dataset.attrs.items() if name != CHECKSUM},
+        "variables": {
+            str(name): [list(variable.dims), dict(variable.attrs)]
+            for name, variable in dataset.variables.items()
+        },
+    }
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[xarray.Dataset]:
+    """Give the dataset in a NetCDF file."""
+    arrays = check(path)
+    for name, stored in arrays.items():
+        # xarray reads the axes as it opens a file.
+        if len(stored.shape) == 1:
+            memory.require_size(f"{name!r} in {path.name}", stored.size)
+    import h5netcdf
+    import h5py
+    import xarray
+    from xarray.backends import H5NetCDFStore
+    from xarray.conventions import decode_cf_variable
+
+    # h5netcdf looks this up first. Where that fails it leaves an unfinished object, which writes a
+    # traceback to standard error when it is collected.
+    with h5py.File(path, "r") as file:
+        file.attrs.get("_nc3_strict")
+    # Arrays without axes, of any other HDF5 file, get some.
+    with h5netcdf.File(path, "r", decode_vlen_strings=True, phony_dims="access") as file:
+        for key, variable in file.variables.items():
+            _check_marks(key, variable)
+        variables, attributes = H5NetCDFStore(file).load()  # type: ignore[no-untyped-call]
+        for key, variable in variables.items():
+            # xarray takes the shape from the axes; what is read, and how much, is the array.
+            result = arrays.get(str(key))
+            if result is None:
+                raise ValueError(f"{key} is no array of its own")
+            if result.shape[: variable.ndim] != variable.shape:
+                raise ValueError(f"{key} has {result.shape} points, its axes {variable.shape}")
+        # One by one: xarray's own function for all of them changes the process's warnings.
+        decoded = {
+            key: decode_cf_variable(key, variable, decode_times=False, decode_timedelta=False)
+            for key, variable in variables.items()
+        }
+        yield xarray.Dataset(decoded, attrs=attributes)
+
+
+def _check_marks(name: str, variable: Any) -> None:
+    """Raise `ValueError` for attributes that xarray would leave out with a warning."""
+    attributes, whole = variable.attrs, variable.dtype.kind in "iu"
+    fills = [attributes[key] for key in ("missing_value", "_FillValue") if key in attributes]
+    marks = {mark for fill in fills for mark in np.ravel(fill) if mark == mark}
+    if whole and fills and not marks:
+        raise ValueError(f"{name} holds integers, but {fills[0]} for what is missing")
+    if len(marks) > 1:
+        raise ValueError(f"{name} has several values for what is missing")
+    if "_Unsigned" in attributes and not whole:
+        raise ValueError(f"{name} holds no integers, but says that they have no sign")

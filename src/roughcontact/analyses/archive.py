@@ -1,0 +1,55 @@
+"""Read results that `save` wrote."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.roll.model import RollingResult
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.elastoplastic.result import ElastoplasticResult
+
+
+def read_result(
+    path: str | os.PathLike[str], *, verify: bool = False
+) -> ContactResult | ElastoplasticResult | RollingResult:
+    """Read a result from a NetCDF file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file that ``save`` of a contact, an elastoplastic contact or repeated passes wrote.
+    verify : bool
+        Whether to recompute load, gap and certificate from pressures and heights, with one
+        application of the operator.
+
+    Returns
+    -------
+    ContactResult, ElastoplasticResult or RollingResult
+        The same result; every number keeps its bits.
+
+    Raises
+    ------
+    FormatError
+        If the file is missing, damaged, changed or not a result of this program, or its solution
+        fails the verification.
+    InsufficientMemoryError
+        If there is not enough memory to verify it.
+
+    Notes
+    -----
+    Every file is compared with its checksums.
+    """
+    from roughcontact.analyses.roll import model as rolling
+    from roughcontact.contact import archive as contact_archive
+    from roughcontact.elastoplastic import archive
+
+    dataset = contact_archive.opened(path)
+    if "rolling_direction" not in dataset.attrs:
+        return archive.load_result(path, dataset, verify=verify)
+    passes = rolling.load_rolling(path, dataset)
+    if verify:
+        archive.verified(passes.result).require(Path(path).name)
+    return passes

@@ -1,0 +1,1 @@
+"""Groups of maps, and samples of one."""

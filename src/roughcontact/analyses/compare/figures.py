@@ -1,0 +1,245 @@
+"""Maps that are compared: their load curves, their numbers, and the area that one map needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact._tools import statistics
+from roughcontact.analyses.compare.model import Comparison
+from roughcontact.analyses.compare.sampling import CONTACT, WANTED, SamplingStudy
+from roughcontact.drawing import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+Scale = tuple[float, str]
+Name = Callable[[str], str]
+
+_COLUMNS = 3
+_PANEL = (3.6, 3.1)
+_SHOWN = (*CONTACT, "Sq", "Ssk", "Sdq", "Spk")
+"""Numbers that have a panel; tables have all."""
+_SHARES = ("contact_fraction", "saturated_fraction")
+
+
+def overview(comparison: Comparison, title: Name, unit: Name) -> Figure:
+    """Draw load curves and numbers of all groups in one figure; see `curves` and `numbers`."""
+    return _figure(comparison, _curves(comparison), _shown(comparison), title, unit)
+
+
+def curves(comparison: Comparison, title: Name, unit: Name) -> Figure:
+    """Draw the load curves of all maps over each other.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Of several pressures.
+    title, unit : callable
+        What a number is called, and its SI unit.
+
+    Returns
+    -------
+    Figure
+        Over the nominal pressure: each map a thin line, the mean of a group a thick one, with the
+        band in which it lies.
+    """
+    return _figure(comparison, comparison.curves, (), title, unit)
+
+
+def numbers(comparison: Comparison, title: Name, unit: Name) -> Figure:
+    """Draw the numbers of all maps under the last pressure; see `curves` for the parameters.
+
+    Returns
+    -------
+    Figure
+        A panel a number: each map a dot, the mean of a group a line with its interval.
+    """
+    return _figure(comparison, (), _shown(comparison), title, unit)
+
+
+def _shown(comparison: Comparison) -> Sequence[str]:
+    return [name for name in comparison.names if name in _SHOWN]
+
+
+def _curves(comparison: Comparison) -> Sequence[str]:
+    return comparison.curves if len(comparison.pressures) > 1 else ()
+
+
+def _figure(
+    comparison: Comparison,
+    followed: Sequence[str],
+    compared: Sequence[str],
+    title: Name,
+    unit: Name,
+) -> Figure:
+    columns = 2 if followed and not compared else _COLUMNS
+    rows = math.ceil((len(followed) + len(compared)) / columns)
+    width = _PANEL[0] * (1.45 if columns == 2 else 1.0)
+    figure, grid = style.panels(
+        columns * width, rows * _PANEL[1] + 0.5, rows, columns, squeeze=False
+    )
+    free = iter(grid.ravel())
+    for name in followed:
+        _draw_curves(next(free), comparison, name, title, unit)
+    for name in compared:
+        _draw_numbers(next(free), comparison, name, title, unit)
+    for axes in free:
+        axes.set_axis_off()
+    if len(comparison.groups) > 1 and followed:
+        style.shared_legend(figure, grid)
+    return figure
+
+
+def _scale(name: str, largest: float, unit: Name) -> Scale:
+    if name in _SHARES:
+        return 100.0, "%"
+    symbol = unit(name)
+    return (1.0, "") if symbol == "1" else style.prefixed(largest, symbol)
+
+
+def _draw_curves(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
+    pressures = np.array(comparison.pressures)
+    across, pressure_unit = style.prefixed(float(pressures[-1]), "Pa")
+    values = [sample.over_pressure(name) for sample in comparison.samples]
+    up, symbol = _scale(name, float(np.max(values)), unit)
+    for index, group in enumerate(comparison.groups):
+        colour = style.SERIES[index % len(style.SERIES)]
+        for sample in group.samples:
+            own = np.array(sample.over_pressure(name))
+            axes.plot(pressures * across, own * up, color=colour, linewidth=0.7, alpha=0.6)
+        result = comparison.curve(index, name)
+        middle = np.array([item.value for item in result])
+        axes.plot(
+            pressures * across, middle * up, color=colour, linewidth=2.2, label=group.name or None
+        )
+        low, high = (np.array([getattr(item, end) for item in result]) for end in ("low", "high"))
+        if np.isfinite(low).all():
+            axes.fill_between(
+                pressures * across, low * up, high * up, color=colour, alpha=0.2, linewidth=0
+            )
+    style.log_scale(axes, "x")
+    _plain_ticks(axes.xaxis, between=False)
+    axes.set_ylim(0, 1.08 * float(np.max(values)) * up or 1)
+    style.name_axes(axes, f"nominal pressure [{pressure_unit}]")
+    _named(axes, title(name), symbol)
+
+
+def _draw_numbers(axes: Axes, comparison: Comparison, name: str, title: Name, unit: Name) -> None:
+    values = [np.array(group.values(name)) for group in comparison.groups]
+    up, symbol = _scale(name, float(max(np.abs(own).max() for own in values)), unit)
+    if comparison.paired:
+        pairs = [[sample.numbers[name] * up for sample in group.samples]
+                 for group in comparison.groups]  # fmt: skip
+        axes.plot([0, 1], pairs, color=style.NEUTRAL, linewidth=0.7, alpha=0.6)
+    for index, own in enumerate(values):
+        colour = style.SERIES[index % len(style.SERIES)]
+        result = comparison.mean(index, name)
+        # Beside each other, so that equal ones are seen.
+        places = index + np.linspace(-0.14, 0.14, own.size) if own.size > 1 else np.array([index])
+        if comparison.paired:
+            places = np.full(own.size, index)
+        axes.plot(places, own * up, "o", color=colour, markersize=3.5, alpha=0.7)
+        axes.plot(
+            [index - 0.26, index + 0.26], [result.value * up] * 2, color=colour, linewidth=2.2
+        )
+        if not math.isnan(result.low):
+            axes.errorbar(
+                index + 0.3, result.value * up, (result.high - result.value) * up, color=colour,
+                capsize=3, linewidth=1.6,
+            )  # fmt: skip
+    _limit(axes, comparison, name, values, up)
+    axes.set_xlim(-0.6, len(values) - 0.4)
+    axes.set_xticks(range(len(values)), [_short(group.name) for group in comparison.groups])
+    _named(axes, title(name), symbol)
+
+
+_ROUNDING = 1e-9
+
+
+def _limit(axes: Axes, comparison: Comparison, name: str, values: Sequence[Any], up: float) -> None:
+    """Show the maps whatever the interval of two of them: it may be many times as wide."""
+    every = np.concatenate(values)
+    ends = [comparison.mean(index, name) for index in range(len(values))]
+    reach = [x for item in ends for x in (item.low, item.high) if not math.isnan(x)]
+    low, high = float(min([*every, *reach])), float(max([*every, *reach]))
+    # Maps that are one differ by rounding.
+    scale = abs(high) or 1.0
+    spread = float(np.ptp(every)) if np.ptp(every) > _ROUNDING * scale else scale
+    low = max(low, float(every.min()) - 1.5 * spread)
+    high = min(high, float(every.max()) + 1.5 * spread)
+    margin = 0.08 * (high - low if high - low > _ROUNDING * scale else scale)
+    axes.set_ylim((low - margin) * up, (high + margin) * up)
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 14 else f"{name[:13]}…"
+
+
+def _named(axes: Axes, title: str, symbol: str) -> None:
+    style.plain_axes(axes, title=f"{title} [{symbol}]" if symbol else title)
+
+
+def sampling(study: SamplingStudy, title: Name) -> Figure:
+    """Draw how the error of a map falls with its area.
+
+    Parameters
+    ----------
+    study : SamplingStudy
+        The parts of a map.
+    title : callable
+        What a number is called.
+
+    Returns
+    -------
+    Figure
+        Over the side of a square: the interval of a single part of each size (dots), and the line
+        through that of the whole, which falls with the root of the area, down to 5 %.
+    """
+    figure, axes = style.panels(7.2, 5.2)
+    area = study.whole.curve.nominal_area
+    side = math.sqrt(area)
+    sizes = np.array([side / divisions for divisions in study.levels])
+    factor, unit = style.prefixed(side, "m")
+    ends = [float(sizes.min()), side]
+    for index, item in enumerate(study.errors):
+        colour = style.SERIES[index % len(style.SERIES)]
+        parts = [study.values(divisions, item.name) for divisions in study.levels]
+        halves = [statistics.single(values) / abs(item.value) for values in parts]
+        axes.plot(sizes * factor, np.array(halves) * 100, "o", color=colour, markersize=5)
+        needed = math.sqrt(item.area)
+        ends = [min(ends[0], needed), max(ends[1], needed)]
+        line = np.array([min(side / math.sqrt(item.parts), needed), max(side, needed)])
+        axes.plot(
+            line * factor, 100 * item.relative * side / line, color=colour, linewidth=1.6,
+            label=title(item.name),
+        )  # fmt: skip
+        axes.plot(side * factor, 100 * item.relative, "s", color=colour, markersize=7)
+    axes.axhline(100 * WANTED, color=style.NEUTRAL, linewidth=1.0, linestyle="--")
+    axes.axvline(side * factor, color=style.NEUTRAL, linewidth=1.0, linestyle=":")
+    style.log_scale(axes, "x")
+    style.log_scale(axes, "y")
+    _plain_ticks(axes.xaxis)
+    _plain_ticks(axes.yaxis)
+    style.plain_axes(
+        axes,
+        f"side of a square [{unit}]; dotted: this map",
+        f"half of the {100 * statistics.LEVEL:.0f} % interval [%]",
+    )
+    axes.tick_params(which="minor", labelsize=style.TICK - 2)
+    style.plain_legend(axes)
+    return figure
+
+
+def _plain_ticks(axis: Axis, between: bool = True) -> None:
+    """Write numbers in full, those between the powers of ten only where there are few."""
+    from matplotlib.ticker import LogFormatter, NullFormatter
+
+    axis.set_major_formatter(LogFormatter())
+    few = LogFormatter(minor_thresholds=(2.0, 0.5))
+    axis.set_minor_formatter(few if between else NullFormatter())

@@ -1,0 +1,433 @@
+"""Maps of one surface or of several under the same nominal pressure: means, differences, shares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughcontact._tools import memory, statistics
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.statistics import Components, Difference, Mean
+from roughcontact.analyses.compare.sampling import (
+    CURVES,
+    NUMBERS,
+    Sample,
+    SamplingStudy,
+    solve_sample,
+)
+from roughcontact.analyses.history.model import history as load_history
+from roughcontact.cautions import (
+    FEW_MAPS,
+    Caution,
+    Kind,
+    as_caution,
+    as_note,
+    few_maps,
+    of_several,
+    ordered,
+)
+from roughcontact.contact.load_case import spaced
+from roughcontact.errors import ArgumentRef, InputError, require_count, require_positive
+from roughcontact.material.material import RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Tell, shows_progress_bar
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity, engineering, quantity
+
+Pair = tuple[int, int]
+
+# Pixels and waves that differ by less than this part are alike.
+_ALIKE = 0.05
+# Groups that a message names.
+_NAMED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Maps that stand for one surface."""
+
+    name: str  # What they are called together
+    samples: tuple[Sample, ...]  # The maps
+
+    def values(self, name: str) -> list[float]:
+        """Return one of `NUMBERS` of all maps that have it [SI]."""
+        result = (sample.numbers[name] for sample in self.samples)
+        return [value for value in result if math.isfinite(value)]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """Groups of maps under the same nominal pressure.
+
+    Parameters
+    ----------
+    groups : tuple of Group
+        The maps; one group is not compared with anything, but has its means.
+    pressures : tuple of float
+        Nominal pressures [Pa], ascending; the numbers are those of the last.
+    paired : bool
+        Whether the maps of two groups belong together one by one, such as before and after.
+    preload_pressure : float or None
+        Nominal pressure [Pa] of a first loading that lies between two groups, if there was one.
+    sampling : tuple of SamplingStudy
+        Sampling error of each map, if requested.
+    """
+
+    groups: tuple[Group, ...]
+    pressures: tuple[float, ...]
+    paired: bool = False
+    preload_pressure: float | None = None
+    sampling: tuple[SamplingStudy, ...] = ()
+
+    @property
+    def pressure(self) -> float:
+        """Nominal pressure of the numbers [Pa]."""
+        return self.pressures[-1]
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All maps."""
+        return [sample for group in self.groups for sample in group.samples]
+
+    @property
+    def names(self) -> list[str]:
+        """Those of `NUMBERS` that every group has."""
+        limited = any(sample.curve.ceiling is not None for sample in self.samples)
+        there = [name for name in NUMBERS if all(group.values(name) for group in self.groups)]
+        return [name for name in there if limited or name != "saturated_fraction"]
+
+    def mean(self, group: int, name: str) -> Mean:
+        """Return the mean of one of `NUMBERS` over the maps of a group, with its interval."""
+        return statistics.mean(self.groups[group].values(name))
+
+    def differences(self, name: str) -> dict[Pair, Difference]:
+        """Return how groups differ in one of `NUMBERS`, by the numbers of first and second."""
+        if self.paired:
+            both = ([sample.numbers[name] for sample in group.samples] for group in self.groups)
+            pairs = np.array([pair for pair in zip(*both, strict=True) if np.isfinite(pair).all()])
+            return {(0, 1): statistics.paired(*pairs.T)}
+        return statistics.differences([group.values(name) for group in self.groups])
+
+    @cached_property
+    def corrected(self) -> dict[tuple[str, Pair], float]:
+        """Values p of all `differences` by name and pair, corrected for their number (Holm)."""
+        alone = {
+            (name, pair): item.p
+            for name in self.names
+            for pair, item in self.differences(name).items()
+        }
+        return dict(zip(alone, statistics.holm([*alone.values()]).tolist(), strict=True))
+
+    def is_significant(self, name: str, pair: Pair = (0, 1)) -> bool:
+        """Return whether two groups differ in a number, by the corrected p."""
+        return self.corrected[name, pair] < 1 - statistics.LEVEL
+
+    def components(self, name: str) -> Components | None:
+        """Return how the scatter of a number splits into that between and that within groups.
+
+        None for one group, for pairs, and where no group has two maps.
+        """
+        values = [group.values(name) for group in self.groups]
+        if len(values) < 2 or self.paired or max(map(len, values)) < 2:
+            return None
+        return statistics.components(values)
+
+    def curve(self, group: int, name: str) -> list[Mean]:
+        """Return the mean of one of `CURVES` over the maps of a group at each pressure."""
+        over = [sample.over_pressure(name) for sample in self.groups[group].samples]
+        return [statistics.mean(values) for values in zip(*over, strict=True)]
+
+    @property
+    def curves(self) -> list[str]:
+        """Those of `CURVES` that the maps have."""
+        return [name for name in CURVES if name in self.names]
+
+    @property
+    def worst_certificate(self) -> float:
+        """Largest certificate ε of all contacts."""
+        return max(step.certificate for sample in self.samples for step in sample.curve.steps)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        own = [*self._alike(), *self._sampled()]
+        shared = of_samples(self.samples)
+        studied = of_samples(self.sampling)
+        known = {caution.kind for caution in (*shared, *own)}
+        return ordered([*shared, *own, *(c for c in studied if c.kind not in known)])
+
+    def _alike(self) -> Iterable[Caution]:
+        """Yield what differs between the maps besides their surfaces."""
+        pixels = [edge for sample in self.samples for edge in sample.pixel]
+        if _differ(pixels):
+            low, high = (engineering(end, "m") for end in (min(pixels), max(pixels)))
+            yield as_caution(
+                Kind.UNLIKE_PIXEL,
+                f"Pixels differ ({low} to {high}): finer maps show less contact. Use a common "
+                f"{ArgumentRef('pixel')}.",
+                ratio=max(pixels) / min(pixels),
+                smallest=min(pixels),
+                largest=max(pixels),
+            )
+        waves = [sample.shortest_wave for sample in self.samples]
+        # Where only the pixels differ it is said above.
+        if _differ(waves, 4 * _ALIKE) and not _differ(pixels):
+            low, high = (engineering(end, "m", 3) for end in (min(waves), max(waves)))
+            yield as_caution(
+                Kind.UNLIKE_PIXEL,
+                f"Shortest waves differ ({low} to {high}): contact area differs for that alone. "
+                f"Use a common {ArgumentRef('s')}.",
+                ratio=max(waves) / min(waves),
+                smallest=min(waves),
+                largest=max(waves),
+            )
+        areas = [sample.curve.nominal_area for sample in self.samples]
+        if _differ(areas):
+            low, high = (engineering(end, "m²", 3) for end in (min(areas), max(areas)))
+            yield as_note(
+                Kind.UNLIKE_SIZE,
+                f"Map sizes differ ({low} to {high}): compare contact area, not approach or peak "
+                "pressure.",
+                ratio=max(areas) / min(areas),
+                smallest=min(areas),
+                largest=max(areas),
+            )
+
+    def _sampled(self) -> Iterable[Caution]:
+        """Yield how far the maps stand for their surfaces."""
+        fewest = min(len(group.samples) for group in self.groups)
+        if fewest < FEW_MAPS:
+            few = [group for group in self.groups if len(group.samples) == fewest]
+            yield few_maps(fewest, "pair") if self.paired else few_maps(fewest, of=_of(few))
+        if any(_of_one_file(group.samples) for group in self.groups):
+            yield as_note(
+                Kind.PARTS,
+                "Groups are parts of one map: scatter excludes other places, pieces and "
+                "measurements.",
+            )
+
+
+def _differ(values: Sequence[float], part: float = _ALIKE) -> bool:
+    return max(values) > (1 + part) * min(values)
+
+
+def _of(groups: Sequence[Group]) -> str:
+    names = [group.name for group in groups if group.name]
+    named = ", ".join(names) if len(names) <= _NAMED else f"each of {len(names)} groups"
+    return f" of {named}" if names else ""
+
+
+def _of_one_file(samples: Sequence[Sample]) -> bool:
+    sources = [sample.source for sample in samples if sample.part]
+    return len(set(sources)) < len(sources)
+
+
+def of_samples(samples: Sequence[Sample] | Sequence[SamplingStudy]) -> tuple[Caution, ...]:
+    """Return the cautions of the single maps, one of each tag."""
+    return of_several([(sample.name, sample.cautions) for sample in samples], "maps")
+
+
+# --- Which surface is better: several maps of each under the same nominal pressure ---
+
+
+BEFORE, AFTER = "before", "after"
+"""Names of the groups on both sides of a first loading."""
+
+_RANGE = 100.0
+"""The curves go from this part of the pressure up to it."""
+
+Maps = Mapping[str, Sequence[Surface]]
+
+
+@shows_progress_bar
+@checked
+def compare(
+    maps: Maps | Sequence[Surface],
+    *,
+    material: Material,
+    pressure: Quantity,
+    steps: int = 7,
+    preload_pressure: Quantity | None = None,
+    paired: bool = False,
+    counter_material: Material = RIGID,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 2000,
+    progress: Tell = None,
+) -> Comparison:
+    """Compare several maps under the same nominal pressure.
+
+    Parameters
+    ----------
+    maps : mapping of str to sequence of Surface, or sequence of Surface
+        Maps by group name, or the maps of one group. Maps of a group are several places, pieces
+        or measurements, or the parts of one map (`roughcontact.partition`).
+    material, counter_material, ceiling, boundary, tolerance, max_iterations
+        As for `solve`.
+    pressure : float, str or quantity of pint
+        Nominal pressure [Pa]: load over the area of each map.
+    steps : int
+        Number of pressures of the load curve, in equal ratios from a hundredth of ``pressure`` to
+        ``pressure``; 1 for ``pressure`` alone.
+    preload_pressure : float, str or quantity of pint, optional
+        Nominal pressure [Pa] of a first loading; each map is compared with itself after it
+        (`history`).
+    paired : bool
+        Whether the maps of two groups are pairs, in their order.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`, the name of the map as its label.
+
+    Returns
+    -------
+    Comparison
+        Means with their intervals, differences, and contributions to the scatter.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or there is only one map.
+    CapacityError, InsufficientMemoryError, ConvergenceError
+        As for `solve`.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> rough = {seed: rc.Surface(*rc.reference_map(64, seed)) for seed in range(4)}
+    >>> smooth = [rc.Surface(0.5 * rough[seed].heights, rough[seed].pixel) for seed in (2, 3)]
+    >>> found = rc.compare(
+    ...     {"ground": [rough[0], rough[1]], "lapped": smooth}, material=steel, pressure="100 MPa"
+    ... )
+    >>> found.differences("contact_fraction")[0, 1].value > 0
+    True
+    """
+    groups = dict(maps) if isinstance(maps, Mapping) else {"": list(maps)}
+    problem = {
+        "material": material,
+        "counter_material": counter_material,
+        "ceiling": ceiling,
+        "boundary": boundary,
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+    }
+    wanted = build_load_case(pressure, steps, preload_pressure, problem)
+    wanted.check({name: len(surfaces) for name, surfaces in groups.items()}, paired)
+    pressed = {}
+    for name, surfaces in groups.items():
+        labels = _names([surface.provenance.source for surface in surfaces])
+        pressed[name] = [
+            wanted.pressed(surface, label, progress)
+            for surface, label in zip(surfaces, labels, strict=True)
+        ]
+    return wanted.together(pressed, paired)
+
+
+# What is found of one map: its sample, or those before and after a first loading.
+Pressed = tuple[Sample, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MapLoadCase:
+    """What each map of a comparison is put under, by itself."""
+
+    pressures: tuple[float, ...]  # Nominal pressures [Pa], ascending
+    before: float | None  # Nominal pressure [Pa] of a first loading, if there is one
+    problem: Mapping[str, Any]  # What else `sweep` takes
+
+    def check(self, counts: Mapping[str, int], paired: bool) -> None:
+        """Raise `InputError` for so many maps in each group, if they cannot be compared."""
+        if self.before is not None and len(counts) != 1:
+            raise InputError(
+                "sets each map beside itself after a first loading, and goes with one group of "
+                "maps", argument="preload_pressure"
+            )  # fmt: skip
+        if not counts or not all(counts.values()):
+            raise InputError("has a group without maps", argument="maps")
+        numbers = [*counts.values()]
+        if self.before is None and paired and (len(counts) != 2 or numbers[0] != numbers[1]):
+            raise InputError(
+                "needs two groups of as many maps, in the same order; got "
+                + ", ".join(f"{count} of {name!r}" for name, count in counts.items()),
+                argument="paired",
+            )
+        if self.before is None and sum(numbers) < 2:
+            raise InputError(
+                "is a single map, which nothing can be compared with: give a second one, or its "
+                "parts", argument="maps"
+            )  # fmt: skip
+
+    def pressed(self, surface: Surface, name: str, progress: Tell = None) -> Pressed:
+        """Return the sample of one map; like `compare`, with a name for progress messages."""
+        surfaces = [surface]
+        if self.before is not None:
+            surfaces.append(_after(surface, self.before, self.problem))
+        return tuple(
+            solve_sample(item, name, self.pressures, self.problem, progress) for item in surfaces
+        )
+
+    def together(self, groups: Mapping[str, Sequence[Pressed]], paired: bool) -> Comparison:
+        """Return the comparison of maps of which all was found, by the names of their groups."""
+        self.check({name: len(maps) for name, maps in groups.items()}, paired)
+        samples = {name: [item[0] for item in maps] for name, maps in groups.items()}
+        if self.before is not None:
+            (maps,) = groups.values()
+            samples = {BEFORE: [item[0] for item in maps], AFTER: [item[1] for item in maps]}
+        result = tuple(Group(name, _named(group)) for name, group in samples.items())
+        return Comparison(result, self.pressures, paired or self.before is not None, self.before)
+
+
+def build_load_case(
+    pressure: Quantity, steps: int, preload_pressure: Quantity | None, problem: Mapping[str, Any]
+) -> MapLoadCase:
+    """Return what each map is put under; arguments and errors as of `compare`."""
+    before = None
+    if preload_pressure is not None:
+        before = float(quantity(preload_pressure, "pressure", "preload_pressure"))
+        require_positive(preload_pressure=before)
+    return MapLoadCase(_pressures(pressure, steps), before, problem)
+
+
+def _pressures(pressure: Quantity, steps: int) -> tuple[float, ...]:
+    last = quantity(pressure, "pressure", "pressure")
+    require_positive(pressure=last)
+    require_count(1, memory.STEPS, steps=steps)
+    if steps == 1:
+        return (float(last),)
+    return tuple(spaced(float(last) / _RANGE, float(last), steps))
+
+
+def _named(samples: Sequence[Sample]) -> tuple[Sample, ...]:
+    """Return the samples of a group, each with a name of its own."""
+    names = _names([item.source for item in samples])
+    return tuple(replace(item, name=name) for item, name in zip(samples, names, strict=True))
+
+
+def _names(sources: Sequence[str]) -> list[str]:
+    """Return what the maps of a group are called."""
+    result = []
+    for number, source in enumerate(sources, start=1):
+        alone = source and sources.count(source) == 1
+        result.append(source if alone else f"{source} {number}" if source else f"map {number}")
+    return result
+
+
+def _after(surface: Surface, pressure: float, problem: Mapping[str, Any]) -> Surface:
+    """Return what a first loading leaves of a map."""
+    terms = {key: value for key, value in problem.items() if key != "tolerance"}
+    load = pressure * surface.size[0] * surface.size[1]
+    history = load_history(surface, [load, 0.0], **terms)
+    if history.indented_body != "surface":
+        raise InputError(
+            "indents the counter-body, which is softer: the map stays as it is; swap the two "
+            f"{ArgumentRef('material')}s to see what the map keeps",
+            argument="preload_pressure",
+        )
+    return history.residual

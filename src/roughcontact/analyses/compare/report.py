@@ -1,0 +1,654 @@
+"""The report on maps that are compared, and on the area that a map needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+from roughcontact._tools import statistics
+from roughcontact._tools.statistics import Difference, Mean
+from roughcontact._version import __version__
+from roughcontact.analyses.compare import fields as compare_fields
+from roughcontact.analyses.compare.figures import (
+    curves,
+    numbers as draw_numbers,
+    overview as draw_overview,
+    sampling as draw_sampling,
+)
+from roughcontact.analyses.compare.model import Comparison
+from roughcontact.analyses.compare.sampling import WANTED, Sample, SamplingError, SamplingStudy
+from roughcontact.analyses.sweep import fields as sweep_fields
+from roughcontact.drawing.style import prefixed
+from roughcontact.errors import ArgumentRef, Sentence
+from roughcontact.references import cited
+from roughcontact.report import assumptions, chapters, contact_fields, inputs, phrases
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration
+from roughcontact.report.kind import (
+    ABSENT,
+    CAUTIONS,
+    PROBLEM,
+    TRUST,
+    CellTable,
+    Column,
+    Columns,
+    Kind,
+    Quantity,
+    Table,
+    Use,
+    capital,
+    quantity_of,
+    rows_of,
+    stored,
+    within,
+)
+from roughcontact.report.page import WIDE, Block
+from roughcontact.units import changed_by, counted, engineering, lengths, plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+LEVEL = f"{100 * statistics.LEVEL:.0f} %"
+"""Confidence of all intervals, as it is told."""
+
+MEANS = f"mean ± half of its {LEVEL} interval (s: standard deviation)"
+"""What a cell of the means holds."""
+
+_ROUNDING = 1e-6
+_SHARES = ("contact_fraction", "saturated_fraction")
+_PRESSURES = ("max_pressure",)
+_LENGTHS = ("mean_gap", "approach")
+
+Cells = tuple[str, ...]
+
+
+def unit_of(name: str) -> str:
+    """Return the SI unit of a number that is compared."""
+    if name in _PRESSURES:
+        return "Pa"
+    if name in _LENGTHS:
+        return "m"
+    return inputs.ROUGHNESS[name][0] or "1" if name in inputs.ROUGHNESS else "1"
+
+
+def name_of(name: str) -> str:
+    """Return what a number that is compared is called."""
+    return name if name in inputs.ROUGHNESS else quantity_of(contact_fields.CONTACT, name).name
+
+
+def scale_of(name: str, largest: float) -> tuple[float, str]:
+    """Return the display factor of a quantity, and its unit."""
+    if name in _SHARES:
+        return 100.0, "%"
+    unit = unit_of(name)
+    return (1.0, "") if unit == "1" else prefixed(abs(largest), unit)
+
+
+def quantity_text(name: str, *values: float, digits: int = 4) -> str:
+    """Return a number that is compared in words; of several, from the first to the last."""
+    if any(map(math.isnan, values)):
+        return ABSENT
+    factor, unit = scale_of(name, max(values, key=abs))
+    return f"{' to '.join(plain(value * factor, digits) for value in values)} {unit}".rstrip()
+
+
+def _mean(name: str, result: Mean) -> str:
+    if math.isnan(result.deviation):
+        return quantity_text(name, result.value)
+    # The solver leaves as much.
+    if result.deviation <= _ROUNDING * abs(result.value):
+        return f"{quantity_text(name, result.value)} (all alike)"
+    factor, unit = scale_of(name, result.value or result.deviation)
+    half = result.high - result.value
+    # Two digits of the half; up to three of a mean that is smaller.
+    places = 1 - math.floor(math.log10(half * factor))
+    if result.value:
+        own = 2 - math.floor(math.log10(abs(result.value) * factor))
+        places = max(places, min(own, places + 2))
+    places = max(places, 0)
+    mean, sides, spread = (
+        f"{x * factor:.{places}f}" for x in (result.value, half, result.deviation)
+    )
+    return f"{mean} ± {sides} {unit}".rstrip() + f" (s {spread})"
+
+
+def group_heads(comparison: Comparison) -> list[str]:
+    """Return the groups with how many maps they have."""
+    result = []
+    for group in comparison.groups:
+        maps = counted(len(group.samples), "map")
+        result.append(f"{group.name}, {maps}" if group.name else maps)
+    return result
+
+
+def means(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the means: a number a row, a group a column."""
+    rows = [
+        (
+            name_of(name),
+            *(_mean(name, comparison.mean(index, name)) for index in range(len(comparison.groups))),
+        )
+        for name in comparison.names
+    ]
+    return ("", *group_heads(comparison)), rows
+
+
+def differences(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of the differences: one row per pair."""
+    several = len(comparison.groups) > 2
+    rows = []
+    for name in comparison.names:
+        for (first, second), result in comparison.differences(name).items():
+            significant = comparison.is_significant(name, (first, second))
+            base = comparison.mean(first, name).value
+            pair = (pair_of(comparison, first, second),) if several else ()
+            said = ("yes" if significant else "no") if result.known else "not known"
+            rows.append((name_of(name), *pair, *_difference(name, result, base), said))
+    pairs = ("", "groups") if several else (pair_of(comparison, 0, 1),)
+    return (*pairs, "difference", f"{LEVEL} interval", "relative", "significant"), rows
+
+
+def pair_of(comparison: Comparison, first: int, second: int) -> str:
+    """Return two groups as the difference between them."""
+    names = [group.name or "maps" for group in comparison.groups]
+    return f"{names[second]} − {names[first]}"
+
+
+def _difference(name: str, result: Difference, base: float) -> Cells:
+    # A skewness near zero has no parts.
+    change = changed_by(result.value / base) if base > 0 and name != "Ssk" else ABSENT
+    value = quantity_text(name, result.value, digits=3)
+    if not result.known:
+        return value, "not known", change
+    return value, quantity_text(name, result.low, result.high, digits=3), change
+
+
+def components(comparison: Comparison) -> tuple[Cells, list[Cells]]:
+    """Return head and rows of how the scatter splits; no rows where it cannot."""
+    rows = []
+    for name in comparison.names:
+        result = comparison.components(name)
+        if result is None or math.isnan(result.share):
+            continue
+        spread = (quantity_text(name, x, digits=3) for x in (result.between, result.within))
+        share, low, high = (f"{100 * x:.0f}" for x in (result.share, result.low, result.high))
+        rows.append((name_of(name), *spread, f"{share} %", f"{low} to {high} %"))
+    head = ("scatter", "between groups", "within", "share between", f"{LEVEL} interval")
+    return head, rows
+
+
+# Files
+
+
+def _groups(comparison: Comparison) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": group.name,
+            "maps": [
+                {
+                    "name": sample.name,
+                    "size": list(sample.size),
+                    "pixel": list(sample.pixel),
+                    "shortest_wave": sample.shortest_wave,
+                    "numbers": sample.numbers,
+                }
+                for sample in group.samples
+            ],
+            "means": {name: asdict(comparison.mean(index, name)) for name in comparison.names},
+            "curves": {
+                name: [asdict(result) for result in comparison.curve(index, name)]
+                for name in comparison.curves
+            },
+        }
+        for index, group in enumerate(comparison.groups)
+    ]
+
+
+def _differences(comparison: Comparison) -> list[dict[str, Any]]:
+    return [
+        {
+            "quantity": name,
+            "unit": unit_of(name),
+            "first": comparison.groups[first].name,
+            "second": comparison.groups[second].name,
+            **asdict(result),
+            "excludes_zero": result.excludes_zero,
+            "p_corrected": comparison.corrected[name, (first, second)],
+            "significant": comparison.is_significant(name, (first, second)),
+        }
+        for name in comparison.names
+        for (first, second), result in comparison.differences(name).items()
+    ]
+
+
+def _components(comparison: Comparison) -> dict[str, Any]:
+    result = {name: comparison.components(name) for name in comparison.names}
+    return {name: asdict(item) for name, item in result.items() if item is not None}
+
+
+def _pressures(values: Sequence[float]) -> str:
+    first, last = (engineering(value, "Pa") for value in (values[0], values[-1]))
+    below = f"; curves from {first} in {len(values)} steps" if len(values) > 1 else ""
+    return f"{last} on every map{below}"
+
+
+COMPARISON: Table = (
+    Quantity(
+        "pressures", "nominal pressure", unit="Pa", of=lambda c: list(c.pressures), part=PROBLEM,
+        form=_pressures,
+    ),
+    Quantity(
+        "preload_pressure", "first loading", unit="Pa", part=PROBLEM,
+        meaning="nominal pressure between before and after",
+        when=lambda c: c.preload_pressure is not None,
+    ),
+    Quantity("paired"),
+    Quantity("confidence", of=lambda _: statistics.LEVEL),
+    Quantity("groups", of=_groups),
+    Quantity("differences", of=lambda c: _differences(c) if len(c.groups) > 1 else []),
+    Quantity("components", of=_components),
+    Quantity(
+        "worst_certificate", "certificates", symbol="ε", part=TRUST,
+        form=lambda v: f"{v:.1e} at most",
+    ),
+    Quantity("sampling", of=lambda c: [stored(SAMPLING, study) for study in c.sampling]),
+    *CAUTIONS,
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `Comparison`."""
+
+
+def _lines(comparison: Comparison) -> list[tuple[str, str, int, float, float, float, float, str]]:
+    """Return what a table in text holds: means of groups, then differences."""
+    result = []
+    for name in comparison.names:
+        for index, group in enumerate(comparison.groups):
+            item = comparison.mean(index, name)
+            label = group.name or "all"
+            ends = item.value, item.deviation, item.low, item.high
+            result.append((name, label, item.count, *ends, ""))
+        if len(comparison.groups) < 2:
+            continue
+        for (first, second), gap in comparison.differences(name).items():
+            pair = pair_of(comparison, first, second)
+            count = sum(len(comparison.groups[index].samples) for index in (first, second))
+            said = "" if not gap.known else "yes" if gap.excludes_zero else "no"
+            result.append((name, pair, count, gap.value, math.nan, gap.low, gap.high, said))
+    return result
+
+
+def _cell(index: int) -> Callable[[Comparison], list[Any]]:
+    return lambda comparison: [_plain(line[index]) for line in _lines(comparison)]
+
+
+def _plain(cell: Any) -> Any:
+    """Return a cell that no comma takes apart."""
+    return cell.replace(",", " ") if isinstance(cell, str) else cell
+
+
+COMPARISON_COLUMNS: Columns = (
+    Column("quantity", of=_cell(0)),
+    Column("unit", of=lambda c: [unit_of(line[0]) for line in _lines(c)]),
+    Column("group", of=_cell(1)),
+    Column("maps", of=_cell(2)),
+    Column("mean", of=_cell(3)),
+    Column("deviation", of=_cell(4)),
+    Column("low", of=_cell(5)),
+    Column("high", of=_cell(6)),
+    Column("excludes_zero", of=_cell(7)),
+)
+"""Of the means and differences of a `Comparison`."""
+
+
+# The area that is needed
+
+
+FIVE = f"{100 * WANTED:.0f} %"
+"""The error that an area is told for."""
+
+
+def part(share: float) -> str:
+    """Return a relative error in two digits."""
+    return f"{plain(100 * share, 2)} %"
+
+
+def side(area: float) -> str:
+    """Return an area as a square."""
+    length = _side(area)
+    return f"{length} × {length}"
+
+
+def _side(area: float) -> str:
+    return engineering(math.sqrt(area), "m", 2)
+
+
+def _error(item: SamplingError) -> str:
+    return f"{quantity_text(item.name, item.half, digits=2)} ({part(item.relative)})"
+
+
+def _needed(item: SamplingError) -> str:
+    return f"{_side(item.area)} ({_side(item.area_low)} to {_side(item.area_high)})"
+
+
+def _each(read: Callable[[SamplingError], Any]) -> Callable[[SamplingStudy], list[Any]]:
+    return lambda study: [read(item) for item in study.errors]
+
+
+def _from(item: SamplingError) -> str:
+    return f"{item.parts} parts; {item.bound}" if item.bound else f"{item.parts} parts"
+
+
+SAMPLING: Table = (
+    Quantity("source", of="whole.source"),
+    Quantity("size", unit="m", of=lambda s: list(s.whole.size)),
+    Quantity("pressure", "nominal pressure", unit="Pa", part=PROBLEM),
+    Quantity("wanted", of=lambda _: WANTED),
+    Quantity("confidence", of=lambda _: statistics.LEVEL),
+    Quantity(
+        "errors", of=lambda s: [{**asdict(item), "unit": unit_of(item.name)} for item in s.errors],
+    ),
+    Quantity(
+        "parts",
+        of=lambda s: {
+            str(n * n): {item.name: s.values(n, item.name) for item in s.errors} for n in s.levels
+        },
+    ),
+    *CAUTIONS,
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `SamplingStudy`."""
+
+SAMPLING_COLUMNS: Columns = (
+    Column("quantity", of=_each(lambda item: item.name)),
+    Column("unit", of=_each(lambda item: unit_of(item.name))),
+    Column("name", "sampling", of=_each(lambda item: name_of(item.name)), stored=False),
+    Column(
+        "value", "this map", of=_each(lambda item: item.value),
+        shown=_each(lambda item: quantity_text(item.name, item.value)),
+    ),
+    Column("half", f"± ({LEVEL})", of=_each(lambda item: item.half), shown=_each(_error)),
+    Column(
+        "area", f"side for {FIVE}", unit="m²", of=_each(lambda item: item.area),
+        shown=_each(_needed),
+    ),
+    Column("area_low", unit="m²", of=_each(lambda item: item.area_low)),
+    Column("area_high", unit="m²", of=_each(lambda item: item.area_high)),
+    Column("parts", "from", of=_each(lambda item: item.parts), shown=_each(_from)),
+    Column("drift", of=_each(lambda item: item.drift)),
+    Column("scaling", of=_each(lambda item: item.scaling)),
+)  # fmt: skip
+"""Of the errors of a `SamplingStudy`."""
+
+
+def answer(study: SamplingStudy) -> str:
+    """Return in one sentence what area the contact area needs."""
+    item = study.error("contact_fraction")
+    bound = f"{item.bound} " if item.bound else ""
+    return (
+        f"{study.whole.name}: for {FIVE} ({LEVEL} interval) of the contact area "
+        f"{bound}{side(item.area)}; this map, {lengths(study.whole.size)}, gives "
+        f"±{part(item.relative)}"
+    )
+
+
+# --- The report on maps that are compared, and on the area that a map needs ---
+
+
+# Groups that a title names.
+_NAMED = 3
+
+# What all maps have in common, of a `Sample`.
+_TERMS = (
+    *(
+        within("curve", quantity_of(contact_fields.CONTACT, key))
+        for key in ("boundary", "contact_modulus")
+    ),
+    replace(
+        quantity_of(contact_fields.CONTACT, "ceiling"),
+        of="curve.ceiling",
+        text=lambda item: phrases.limit(item.curve.ceiling, *item.bodies),
+    ),
+)
+
+_FIRST = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sdq")
+
+
+def question(result: Comparison) -> str:
+    """Return the question that a comparison answers."""
+    pressure = engineering(result.pressure, "Pa")
+    names = [group.name for group in result.groups if group.name]
+    if result.preload_pressure is not None:
+        count = counted(len(result.groups[0].samples), "map")
+        return f"What does a first loading change on {count} at {pressure}?"
+    if len(result.groups) < 2:
+        return f"How much do {counted(len(result.samples), 'map')} scatter at {pressure}?"
+    if not 1 < len(names) <= _NAMED:
+        return f"Do {len(result.groups)} groups of maps differ at {pressure}?"
+    *others, last = names
+    return f"Do {', '.join(others)} and {last} differ at {pressure}?"
+
+
+def _meaning(result: Comparison) -> str:
+    """Return which differences are significant."""
+    if len(result.groups) < 2:
+        return f"Means with their {LEVEL} intervals (s: standard deviation)."
+    text = []
+    for first, second in result.differences(result.names[0]):
+        differ = [
+            name_of(name) for name in result.names if result.is_significant(name, (first, second))
+        ]
+        text.append(f"{capital(pair_of(result, first, second))}: significant ({LEVEL}, Holm) "
+                    f"in {', '.join(differ) or 'nothing'}.")  # fmt: skip
+    return " ".join(text)
+
+
+def _details(result: Comparison, scene: Any, **more: Any) -> list[Block]:
+    head, rows = means(result)
+    blocks = [Block("head", f"Means ({MEANS})"), *chapters.table(rows, head)]
+    if len(result.groups) > 1:
+        head, rows = differences(result)
+        how = (
+            "Student's t of the pairs" if result.paired
+            else "Welch's t" if len(result.groups) == 2
+            else "Games and Howell, for all pairs at once"
+        )  # fmt: skip
+        blocks += [Block("head", f"Differences ({LEVEL} intervals by {how})")]
+        blocks += chapters.table(rows, head)
+        shares, split = components(result)
+        if split:
+            blocks += [Block("head", "Scatter between and within groups (one-way, random effects)")]
+            blocks += chapters.table(split, shares)
+    for study in result.sampling:
+        blocks += [Block("head", f"The area that is needed: {study.name}")]
+        blocks += [Block("text", f"{answer(study)}."), *chapters.steps(SAMPLING_KIND, study)]
+        blocks += chapters.shown(SAMPLING_KIND.figures, study, FRONT)
+    return blocks
+
+
+def _maps(result: Comparison) -> list[Cells]:
+    return [
+        (sample.name, group.name, lengths(sample.size), lengths(sample.pixel),
+         engineering(sample.shortest_wave, "m", 3))
+        for group in result.groups
+        for sample in group.samples
+    ]  # fmt: skip
+
+
+def _prepared(samples: Sequence[Sample]) -> list[Block]:
+    """Return how the maps were prepared, once if all of them were alike."""
+    steps = ["; ".join(item.curve.preparation) or "none recorded" for item in samples]
+    if len(set(steps)) > 1:
+        rows = [(item.name, text) for item, text in zip(samples, steps, strict=True)]
+        return chapters.table(rows, ("map", "preparation"))
+    return [Block("text", f"Preparation of each map: {steps[0]}.")]
+
+
+def _inputs(result: Comparison | SamplingStudy, drawn: bool) -> list[Block]:
+    """Return the blocks on the maps and on what was pressed how."""
+    samples = [result.whole] if isinstance(result, SamplingStudy) else result.samples
+    specified = [*kind_of(result).rows(result, PROBLEM), *rows_of(_TERMS, samples[0], PROBLEM)]
+    listed: list[Block] = []
+    if isinstance(result, Comparison):
+        rows = chapters.spaced(_maps(result), _MANY)
+        head = ("map", "group", "size (y × x)", "pixel (y × x)", "shortest wave")
+        listed = chapters.table(rows, head)
+    bodies = chapters.bodies(samples[0].bodies, specified, inputs.bodies("ceiling"))
+    return [*listed, *_prepared(samples), *bodies]
+
+
+# Maps that the input of a report lists.
+_MANY = 16
+
+
+def _method(_: Comparison) -> list[Block]:
+    return [
+        Block(
+            "text",
+            "Each map is solved by itself under the nominal pressure. The certificates say how "
+            "exactly; the intervals say how well the maps represent their surfaces.",
+        )
+    ]
+
+
+def _sampling_method(study: SamplingStudy) -> list[Block]:
+    parts = ", ".join(str(len(level)) for level in study.levels.values())
+    return [
+        Block(
+            "text",
+            f"The map was cut into {parts} equal parts; each was leveled and solved by itself. "
+            "Their scatter gives the error of the whole, which falls with the root of the area as "
+            "long as parts are independent.",
+        )
+    ]
+
+
+def overview(result: Comparison) -> Figure:
+    """Return all that is compared in one figure."""
+    return draw_overview(result, name_of, unit_of)
+
+
+def sampling(study: SamplingStudy) -> Figure:
+    """Return how an error falls with the area."""
+    return draw_sampling(study, name_of)
+
+
+def _works(study: SamplingStudy) -> Iterator[Use]:
+    yield from sweep_fields.of_curve(study.whole.curve)
+    yield cited("intervals of the means", "Student1908")
+
+
+# --- What is said first ---
+
+
+def _first_problem(result: Comparison | SamplingStudy) -> str:
+    pressure = f"{phrases.size(result.pressure, 'Pa')} nominal"
+    if isinstance(result, SamplingStudy):
+        return f"{result.name}, {pressure}"
+    groups = [f"{len(group.samples)} {group.name}".rstrip() for group in result.groups]
+    return f"{' and '.join(groups)} maps, {pressure}"
+
+
+def _change(result: Comparison, name: str) -> str:
+    """Return the difference of the first two groups with its interval; nothing where unknown."""
+    difference, base = result.differences(name)[0, 1], result.mean(0, name).value
+    if not (difference.known and base > 0):
+        return ""
+    value, low, high = (
+        f"{float(f'{100 * end / base:.2g}'):+g}"
+        for end in (difference.value, difference.low, difference.high)
+    )
+    mark = " *" if result.is_significant(name) else ""
+    return f"{value} % ({low} to {high} %){mark}".replace("-", "−")
+
+
+def _first_answer(result: Comparison | SamplingStudy) -> str:
+    """Return whether the contact area differs, and by how much."""
+    if isinstance(result, SamplingStudy):
+        return f"{answer(result)}."
+    name = result.names[0]
+    if len(result.groups) < 2:
+        return f"On average {_mean(name, result.mean(0, name))} of the face is in contact."
+    groups, change = result.groups, _change(result, name)
+    pair = f"{groups[1].name or 'the second group'} against {groups[0].name or 'the first'}"
+    if not change:
+        return f"Too few maps to compare {pair}."
+    if result.is_significant(name):
+        return f"The contact area differs: {pair} {change.removesuffix(' *')}, {LEVEL}."
+    if result.differences(name)[0, 1].excludes_zero:
+        alone = f"only if tested alone, not with all {len(result.names)} quantities"
+        return f"The contact area differs {alone}: {pair} {change}, {LEVEL}."
+    return f"No difference shown in contact area: {pair} {change}, {LEVEL}."
+
+
+def _first_numbers(result: Comparison | SamplingStudy) -> CellTable:
+    """Return a few means and their difference."""
+    if isinstance(result, SamplingStudy):
+        heads, rows = SAMPLING_KIND.listing(result, brief=True)
+        return heads, rows
+    names = [name for name in _FIRST if name in result.names]
+    several = len(result.groups) > 1
+    heads = tuple(group.name or "mean" for group in result.groups)
+    rows = [
+        (
+            capital(name_of(name)),
+            *(
+                _mean(name, result.mean(index, name)).partition(" (s ")[0]
+                for index in range(len(result.groups))
+            ),
+            *([_change(result, name)] if several else ()),
+        )
+        for name in names
+    ]
+    return ("", *heads, *(["difference"] if several else ())), rows
+
+
+def _first_remarks(result: Comparison | SamplingStudy) -> tuple[str, ...]:
+    if isinstance(result, SamplingStudy):
+        return ()
+    count = len(result.names)
+    mark = f"* significant ({LEVEL}, Holm); " if len(result.groups) > 1 else ""
+    rest = f"{count} quantities: {ArgumentRef('to_pandas()')}"
+    return (Sentence(f"{mark}±: half the interval; {rest}"),)
+
+
+KIND = Kind(
+    Comparison, COMPARISON, COMPARISON_COLUMNS, works=compare_fields.of_comparison,
+    figures=(
+        Illustration("comparison", overview, "", FILES),
+        Illustration(
+            "", lambda result: draw_numbers(result, name_of, unit_of),
+            f"Dots are maps, thick lines means, bars their {LEVEL} intervals.", FRONT, WIDE,
+        ),
+        Illustration(
+            "", lambda result: curves(result, name_of, unit_of),
+            f"Thin: maps over the nominal pressure. Thick: group means with {LEVEL} bands.",
+            RESULTS, WIDE, lambda result: len(result.pressures) > 1,
+        ),
+    ),
+    question=question, problem=_first_problem, answer=_first_answer,
+    numbers=_first_numbers, remarks=_first_remarks, meaning=_meaning, inputs=_inputs,
+    details=_details, case=lambda result: assumptions.of_samples(result.samples), method=_method,
+)  # fmt: skip
+SAMPLING_KIND = Kind(
+    SamplingStudy, SAMPLING, SAMPLING_COLUMNS, works=_works,
+    figures=(
+        Illustration(
+            "sampling", sampling,
+            "Half of the interval over the side of a square: parts (dots), this map (squares), "
+            f"root of the area (lines). {FIVE} is dashed.", FRONT,
+        ),
+    ),
+    inputs=_inputs, method=_sampling_method,
+    problem=_first_problem, answer=_first_answer, numbers=_first_numbers, remarks=_first_remarks,
+    question=lambda study: (
+        f"Is {study.whole.name} large enough at {engineering(study.pressure, 'Pa')}?"
+    ),
+    case=lambda study: assumptions.of_samples([study.whole]),
+)  # fmt: skip
+
+
+def kind_of(result: Comparison | SamplingStudy) -> Kind:
+    """Return the kind: of maps that are compared, or of the area that a map needs."""
+    return SAMPLING_KIND if isinstance(result, SamplingStudy) else KIND

@@ -1,0 +1,361 @@
+"""Required map size, from the scatter between parts of a map."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from roughcontact._tools import statistics
+from roughcontact._tools.arguments import checked
+from roughcontact.analyses.sweep.model import LoadCurve, contact_curve
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, ordered
+from roughcontact.errors import ConvergenceError, InputError, Sentence, require_positive
+from roughcontact.material.material import RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Progress, Tell, shows_progress_bar
+from roughcontact.surface import resolution
+from roughcontact.surface.placement import divides, partition
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantity, changed_by, counted, quantity
+
+CONTACT = ("contact_fraction", "saturated_fraction", "max_pressure", "mean_gap", "approach")
+"""Numbers of the contact under the largest of the pressures."""
+
+ROUGHNESS = ("Sq", "Sa", "Ssk", "Sku", "Sdq", "Sal", "Sk", "Spk", "Svk")
+"""Parameters of the prepared map, after ISO 25178-2."""
+
+NUMBERS = (*CONTACT, *ROUGHNESS)
+"""What maps are compared by."""
+
+NAMES = {
+    "contact_fraction": "contact area",
+    "saturated_fraction": "saturated area",
+    "mean_gap": "mean gap",
+}
+"""Names in messages of those of `NUMBERS` with unusual symbols."""
+
+CURVES = ("contact_fraction", "saturated_fraction", "mean_gap", "approach")
+"""Numbers that are followed over the pressure."""
+
+_LENGTHS = ("mean_gap", "approach", "max_pressure")
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One map under a row of nominal pressures."""
+
+    name: str  # What it is called
+    source: str  # Where its map came from
+    part: bool  # Whether it was cut out of a map
+    size: tuple[float, float]  # Sides (y, x) of the map [m]
+    pixel: tuple[float, float]  # Pixel edges (y, x) [m]
+    shortest_wave: float  # [m]
+    curve: LoadCurve  # Its contact under these pressures
+    roughness: Mapping[str, float]  # Its `ROUGHNESS`, in SI units
+    bodies: tuple[Material, Material]  # That with the map, and the counter-body
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All `NUMBERS` by name, in SI units."""
+        return {name: self.over_pressure(name)[-1] for name in CONTACT} | {
+            name: self.roughness[name] for name in ROUGHNESS
+        }
+
+    def over_pressure(self, name: str) -> list[float]:
+        """Return one of `PROFILE_CONTACT` under all pressures [SI]."""
+        if name in _LENGTHS:
+            return [float(value) for value in self.curve.column(name)]
+        area = self.curve.column(name.replace("_fraction", "_area"))
+        return [float(value) for value in area / self.curve.nominal_area]
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of its numbers has to know."""
+        return self.curve.cautions
+
+
+def solve_sample(
+    surface: Surface,
+    name: str,
+    pressures: Sequence[float],
+    problem: Mapping[str, Any],
+    progress: Tell = None,
+) -> Sample:
+    """Return the numbers of one map."""
+    surface.require_map("a comparison")
+    area = surface.size[0] * surface.size[1]
+    watch = None
+    if callable(progress):
+        tell = progress
+
+        def watch(state: Progress) -> None:
+            tell(replace(state, label=name))
+
+    try:
+        loads = [pressure * area for pressure in pressures]
+        curve = contact_curve(surface, loads, watch, **problem)
+    except ConvergenceError as error:
+        raise ConvergenceError(Sentence(f"{name}: ", *error.parts), error.result) from None
+    values = surface.roughness()
+    return Sample(
+        name=name,
+        source=surface.provenance.source,
+        part=any(step.method == "cropped" for step in surface.provenance.operations),
+        size=surface.size,
+        pixel=surface.pixel,
+        shortest_wave=_shortest_wave(surface),
+        # Many samples would hold many maps.
+        curve=replace(curve, _solve_largest=None),
+        roughness={key: values[key] for key in ROUGHNESS},
+        bodies=(problem["material"], problem.get("counter_material", RIGID)),
+    )
+
+
+def _shortest_wave(surface: Surface) -> float:
+    filters = (step for step in surface.provenance.operations if step.method == "filtered")
+    cuts = [float(step.arguments["s"] or 0.0) for step in filters]
+    return max([resolution.shortest_wave(surface.heights, surface.pixel), *cuts])
+
+
+# How large an area is needed: the scatter between parts of a map, and how it falls with area.
+
+
+AVERAGES = ("contact_fraction", "saturated_fraction", "mean_gap", "Sq", "Sa", "Sdq")
+"""Numbers that average over a map; others, such as the largest pressure, grow with it."""
+
+WANTED = 0.05
+"""Part of a number to which an area is told."""
+
+DIVISIONS = (2, 4, 8)
+"""Parts along a side of the map."""
+
+# A mean of the parts that is off from the whole by more than this part is told.
+_DRIFT = 0.05
+
+
+@dataclass(frozen=True)
+class SamplingError:
+    """How far a number of a map may be from that of an endless surface like it."""
+
+    name: str  # One of `AVERAGES`
+    value: float  # The number of the whole map [SI]
+    half: float  # Half of its interval of confidence `statistics.LEVEL` [SI]
+    parts: int  # Equal parts whose scatter it comes from
+    area: float  # Area at which the half would be `WANTED` of the value [m²]
+    area_low: float  # Lower end of its interval [m²]
+    area_high: float  # Upper end [m²]
+    drift: float
+    scaling: float  # Whether the scatter falls with the root of the area, 1 if it does
+    falls: bool  # Whether chance alone explains that it is not 1
+
+    @property
+    def relative(self) -> float:
+        """Half of the interval over the value."""
+        return self.half / abs(self.value)
+
+    @property
+    def bound(self) -> str:
+        """What error and area are where the scatter is not known to fall with the area."""
+        if self.falls:
+            return ""
+        return "at most" if self.scaling < 1 else "at least"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SamplingStudy(Result):
+    """A map, its parts, and the area needed according to their scatter.
+
+    Parameters
+    ----------
+    whole : Sample
+        The map.
+    levels : mapping of int to tuple of Sample
+        Its parts, by how many there are along a side.
+    """
+
+    whole: Sample
+    levels: Mapping[int, tuple[Sample, ...]]
+
+    @property
+    def name(self) -> str:
+        """What the map is called."""
+        return self.whole.name
+
+    @property
+    def pressure(self) -> float:
+        """Nominal pressure [Pa]."""
+        return self.whole.curve.steps[-1].load / self.whole.curve.nominal_area
+
+    @property
+    def errors(self) -> tuple[SamplingError, ...]:
+        """The error of each of `AVERAGES` that is not zero."""
+        names = (name for name in AVERAGES if self.whole.numbers[name])
+        return tuple(self.error(name) for name in names)
+
+    def values(self, divisions: int, name: str) -> list[float]:
+        """Return a number of all parts [SI]."""
+        return [part.numbers[name] for part in self.levels[divisions]]
+
+    def error(self, name: str) -> SamplingError:
+        """Return how far a number may be from that of an endless surface; see `AVERAGES`.
+
+        Each part is pressed by itself, leveled by itself, under the nominal pressure of the whole;
+        `statistics.of_whole` lists those that do.
+        """
+        value = self.whole.numbers[name]
+        result = statistics.of_whole({n: self.values(n, name) for n in self.levels})
+        parts = self.values(result.divisions, name)
+        area = self.whole.curve.nominal_area * (result.half / (WANTED * value)) ** 2
+        low, high = statistics.spread_of(result.parts)
+        return SamplingError(
+            name=name,
+            value=value,
+            half=result.half,
+            parts=result.parts,
+            area=area,
+            area_low=area * low**2,
+            area_high=area * high**2,
+            drift=math.fsum(parts) / len(parts) / value - 1,
+            scaling=result.scaling,
+            falls=result.falls,
+        )
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.whole.cautions, *self._judged()])
+
+    def _judged(self) -> Iterator[Caution]:
+        """Yield where the parts do not stand for the whole."""
+        errors = self.errors
+        yield from self._scaling(errors)
+        few = min(item.parts for item in errors) if errors else 0
+        if few and few < statistics.USUAL**2:
+            yield as_note(
+                Kind.FEW_PARTS,
+                f"Only {counted(few, 'part')}: stated errors are uncertain by a factor of "
+                f"{statistics.spread_of(few)[1]:.1f}.",
+                parts=few,
+            )
+        yield as_note(
+            Kind.PARTS,
+            "Parts are of one map: scatter excludes other places, pieces and measurements.",
+        )
+
+    def _scaling(self, errors: Sequence[SamplingError]) -> Iterator[Caution]:
+        """Yield why errors do not hold for larger maps: the weightiest reason."""
+        drifting = {
+            item.name: item.drift for item in errors if abs(item.drift) > max(_DRIFT, item.relative)
+        }
+        falls = {item.name: item.scaling for item in errors if not item.falls}
+        if drifting:
+            name = max(drifting, key=lambda name: abs(drifting[name]))
+            text = (
+                f"{_title(name)} depends on map size ({changed_by(drifting[name])} in the parts): "
+                "no area is large enough."
+            )
+            numbers = {name: drifting[name], **drifting}
+        elif any(math.isnan(scaling) for scaling in falls.values()):
+            text = (
+                "Too few parts: stated errors and areas are lower bounds. Use 128 points per side."
+            )
+            numbers = {}
+        elif any(scaling > 1 for scaling in falls.values()):
+            text = "Scatter falls slower than 1/√area: stated errors and areas are lower bounds."
+            numbers = falls
+        elif falls:
+            text = "Scatter falls faster than 1/√area: stated errors and areas are upper bounds."
+            numbers = falls
+        else:
+            return
+        yield as_caution(Kind.SAMPLING, text, **numbers)
+
+
+@shows_progress_bar
+@checked
+def sampling_study(
+    surface: Surface,
+    *,
+    material: Material,
+    pressure: Quantity,
+    level: str = "plane",
+    counter_material: Material = RIGID,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 2000,
+    progress: Tell = None,
+) -> SamplingStudy:
+    """Solve a map and its parts, and estimate the area needed.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map, of 64 points a side at least.
+    material, counter_material, ceiling, boundary, tolerance, max_iterations
+        As for `solve`.
+    pressure : float, str or quantity of pint
+        Nominal pressure [Pa] on the map and on each part.
+    level : {"plane", "quadric", "mean", "robust", "none"}
+        What is subtracted from each part, as from a map of that size.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`, the part as its label.
+
+    Returns
+    -------
+    SamplingStudy
+        4, 16 and 64 parts, with at least 16 points per side, and the errors from their scatter.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the map is too small for sixteen parts.
+    CapacityError, InsufficientMemoryError, ConvergenceError
+        As for `solve`.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> study = rc.sampling_study(
+    ...     rc.Surface(*rc.reference_map(64)), material=steel, pressure="100 MPa"
+    ... )
+    >>> found = study.error("contact_fraction")
+    >>> found.parts, found.area_low < found.area < found.area_high
+    (16, True)
+    """
+    specified = quantity(pressure, "pressure", "pressure")
+    require_positive(pressure=specified)
+    if not divides(surface.shape, statistics.USUAL):
+        ny, nx = surface.shape
+        raise InputError(
+            f"needs 64 points along each side for sixteen parts, got {ny} × {nx}",
+            argument="surface",
+        )
+    problem = {
+        "material": material,
+        "counter_material": counter_material,
+        "ceiling": ceiling,
+        "boundary": boundary,
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+    }
+    name, pressures = surface.provenance.source or "map", [float(specified)]
+    levels = {}
+    for divisions in (n for n in DIVISIONS if divides(surface.shape, n)):
+        parts = partition(surface, divisions, level)
+        levels[divisions] = tuple(
+            solve_sample(part, f"{name}, part {n} of {len(parts)}", pressures, problem, progress)
+            for n, part in enumerate(parts, start=1)
+        )
+    return SamplingStudy(solve_sample(surface, name, pressures, problem, progress), levels)
+
+
+def _title(name: str) -> str:
+    text = NAMES.get(name, name)
+    return text[0].upper() + text[1:]

@@ -1,0 +1,275 @@
+"""The task ``compare``: maps read, prepared, cut into quarters if wanted, and compared."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact._tools import memory as limits
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.request import options, parsing
+from roughcontact.request.options import (
+    EXCLUDES,
+    NEEDED,
+    PICTURES,
+    TABLES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    flag,
+)
+from roughcontact.request.outcome import Look, Outcome, Work, remarks_on
+from roughcontact.request.outputs import Say
+from roughcontact.request.request import Request
+from roughcontact.request.task import Pieces, Task
+from roughcontact.solvers.progress import one_of_several
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.compare.model import Comparison, MapLoadCase, Pressed
+    from roughcontact.analyses.compare.sampling import Sample, SamplingStudy
+    from roughcontact.cautions import Caution
+    from roughcontact.surface.surface import Surface
+
+QUARTERS = flag("quarters", Panel.MAP, "Split each map into four quarters, one group per map.")
+SAMPLING = flag(
+    "sampling", Panel.MAP,
+    "Estimate the sampling error and the area needed for 5 %.",
+)  # fmt: skip
+PAIRED = flag(
+    "paired", Panel.MAP,
+    "Pair the maps of two groups (same places, before and after).",
+)  # fmt: skip
+LOAD = Option(
+    "load", Panel.BODIES, "PRESSURE",
+    'Nominal pressure, the same for all maps: "20 MPa".',
+    parsing.nominal, None, arguments=("pressure",),
+)  # fmt: skip
+PRELOAD = Option(
+    "preload", Panel.BODIES, "PRESSURE",
+    'Preload; compare each map before and after: "200 MPa".',
+    parsing.nominal, None, arguments=("preload_pressure",),
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER",
+    "Points of the load curve; 1 for none; default: 7.", parsing.counted(1, limits.STEPS), 7,
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Table of means and differences.", TABLES)
+FIGURE = file("figure", "FILE", "Figure of load curves and numbers (PNG, SVG or PDF).", PICTURES)
+_SOLVER = options.SOLVER_DOUBLE
+
+_QUARTERS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What is found of one map of a comparison, by itself."""
+
+    pressed: tuple[Pressed, ...]
+    study: SamplingStudy | None = None  # The sampling error, if it was asked for
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    if work.known:
+        return Outcome(
+            request, _together(request, [work.known[word] for word in part_names(request)])
+        )
+    # All are read first: one that cannot be is told of before any is solved.
+    maps = [_read(request, path, work.say) for _, path in _listed(request)]
+    result = [
+        _compress_map(request, surface, one_of_several(work.look, number, len(maps)))
+        for number, surface in enumerate(maps, start=1)
+    ]
+    return Outcome(request, _together(request, result))
+
+
+def part_names(request: Request) -> tuple[str, ...]:
+    """Return a word for each map of a comparison, each of which can be pressed by itself."""
+    return tuple(str(number) for number, _ in enumerate(_listed(request)))
+
+
+def file_of(request: Request, word: str) -> Path | None:
+    """Return the file of one map; None where it is a nominal body."""
+    return _listed(request)[int(word)][1]
+
+
+def found_of(request: Request, word: str, say: Say, look: Look) -> Found:
+    """Return what is found of one map, read alone; as of all together."""
+    return _compress_map(request, _read(request, file_of(request, word), say), look)
+
+
+def groups(request: Request) -> dict[str, list[Path]]:
+    """Return the files to compare by the names of their groups."""
+    if not request.get(QUARTERS) or request.task is not TASK:
+        return request.groups
+    paths = [path for listed in request.groups.values() for path in listed]
+    return {request.names.get(str(path), str(path)): [path] for path in paths}
+
+
+def _listed(request: Request) -> list[tuple[str, Path | None]]:
+    """Return the maps in their order, with the names of their groups."""
+    named = groups(request).items()
+    return [(name, path) for name, paths in named for path in paths] or [("", None)]
+
+
+def _read(request: Request, path: Path | None, say: Say) -> Surface:
+    from roughcontact.request.maps import surfaces
+
+    values = {name: value for name, value in request.values.items() if name != options.GROUP.name}
+    (surface,) = surfaces(replace(request, file=path, files=(), values=values), say)
+    return surface
+
+
+def _compress_map(request: Request, surface: Surface, look: Look) -> Found:
+    extra_cautions = remarks_on(request, [surface])
+    alone = _is_study_alone(request)
+    # What cannot be compared is told of before anything is solved.
+    requested = None if alone else _load_case(request)
+    study = _studied(request, surface, look) if request[SAMPLING] else None
+    if study is not None:
+        study = replace(study, whole=_remarked(study.whole, extra_cautions))
+    if requested is None:
+        return Found((), study)
+    parts = _quarters(request, surface) if request[QUARTERS] else (surface,)
+    pressed = []
+    for number, part in enumerate(parts, start=1):
+        # Their own names they are given where all are there.
+        name = surface.provenance.source or "map"
+        name += f", part {number} of {len(parts)}" if request[QUARTERS] else ""
+        pressed.append(
+            tuple(_remarked(item, extra_cautions) for item in requested.pressed(part, name, look))
+        )
+    return Found(tuple(pressed), study)
+
+
+def _is_study_alone(request: Request) -> bool:
+    """Return whether the sampling error of a single map is all that is asked for."""
+    more = request[QUARTERS] or request[PRELOAD]
+    return bool(request[SAMPLING] and not more and len(_listed(request)) == 1)
+
+
+def _load_case(request: Request) -> MapLoadCase:
+    from roughcontact.analyses.compare.model import build_load_case
+
+    result = build_load_case(
+        request.needed(LOAD), request[STEPS], request[PRELOAD], _problem(request)
+    )
+    counts = Counter(name for name, _ in _listed(request))
+    each = _QUARTERS if request[QUARTERS] else 1
+    result.check({name: each * count for name, count in counts.items()}, request[PAIRED])
+    return result
+
+
+def _problem(request: Request) -> dict[str, Any]:
+    arguments = request.arguments((), *_SOLVER)
+    del arguments["counter_surface"]
+    return arguments
+
+
+def _together(request: Request, result: list[Found]) -> Comparison | SamplingStudy:
+    """Return the comparison of all maps."""
+    studies = tuple(item.study for item in result if item.study is not None)
+    if _is_study_alone(request):
+        return studies[0]
+    called = dict(zip(groups(request), labels(request), strict=True))
+    by_name: dict[str, list[Pressed]] = {}
+    for (name, _), item in zip(_listed(request), result, strict=True):
+        by_name.setdefault(called.get(name, name), []).extend(item.pressed)
+    return replace(_load_case(request).together(by_name, request[PAIRED]), sampling=studies)
+
+
+def _remarked(sample: Sample, extra_cautions: tuple[Caution, ...]) -> Sample:
+    return replace(sample, curve=replace(sample.curve, extra_cautions=extra_cautions))
+
+
+def labels(request: Request) -> tuple[str, ...]:
+    """Return what each group of a comparison is called."""
+    names = list(groups(request))
+    if names == list(request.groups):
+        return tuple(names)
+    short = [Path(path).name for path in names]
+    return tuple(
+        path if short.count(name) > 1 else name for path, name in zip(names, short, strict=True)
+    )
+
+
+def _quarters(request: Request, surface: Surface) -> tuple[Surface, ...]:
+    from roughcontact.surface.placement import partition
+
+    try:
+        return partition(surface, 2, request[options.LEVEL])
+    except InputError as error:
+        raise InputError(ArgumentRef("quarters"), ": ", *error.parts) from None
+
+
+def _studied(request: Request, surface: Surface, look: Look) -> SamplingStudy:
+    from roughcontact.analyses.compare.sampling import sampling_study
+
+    try:
+        return sampling_study(
+            surface,
+            **_problem(request),
+            pressure=request.needed(LOAD),
+            level=request[options.LEVEL],
+            progress=look,
+        )
+    except InputError as error:
+        if error.argument == "surface":
+            error.argument = "sampling"
+        raise
+
+
+def _check(request: Request) -> None:
+    maps = sum(map(len, groups(request).values())) or 1
+    alone = not any(map(request.is_given, (QUARTERS, SAMPLING, PRELOAD)))
+    # One that has a file stands for a single map of another.
+    if maps < 2 and alone and request.file is None:
+        raise InputError(
+            "a single map has nothing to be compared with: give a second one, or ",
+            ArgumentRef("quarters"), " for its four quarters, or ", ArgumentRef("sampling"),
+            " for the error of its numbers",
+        )  # fmt: skip
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.sweep.model import HELD
+
+    request.require_contact(shape, HELD)
+
+
+TASK = Task(
+    "compare",
+    """Compare groups of maps, with 95 % intervals.
+
+Files without --group form one group.
+
+\b
+Example:
+roughcontact compare --group "ground=ground-?.x3p" \\
+    --group "honed=honed-?.x3p" \\
+    --load "20 MPa" --boundary periodic --material 42CrMo4
+""",
+    (
+        options.GROUP, QUARTERS, SAMPLING, PAIRED, *options.MAP, LOAD, PRELOAD, STEPS,
+        *options.MATERIALS, *options.COATINGS,
+        options.BODY, options.CEILING, options.BOUNDARY, *_SOLVER, OUTPUT,
+        FIGURE, *options.OUTPUT,
+    ),
+    (
+        LOAD, options.GROUP, QUARTERS, SAMPLING, PRELOAD, options.MATERIAL, options.MISSING,
+        options.PIXEL, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(
+        Rule(NEEDED, LOAD,
+             text="a nominal pressure such as '20 MPa', the same for maps of all sizes"),
+        Rule(EXCLUDES, QUARTERS, options.GROUP, PAIRED),
+    ),
+    check=_check,
+    last=lambda _: {},
+    memory=_memory,
+    maps=("files", "groups"),
+    pieces=Pieces(part_names, found_of, file_of, (options.GROUP, PAIRED)),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Electrical and thermal resistance."""

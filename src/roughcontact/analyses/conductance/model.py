@@ -1,0 +1,768 @@
+"""How well a contact conducts electricity and heat.
+
+`gap_conductance`: Beside the contact, whose conductance is computed without it. Against the
+contact and the gap solved together on rough maps of up to a tenth in contact, the part of the
+gap comes out 0.8 to 1.0 times as large with air, and 1.1 to 1.3 times with oil. Over Gaussian
+gaps this is the integral of Yovanovich 1982; g far below the jump it is that of free molecules.
+
+Yovanovich, DeVaal and Hegazy 1982, A statistical model to predict thermal gap conductance between
+conforming rough surfaces, AIAA paper 82-0888, doi:10.2514/6.1982-888
+Song, Yovanovich and Goodman 1993, J. Heat Transfer 115, 533, doi:10.1115/1.2910719
+
+`slip_factor`: Slip of first order at walls that reflect diffusely: a gap g lets g³ (1 + 6 λ/g)
+through. Local gaps count by what the flow without slip dissipates in them, ``|q|²/g³``, as their
+harmonic mean: that is right for gaps in series, and a lower bound for all others (Thomson's
+principle): the flow through rough gaps solved anew with slip is up to a sixth more. Above λ/g
+of about one the true flow is larger still.
+
+Burgdorfer 1959, J. Basic Eng. 81, 94
+
+`greenwood`: Each spot is taken for a circle that carries its share as if it were alone. For two
+bodies of resistivity ρ each this is R = ρ/(2 Σ aᵢ) + ρ/(π (Σ aᵢ)²) ΣΣ aᵢ aⱼ/sᵢⱼ. That suits
+spots that are round and further apart than they are wide; large ones of many branches it does
+not. The double sum is one convolution with the kernel of the contact, the middle of each spot
+rounded to a pixel.
+
+Greenwood 1966, Constriction resistance and the real area of contact, Brit. J. Appl. Phys. 17,
+1621, doi:10.1088/0508-3443/17/12/310
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools import statistics
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.statistics import Mean
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.series import (
+    ONE_ROUGH_FACE,
+    CalibratedChange,
+    changed,
+    mean_of,
+    of_one_pair,
+    positive,
+)
+from roughcontact.contact.spots import Spots
+from roughcontact.contact.stiffness import unloading_stiffness
+from roughcontact.errors import ArgumentRef, InputError, input_error
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.material import catalog, fluids
+from roughcontact.material.material import Conductor
+from roughcontact.result import Result
+from roughcontact.surface import roughness
+from roughcontact.surface.form import level
+from roughcontact.theory import constriction
+from roughcontact.theory.constriction import hottest_spot
+from roughcontact.theory.rarefied_gas import jump_distance, mean_free_path
+from roughcontact.units import Quantity, engineering, percent, quantity
+
+Array = NDArray[np.float64]
+
+ATMOSPHERE = 101325.0
+"""Pressure of the atmosphere [Pa]."""
+
+ROOM_TEMPERATURE, BAR = 298.15, 1e5
+"""Temperature [K] and pressure [Pa] of a gas where none is given."""
+
+VACUUM = "vacuum"
+"""Name of a gap in which nothing conducts."""
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+"""Radiation of a black body over the fourth power of its temperature [W/(m² K⁴)]."""
+
+RADIATES = 0.01
+"""Share of the conductance from which on radiation is told."""
+
+# Mean temperature of a square of unit side and flux on a half-space of unit conductivity.
+_SQUARE = 2 / math.pi * (math.asinh(1) - (math.sqrt(2) - 1) / 3)
+
+
+@dataclass(frozen=True)
+class Filling:
+    """What may fill a gap."""
+
+    name: str
+    conductivity: float  # Thermal conductivity k [W/(m K)]
+    jump: float = 0.0  # By how much jumps of temperature at the walls widen the gap [m]
+
+
+def filling_of(
+    gap: Quantity, pressure: Quantity | None = None, temperature: Quantity | None = None
+) -> Filling:
+    """Return what fills a gap: a fluid by its name, vacuum, or a conductivity [W/(m K)]."""
+    if gap == VACUUM:
+        return Filling(VACUUM, 0.0)
+    fluid = fluids.entries().get(gap) if isinstance(gap, str) else None
+    if fluid is None:
+        if isinstance(gap, str) and not gap[:1].isdigit():
+            known = ", ".join((*fluids.entries(), VACUUM))
+            raise input_error("gap", gap, f"must be one of {known}, or a conductivity")
+        conductivity = positive(gap, "conductivity", "gap")
+        return Filling(f"{conductivity:.4g} W/(m K)", conductivity)
+    if isinstance(fluid, fluids.Liquid):
+        return Filling(fluid.name, fluid.conductivity.value)
+    warmth = warmth_of(temperature)
+    press = positive(BAR if pressure is None else pressure, "pressure", "gap_pressure")
+    path = mean_free_path(fluid.viscosity_at(warmth), press, fluid.molar_mass.value, warmth)
+    ratio, share = fluid.heat_capacity_ratio.value, fluid.accommodation.value
+    jump = jump_distance(path, share, ratio, fluid.prandtl)
+    return Filling(fluid.name, fluid.conductivity_at(warmth), jump)
+
+
+def warmth_of(temperature: Quantity | None) -> float:
+    """Return a temperature [K], that of a room where none is given."""
+    given = ROOM_TEMPERATURE if temperature is None else temperature
+    return positive(given, "temperature", "temperature")
+
+
+def gap_conductance(gap: Array, filling: Filling, spreading: float = 0.0) -> float:
+    """Return what a filled gap conducts per area [W/(m² K)], its faces at one temperature each."""
+    there = gap[~np.isnan(gap)]
+    with np.errstate(divide="ignore"):
+        local = 1 / (np.divide(there + filling.jump, filling.conductivity) + spreading)
+    return float(local.sum() / gap.size)
+
+
+def spreading(pixel_area: float, resistivity: float) -> float:
+    """Return what two bodies resist to a uniform flux through one pixel."""
+    return _SQUARE * math.sqrt(pixel_area) * resistivity
+
+
+def slip_factor(gap: Array, density: NDArray[Any], path: float) -> float:
+    """Return how many times more of a gas that slips leaks than of one that does not."""
+    open_gap = gap > 0
+    g, q = gap[open_gap], density[open_gap].astype(np.float64)
+    dissipated = q**2 / g**3
+    total = dissipated.sum()
+    if not total > 0:
+        return math.nan
+    return float(total / (dissipated / (1 + 6 * path / g)).sum())
+
+
+# --- Accuracy of the correlations that are compared with the solution ---
+
+
+CURVED = 0.75
+"""Share of the variance of the gap in a quadric from which the bodies are curved as a whole.
+
+Of nine measured maps a mirror has 0.91 and the cylinder of a fired bullet 0.76; flat ones have less
+than 0.6, parts of self-affine maps without a roll-off up to 0.73.
+"""
+
+DISCS = (0.8, 1.25)
+"""Greenwood's formula over what is computed, outside which spots are no discs.
+
+It is 0.82 to 1 on rough maps up to a tenth in contact.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """Roughness of the gap between two bodies, as the correlations of flat joints take it."""
+
+    pair: Pair  # The bodies
+
+    @cached_property
+    def height(self) -> float:
+        """Root-mean-square height σ of the gap [m]."""
+        return float(np.nanstd(self.pair.initial_gap))
+
+    @cached_property
+    def gradient(self) -> float:
+        """Root-mean-square gradient h′ of the gap."""
+        return roughness.rms_gradient(self.pair.initial_gap, self.pair.pixel)
+
+    @cached_property
+    def curved(self) -> float:
+        """Share of the variance of the gap that is in a quadric; 0 where the map is periodic."""
+        gap = self.pair.initial_gap
+        if self.pair.boundary.periodic_axes or not self.height > 0 or min(gap.shape) < 3:
+            return 0.0
+        return 1 - float(np.nanvar(level(gap, "quadric"))) / self.height**2
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the bodies are nominally flat, as far as the map tells."""
+        return self.curved < CURVED
+
+
+def form(texture: Texture) -> tuple[Caution, ...]:
+    """Return the note on bodies for which the correlations of flat joints are left out."""
+    if texture.is_flat:
+        return ()
+    return (
+        as_note(
+            Kind.CURVED,
+            f"Bodies are curved ({percent(texture.curved)} of gap variance): flat-joint "
+            f"correlations omitted. Flat face? Add {ArgumentRef('level', 'quadric')}.",
+            curved=texture.curved,
+        ),
+    )
+
+
+# --- Greenwood's estimate of what contact spots conduct, and how far the estimates are off ---
+
+
+CASES = 108
+"""Contacts of rough maps on which the estimates were tried; see ``benchmarks/constriction.py``.
+
+Periodic maps of Gaussian heights, eight waves of the roll-off a side, Hurst exponents 0.5 and 0.8,
+roll-off over cut-off 4 to 16, elastic and under a ceiling, 1 to 12 % in contact.
+"""
+
+CORRELATED = (0.99, 1.44)
+"""The correlations over what is computed, in 95 % of the cases.
+
+Spots form clusters, which the correlations neglect: they overestimate the resistance.
+"""
+
+SPOTTED = (0.82, 1.0)
+"""Greenwood's formula over what is computed, in 95 % of the cases: less where more touches."""
+
+
+def greenwood(result: ContactResult) -> float:
+    """Return the constriction length of a contact from radii and places of its spots."""
+    spots = result.spots()
+    if spots.count == 0:
+        return math.nan
+    radii = np.sqrt(spots.area / math.pi)
+    pair = result.pair
+    family = pair.operators(result.precision, Workspace())
+    operator = family(pair.shape, (1, 1))
+    pressure = np.zeros(pair.shape)
+    middle = _middles(spots, pair.boundary.periodic_axes)
+    np.add.at(pressure.ravel(), middle, radii / result.pixel_area)
+    near = pressure.ravel()[middle]
+    # The first term is the self-interaction of a spot; its periodic images are in the kernel.
+    alone = _self_displacement(pair.pixel, pair.contact_modulus)
+    others = operator(pressure).ravel()[middle] - alone * near
+    total = radii.sum()
+    shared = (radii * others).sum() / total**2
+    inverse = 1 / (4 * total) + pair.contact_modulus / 2 * shared
+    return float(1 / inverse) if inverse > 0 else math.nan
+
+
+def _middles(spots: Spots, periodic_axes: tuple[int, ...]) -> NDArray[np.int64]:
+    """Return the flat indices of the pixels nearest to the middles of the spots, shape (n,)."""
+    shape = spots.label.shape
+    places = np.nonzero(spots.label)
+    number = spots.label[places] - 1
+    count = np.bincount(number, minlength=spots.count)
+    middle = []
+    for axis, place in enumerate(places):
+        if axis in periodic_axes:
+            # On a circle, so that a spot across the seam is whole.
+            turn = np.exp(2j * math.pi / shape[axis] * np.arange(shape[axis]))[place]
+            total = np.bincount(number, turn.real) + 1j * np.bincount(number, turn.imag)
+            mean = np.angle(total) / (2 * math.pi) * shape[axis]
+        else:
+            mean = np.bincount(number, place) / count
+        middle.append(np.rint(mean).astype(np.int64) % shape[axis])
+    return np.ravel_multi_index((middle[0], middle[1]), shape)
+
+
+def _self_displacement(pixel: tuple[float, float], contact_modulus: float) -> float:
+    """Return what unit pressure on a pixel displaces its middle by, alone on a half-space."""
+    dy, dx = pixel
+    return 2 / (math.pi * contact_modulus) * (dx * math.asinh(dy / dx) + dy * math.asinh(dx / dy))
+
+
+# --- How well a contact conducts electricity and heat ---
+
+
+OF = "the resistance of a contact"
+"""What needs a map, in words."""
+
+EVEN_FLOW = 32 / (3 * math.pi**2) - 1
+"""Constriction of a disc by uniform flow over that of constant potential, less one: 8.1 %.
+
+Carslaw and Jaeger, Conduction of Heat in Solids (1959), section 8.2.
+"""
+
+
+@dataclass(frozen=True)
+class ConductanceStep:
+    """What conducts under one load, for bodies of any material."""
+
+    load: float  # W [N]
+    contact_area: float  # Real contact area [m²]
+    saturated_area: float  # Area at the ceiling [m²]
+    spots: int  # Number of contact spots
+    length: float  # Constriction length of the whole contact, saturated points included [m]
+    greenwood_length: float  # By Greenwood's formula [m]
+    correlation_length: float  # By the correlations [m]
+    air_gap: float = math.nan  # Conductance of the gap with air [W/(m² K)]
+    oil_gap: float = math.nan  # Conductance of the gap with oil [W/(m² K)]
+    filled_gap: float = 0.0  # Conductance of the gap with what was given for it [W/(m² K)]
+
+
+@dataclass(frozen=True)
+class Change:
+    """How numbers change from one grid to a coarser one."""
+
+    pixel: float  # Larger edge of its pixels [m]
+    length: float  # Relative change
+    contact_area: float  # Relative change
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conductance(Result):
+    """Electrical and thermal resistance of a contact under one load or several.
+
+    Parameters
+    ----------
+    steps : tuple of ConductanceStep
+        By ascending load.
+    bodies : (Conductor, Conductor)
+        Body and counter-body.
+    film, thermal_film : float
+        Resistance of a film on the contact times its area [Ω m²], [m² K/W].
+    largest : ContactResult
+        The contact under the largest load.
+    messages : tuple of Caution
+        What the contacts give cause for.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    coarser : Change or None
+        How the numbers under the largest load change on a coarser grid, where that is known; see
+        `with_coarser_grid`.
+    filling : Filling or None
+        What was given to fill the gap.
+    temperature : float
+        Mean temperature of the joint [K].
+    current : float or None
+        Current through the contact [A].
+    calibrated : CalibratedChange or None
+        How the constriction length under the largest load changes under the calibrated ceiling,
+        where that is known; see `with_calibrated_ceiling`.
+    draws : tuple of Mean
+        Constriction length under the largest load over pairs of faces; see `with_draws`.
+    """
+
+    steps: tuple[ConductanceStep, ...]
+    bodies: tuple[Conductor, Conductor]
+    film: float
+    thermal_film: float
+    largest: ContactResult
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
+    coarser: Change | None = None
+    calibrated: CalibratedChange | None = None
+    filling: Filling | None = None
+    temperature: float = ROOM_TEMPERATURE
+    current: float | None = None
+    draws: tuple[Mean, ...] = ()
+
+    def with_draws(self, others: Sequence[Conductance]) -> Conductance:
+        """Return the mean of this and other pairs of faces under the same loads."""
+        every = (self, *others)
+        lengths = [item.steps[-1].length for item in every]
+        steps = (mean_of(steps, ()) for steps in zip(*(x.steps for x in every), strict=True))
+        return replace(self, steps=tuple(steps), draws=(statistics.mean(lengths),))
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> Conductance:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The same bodies under the largest load and the calibrated ceiling.
+        """
+        fine, length = self.steps[-1], 2 * unloading_stiffness(contact) / contact.contact_modulus
+        area = changed(contact.contact_area, fine.contact_area)
+        assert isinstance(contact.ceiling, float)
+        change = CalibratedChange(contact.ceiling, area, (changed(length, fine.length),))
+        return replace(self, calibrated=change)
+
+    def with_length(self, length: float) -> Conductance:
+        """Return the same with another constriction length [m] under the largest load."""
+        return replace(self, steps=(*self.steps[:-1], replace(self.steps[-1], length=length)))
+
+    def with_coarser_grid(self, coarser: ContactResult) -> Conductance:
+        """Return the same with what changes on a coarser grid.
+
+        Parameters
+        ----------
+        coarser : ContactResult
+            The same bodies under the largest load on a grid of larger pixels.
+        """
+        coarse = _step(coarser, Texture(coarser.pair), self.thermal_resistivity, None)
+        fine = self.steps[-1]
+        length, area = (
+            new / old - 1 if old and math.isfinite(old) else 0.0
+            for new, old in (
+                (coarse.length, fine.length), (coarse.contact_area, fine.contact_area)
+            )
+        )  # fmt: skip
+        return replace(self, coarser=Change(max(coarser.pair.pixel), length, area))
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.messages, *self.extra_cautions])
+
+    @property
+    def nominal_area(self) -> float:
+        """Area of the whole map [m²]."""
+        size = self.largest.pair.size
+        return size[0] * size[1]
+
+    @property
+    def electrical_resistivity(self) -> float:
+        """Sum of the resistivities of the two bodies [Ω m]; NaN where one is not known."""
+        first, second = (body.resistivity or math.nan for body in self.bodies)
+        return first + second
+
+    @property
+    def thermal_resistivity(self) -> float:
+        """Sum of 1/k of the two bodies [m K/W]; NaN where one is not known."""
+        return _thermal_resistivity(self.bodies)
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `ConductanceStep`."""
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def electrical_resistance(self) -> Array:
+        """Resistance of the contact [Ω], shape (n,): constriction and film one after the other."""
+        return self.resistance("electrical")
+
+    @property
+    def thermal_resistance(self) -> Array:
+        """Thermal resistance of the contact [K/W], shape (n,)."""
+        return self.resistance("thermal")
+
+    @property
+    def electrical_conductance(self) -> Array:
+        """Conductance of the contact per nominal area [S/m²], shape (n,)."""
+        return self._per_area(self.electrical_resistance)
+
+    @property
+    def thermal_conductance(self) -> Array:
+        """Conductance of the contact per nominal area h [W/(m² K)], shape (n,)."""
+        return self._per_area(self.thermal_resistance)
+
+    @property
+    def joint_conductance(self) -> Array:
+        """Conductance of contact and filled gap side by side per area [W/(m² K)], shape (n,)."""
+        return self.thermal_conductance + self.column("filled_gap")
+
+    @property
+    def voltage(self) -> Array:
+        """Contact voltage at the given current [V], shape (n,); NaN without one."""
+        return self.electrical_resistance * (math.nan if self.current is None else self.current)
+
+    @property
+    def hottest(self) -> Array:
+        """Temperature of the hottest spot at the given current [K], shape (n,)."""
+        return np.array([hottest_spot(voltage, self.temperature) for voltage in self.voltage])
+
+    @property
+    def radiation(self) -> float:
+        """Conductance of black faces by radiation, 4 σ T³, an upper bound [W/(m² K)]."""
+        return 4 * STEFAN_BOLTZMANN * self.temperature**3
+
+    def filled_conductance(self, filling: str) -> Array:
+        """Return h of contact and gap side by side [W/(m² K)], shape (n,).
+
+        Parameters
+        ----------
+        filling : {"air", "oil"}
+            What is in the gap; see `ConductanceStep`.
+        """
+        return self.thermal_conductance + self.column(f"{filling}_gap")
+
+    def resistance(self, kind: str, by: str = "length") -> Array:
+        """Return the resistance of the contact, shape (n,).
+
+        Parameters
+        ----------
+        kind : {"electrical", "thermal"}
+            Which, [Ω] or [K/W]; NaN where the bodies' constants are not known.
+        by : {"length", "greenwood_length", "correlation_length"}
+            Constriction length to take: computed, or an estimate; see `ConductanceStep`.
+        """
+        thermal = kind == "thermal"
+        resistivity = self.thermal_resistivity if thermal else self.electrical_resistivity
+        film = self.thermal_film if thermal else self.film
+        with np.errstate(divide="ignore"):
+            resistance: Array = resistivity / self.column(by)
+            if film:
+                resistance = resistance + film / self.column("contact_area")
+        return resistance
+
+    def _per_area(self, resistance: Array) -> Array:
+        with np.errstate(divide="ignore"):
+            conductance: Array = 1 / (resistance * self.nominal_area)
+        return conductance
+
+
+@checked
+def conductance(
+    contacts: ContactResult | Iterable[ContactResult],
+    conductor: Conductor | str,
+    counter_conductor: Conductor | str,
+    *,
+    electrical_film: Quantity = 0.0,
+    thermal_film: Quantity = 0.0,
+    gap: Quantity | None = None,
+    gap_pressure: Quantity | None = None,
+    temperature: Quantity | None = None,
+    current: Quantity | None = None,
+) -> Conductance:
+    """Return electrical resistance and thermal conductance of a contact.
+
+    Parameters
+    ----------
+    contacts : ContactResult or iterable of ContactResult
+        Solutions of one pair of bodies under one or several loads; an iterator needs memory for
+        one at a time.
+    conductor, counter_conductor : Conductor or str
+        Conductors of the bodies, or their names in the catalog.
+    electrical_film : float, str or quantity of pint
+        Electrical resistance of a film on the contact times its area [Ω m²].
+    thermal_film : float, str or quantity of pint
+        Thermal resistance of a film on the contact times its area [m² K/W].
+    gap : str, float or quantity of pint, optional
+        Fluid in the gap: ``"air"``, ``"nitrogen"``, ``"helium"``, ``"argon"``, ``"vacuum"``,
+        ``"oil"``, ``"grease"``, or a conductivity [W/(m K)]; needs a periodic boundary.
+    gap_pressure, temperature : float, str or quantity of pint, optional
+        Pressure of a gas in the gap [Pa], by default 1 bar; mean temperature of the joint [K], by
+        default 25 °C.
+    current : float, str or quantity of pint, optional
+        Current through the contact [A], for its voltage and its hottest spot.
+
+    Returns
+    -------
+    Conductance
+        Resistances under each load.
+
+    Raises
+    ------
+    InputError
+        If neither the resistivity nor the conductivity of both bodies is known, a film or a gap
+        has no matching property, a gap has a boundary that is not periodic, the contacts belong
+        to different bodies, or the bodies are profiles.
+    ConvergenceError, InsufficientMemoryError
+        As for `roughcontact.contact.stiffness.unloading_stiffness`.
+
+    Notes
+    -----
+    The potential on the contact is constant, as is the displacement under a rigid punch of the
+    same outline: with the stiffness K of that punch the constriction length is L = 2 K/E*, and
+    R = Σρ/L (Barber 2003, doi:10.1098/rspa.2002.1038). The gap conducts nothing, unless ``gap``
+    fills it: then it adds the mean of k/(g + M) over its pixels, M the jump distance of a gas, see
+    `Conductance.joint_conductance`. `Conductance.filled_conductance` adds air or oil in any case.
+    Radiation of black faces is 4 σ T³; a note shows it from 1 % of the conductance on.
+
+    With a free boundary this is the resistance between points far away in both bodies, in which
+    the spreading from all of the map is contained. With a periodic one it is what the joint adds to
+    the bodies of one period: 0 where all of the map touches, and the one to be taken per area. With
+    a map that is periodic along one axis it is that up to a distance of the longer side of the map,
+    as the potential of an endless strip has no bound.
+
+    A film adds its resistance over the contact area. As it evens the flow out, the true
+    resistance is a little larger: on a disc by at most 8.1 % of the constriction (`EVEN_FLOW`).
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> result = rc.solve(rc.Surface(heights, pixel), material=steel, load=1.0)
+    >>> found = rc.conductance(result, "6061-T6", rc.Conductor(resistivity="17 nohm m"))
+    >>> bool(found.electrical_resistance[0] > 0)
+    True
+    """
+    bodies = (conductor_of(conductor), conductor_of(counter_conductor))
+    films = (
+        _film(electrical_film, "film", "electrical_film"),
+        _film(thermal_film, "thermal film", "thermal_film"),
+    )
+    _check(bodies, films)
+    warmth = warmth_of(temperature)
+    filling = None if gap is None else filling_of(gap, gap_pressure, warmth)
+    if filling is not None and math.isnan(_thermal_resistivity(bodies)):
+        raise InputError("needs the conductivity of both bodies", argument="gap")
+    amperes = None if current is None else positive(current, "current", "current")
+    if amperes and None in (body.resistivity for body in bodies):
+        raise InputError("needs the resistivity of both bodies", argument="current")
+    steps, judged, largest = _looked_at(contacts, _thermal_resistivity(bodies), filling)
+    result = Conductance(
+        steps,
+        bodies,
+        *films,
+        largest,
+        over_loads(judged, "N"),
+        filling=filling,
+        temperature=warmth,
+        current=amperes,
+    )
+    return replace(result, messages=(*result.messages, *_radiation(result), *_heat(result)))
+
+
+def _heat(result: Conductance) -> Iterator[Caution]:
+    """Yield the message on spots that soften or melt under the smallest load."""
+    voltage = float(np.nanmax(result.voltage, initial=0.0))
+    for limit, effect, severity in (
+        ("melting_voltage", "melt and weld", as_warning),
+        ("softening_voltage", "soften and grow", as_caution),
+    ):
+        known = [(value, body.name) for body in result.bodies if (value := getattr(body, limit))]
+        lowest, name = min(known, default=(math.inf, ""))
+        if voltage > lowest:
+            yield severity(
+                Kind.HOT_SPOTS,
+                f"Contact voltage {engineering(voltage, 'V', 3)} exceeds the "
+                f"{limit.replace('_', ' ')} of {name or 'a body'} ({lowest:g} V): spots {effect}.",
+                voltage=voltage,
+            )
+            return
+
+
+def _radiation(result: Conductance) -> Iterator[Caution]:
+    """Yield the note on radiation that adds more than is negligible."""
+    if result.largest.boundary.periodic_axes != (0, 1):
+        return
+    with np.errstate(divide="ignore"):
+        share = float(np.nanmax(result.radiation / result.joint_conductance, initial=0.0))
+    if share > RADIATES:
+        yield as_note(
+            Kind.RADIATION,
+            f"Radiation adds up to {percent(min(share, 1.0))} between black faces and is not "
+            "included.",
+            share=share,
+        )
+
+
+Judged = list[tuple[float, tuple[Caution, ...]]]
+
+
+def _looked_at(
+    contacts: ContactResult | Iterable[ContactResult], resistivity: float, filling: Filling | None
+) -> tuple[tuple[ConductanceStep, ...], Judged, ContactResult]:
+    """Return what each contact has and is judged by, by ascending load, and the last of them."""
+    answer: list[tuple[ConductanceStep, tuple[Caution, ...]]] = []
+    largest: ContactResult | None = None
+    texture: Texture | None = None
+    for result in of_one_pair(contacts, OF):
+        result.pair.require_uncoated(OF)
+        if texture is None or texture.pair is not result.pair:
+            texture = Texture(result.pair)
+        if filling is not None and len(result.boundary.periodic_axes) < 2:
+            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
+        step = _step(result, texture, resistivity, filling)
+        answer.append((step, (*result.cautions, *_own(result, texture))))
+        if largest is None or result.load >= largest.load:
+            largest = result
+    assert largest is not None
+    answer.sort(key=lambda item: item[0].load)
+    steps = tuple(step for step, _ in answer)
+    return steps, [(step.load, cautions) for step, cautions in answer], largest
+
+
+def _step(
+    result: ContactResult, texture: Texture, resistivity: float, filling: Filling | None
+) -> ConductanceStep:
+    gaps = {}
+    if len(result.boundary.periodic_axes) == 2 and not math.isnan(resistivity):
+        gap = np.where(result.contact, np.nan, np.maximum(result.gap, 0))
+        spread = spreading(result.pixel_area, resistivity)
+        fillings = {"air_gap": filling_of("air"), "oil_gap": filling_of("oil")}
+        if filling is not None:
+            fillings["filled_gap"] = filling
+        gaps = {name: gap_conductance(gap, item, spread) for name, item in fillings.items()}
+    return ConductanceStep(
+        load=result.load,
+        contact_area=result.contact_area,
+        saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
+        spots=result.spots().count,
+        length=2 * unloading_stiffness(result) / result.contact_modulus,
+        greenwood_length=greenwood(result),
+        correlation_length=_correlation(result, texture),
+        **gaps,
+    )
+
+
+def _own(result: ContactResult, texture: Texture) -> Iterator[Caution]:
+    """Yield what is known of the joint."""
+    if result.counter_surface is None:
+        yield ONE_ROUGH_FACE
+    if result.hertz is None:
+        yield from form(texture)
+
+
+def _correlation(result: ContactResult, texture: Texture) -> float:
+    """Return the constriction length that simple theory gives a nominally flat joint."""
+    height, gradient = texture.height, texture.gradient
+    rough = result.load > 0 and height > 0 and gradient > 0
+    strip = len(result.pair.boundary.periodic_axes) == 1
+    if result.hertz is not None or strip or not rough or not texture.is_flat:
+        return math.nan
+    area = result.pair.size[0] * result.pair.size[1]
+    # Of Gaussian heights alike in all directions: √(2/π) of the slope along a line, h′/√2.
+    slope = gradient / math.sqrt(math.pi)
+    pressure = result.load / area
+    if result.ceiling is None:
+        modulus = result.contact_modulus
+        joint = area * constriction.elastic_joint(pressure, modulus, slope, height)
+    else:
+        hardness = float(np.mean(result.ceiling))
+        joint = area * constriction.plastic_joint(pressure, hardness, slope, height)
+    if result.pair.boundary.periodic_axes:
+        return joint
+    # Spreading from all of the map comes on top: an ellipse of its area and sides has that of a
+    # square to 2 %.
+    whole = constriction.ellipse(*(side / math.sqrt(math.pi) for side in result.pair.size))
+    return 1 / (1 / joint + 1 / whole)
+
+
+def _thermal_resistivity(bodies: tuple[Conductor, Conductor]) -> float:
+    first, second = (1 / (body.conductivity or math.nan) for body in bodies)
+    return first + second
+
+
+def conductor_of(specified: Conductor | str) -> Conductor:
+    """Return a conductor, which may be given by its name in the catalogue."""
+    return catalog.entry(specified).conductor if isinstance(specified, str) else specified
+
+
+def _film(value: Quantity, dimension: str, argument: str) -> float:
+    result = quantity(value, dimension, argument)
+    if not (isinstance(result, (int, float)) and 0 <= result < math.inf):
+        raise input_error(argument, value, "must be zero or positive, and finite")
+    return float(result)
+
+
+def _check(bodies: tuple[Conductor, Conductor], films: tuple[float, float]) -> None:
+    """Refuse bodies of which too little is known."""
+    electrical = [body.resistivity is not None for body in bodies]
+    thermal = [body.conductivity is not None for body in bodies]
+    if not all(electrical) and not all(thermal):
+        raise InputError(
+            "needs the resistivity of both bodies, or the conductivity of both; known are "
+            f"{_known(bodies[0])} of the body and {_known(bodies[1])} of the counter-body",
+            argument="conductance",
+        )
+    for film, known, argument, what in (
+        (films[0], electrical, "film", "resistivity"),
+        (films[1], thermal, "thermal_film", "conductivity"),
+    ):
+        if film and not all(known):
+            raise InputError(f"needs the {what} of both bodies", argument=argument, value=film)
+
+
+def _known(body: Conductor) -> str:
+    names = [name for name in ("resistivity", "conductivity") if getattr(body, name) is not None]
+    return " and ".join(names) or "neither"

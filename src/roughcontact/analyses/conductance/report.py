@@ -1,0 +1,400 @@
+"""Report of a conductance result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from roughcontact.analyses.conductance import (
+    illustrations as conductance_illustrations,
+    model as joint,
+)
+from roughcontact.material.material import Conductor
+from roughcontact.references import cited
+from roughcontact.report import contact_fields, phrases, uncertainty
+from roughcontact.report.assumptions import Assumption
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.kind import CAUTIONS, CellTable, Column, Columns, Kind, Quantity, Table
+from roughcontact.uncertainty.intervals import Interval
+from roughcontact.units import changed_by, engineering, percent, plain
+
+
+def _body(number: int) -> Callable[[joint.Conductance], dict[str, Any]]:
+    def facts(result: joint.Conductance) -> dict[str, Any]:
+        body = result.bodies[number]
+        return {
+            "name": body.name, "resistivity": body.resistivity, "conductivity": body.conductivity,
+        }  # fmt: skip
+
+    return facts
+
+
+def _words(body: Conductor) -> str:
+    """Return what a body conducts."""
+    parts = [body.name] if body.name else []
+    if body.resistivity is not None:
+        parts.append(f"ρ {engineering(body.resistivity, 'Ω m')}")
+    if body.conductivity is not None:
+        parts.append(f"k {body.conductivity:.4g} W/(m K)")
+    return ", ".join(parts)
+
+
+def _electrical(result: joint.Conductance) -> bool:
+    return not math.isnan(result.electrical_resistivity)
+
+
+def _thermal(result: joint.Conductance) -> bool:
+    return not math.isnan(result.thermal_resistivity)
+
+
+def _by_area(result: joint.Conductance) -> bool:
+    """Return whether the conductance of the joint is proportional to its area."""
+    return len(result.largest.boundary.periodic_axes) == 2
+
+
+def _filled(result: joint.Conductance) -> bool:
+    """Return whether it is shown what air or oil would add."""
+    return _thermal(result) and _by_area(result) and result.filling is None
+
+
+def _in_gap(filling: str) -> Callable[[joint.Conductance], str]:
+    """Return h with the gap filled under the smallest and the largest load, and what it adds."""
+
+    def text(result: joint.Conductance) -> str:
+        whole = result.filled_conductance(filling)
+        with np.errstate(divide="ignore"):
+            added = result.column(f"{filling}_gap") / result.thermal_conductance
+        return " to ".join(
+            f"{engineering(whole[end], 'W/(m² K)', 3)} ({changed_by(added[end])})"
+            for end in sorted({0, len(result.steps) - 1})
+        )
+
+    return text
+
+
+def _share_of_gap(result: joint.Conductance) -> str:
+    """Return what the filled gap conducts, and its share, under the smallest and largest load."""
+    gap = result.column("filled_gap")
+    return " to ".join(
+        f"{engineering(gap[end], 'W/(m² K)', 3)} ({percent(gap[end] / whole[end])})"
+        for whole in [result.joint_conductance]
+        for end in sorted({0, len(result.steps) - 1})
+    )
+
+
+def _has_filling(result: joint.Conductance) -> bool:
+    return result.filling is not None
+
+
+def _has_current(result: joint.Conductance) -> bool:
+    return result.current is not None
+
+
+def _filled_by(name: str) -> Callable[[joint.Conductance], list[float]]:
+    return lambda result: result.filled_conductance(name).tolist()
+
+
+def _fillings() -> tuple[Quantity, ...]:
+    return tuple(
+        Quantity(
+            f"with_{name}", f"with {name} in the gap", unit="W/(m² K)", stored=False, when=_filled,
+            of=_filled_by(name), text=_in_gap(name),
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
+def _filled_columns() -> Columns:
+    return tuple(
+        Column(
+            f"thermal_conductance_{name}", f"with {name}", unit="W/(m² K)", brief=False,
+            of=_filled_by(name), when=_filled,
+        )
+        for name in ("air", "oil")
+    )  # fmt: skip
+
+
+def _ratio(
+    name: str, within: tuple[float, float] = (0.0, math.inf)
+) -> Callable[[joint.Conductance], list[str]]:
+    """Return an estimate of the constriction length over the length, where it is in its range."""
+
+    def shown(result: joint.Conductance) -> list[str]:
+        ratios = result.column(name) / result.column("length")
+        low, high = within
+        return [f"{ratio:.3g}" if low <= ratio <= high else "–" for ratio in ratios.tolist()]
+
+    return shown
+
+
+CONDUCTANCE: Table = (
+    *PAIR,
+    Quantity("nominal_area", unit="m²"),
+    Quantity("body", "body", of=_body(0), text=lambda r: _words(r.bodies[0])),
+    Quantity("counter_body", "counter-body", of=_body(1), text=lambda r: _words(r.bodies[1])),
+    Quantity(
+        "film", "film", unit="Ω m²", form=lambda v: f"{v:.4g} Ω m²" if v else "none",
+        when=_electrical,
+    ),
+    Quantity(
+        "thermal_film", "thermal film", unit="m² K/W",
+        form=lambda v: f"{v:.4g} m² K/W" if v else "none", when=_thermal,
+    ),
+    Quantity(
+        "gap", "gap", of=lambda r: r.filling and asdict(r.filling), when=_has_filling,
+        text=lambda r: f"{r.filling.name}: {_share_of_gap(r)}",
+    ),
+    Quantity("temperature", unit="K"),
+    Quantity("current", unit="A", of=lambda r: r.current),
+    *_fillings(),
+    Quantity(
+        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        text=lambda r: (
+            f"pixels of {engineering(r.coarser.pixel, 'm')}: length {changed_by(r.coarser.length)},"
+            f" contact area {changed_by(r.coarser.contact_area)}"
+        ), when=lambda r: r.coarser is not None,
+    ),
+    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
+    Quantity("interval", of=lambda r: _interval(r).summary()),
+    *CAUTIONS,
+)  # fmt: skip
+"""Of a `Conductance`."""
+
+CONDUCTANCE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
+    Column(
+        "saturated_area", "saturated", unit="m²", brief=False,
+        shown=contact_fields.shares("saturated_area"),
+    ),
+    Column("spots", "spots", brief=False),
+    Column("length", "length", unit="m"),
+    Column(
+        "electrical_resistance", "resistance", unit="Ω", when=_electrical,
+        of=lambda r: r.electrical_resistance.tolist(),
+    ),
+    Column(
+        "thermal_resistance", unit="K/W", when=_thermal,
+        of=lambda r: r.thermal_resistance.tolist(),
+    ),
+    Column(
+        "electrical_conductance", unit="S/m²", when=_electrical,
+        of=lambda r: r.electrical_conductance.tolist(),
+    ),
+    Column(
+        "thermal_conductance", unit="W/(m² K)", when=_thermal,
+        of=lambda r: r.thermal_conductance.tolist(),
+    ),
+    # Shown is the one that says something with this boundary.
+    Column(
+        "thermal_resistance", "thermal", unit="K/W", stored=False,
+        of=lambda r: r.thermal_resistance.tolist(),
+        when=lambda r: _thermal(r) and not _by_area(r),
+    ),
+    Column(
+        "thermal_conductance", "per area", unit="W/(m² K)", stored=False,
+        of=lambda r: r.thermal_conductance.tolist(), when=lambda r: _thermal(r) and _by_area(r),
+    ),
+    Column("voltage", unit="V", of=lambda r: r.voltage.tolist(), when=_has_current),
+    Column("hottest", unit="K", of=lambda r: r.hottest.tolist(), when=_has_current),
+    Column("gap_conductance", "gap", unit="W/(m² K)", when=_has_filling,
+           of=lambda r: r.column("filled_gap").tolist()),
+    Column("joint_conductance", "joint", unit="W/(m² K)", when=_has_filling,
+           of=lambda r: r.joint_conductance.tolist()),
+    *_filled_columns(),
+    Column(
+        "greenwood_length", "Greenwood", unit="m", shown=_ratio("greenwood_length", joint.DISCS),
+    ),
+    Column(
+        "correlation_length", "correlation", unit="m", shown=_ratio("correlation_length"),
+    ),
+)  # fmt: skip
+"""Of the loads of a `Conductance`."""
+
+_MEANING = {
+    (): "The resistance is that between points far away in both bodies: the spreading from all of "
+    "the map is in it, and a larger map has less, though not in proportion to its area.",
+    (0, 1): "The resistance is what the joint adds to the bodies of one period, inversely "
+    "proportional to the area.",
+}
+_STRIP = (
+    "The resistance is that of one period up to a distance of the longer side of the map: the "
+    "potential of an endless strip has no bound."
+)
+
+
+def _span(spread: tuple[float, float]) -> str:
+    return f"{spread[0]:g} to {spread[1]:g}"
+
+
+def _gap_sentence(result: joint.Conductance) -> str:
+    if result.filling is not None:
+        return f"contact and gap, filled with {result.filling.name}, conduct side by side"
+    filled = (
+        ", unless it is filled: with air (1 bar) or oil in it the contact and the gap conduct side "
+        "by side"
+    )
+    return f"the gap conducts nothing{filled if _filled(result) else ''}"
+
+
+def sentences(result: joint.Conductance) -> tuple[str, ...]:
+    """Return what a reader of the resistances has to know."""
+    meaning = _MEANING.get(result.largest.boundary.periodic_axes, _STRIP)
+    film = result.film or result.thermal_film
+    return (
+        "The constriction length over the sum of the resistivities of the two bodies, or of their "
+        "1/k, is the conductance.",
+        meaning,
+        f"All of the contact conducts, yielded metal included; {_gap_sentence(result)}.",
+        *(
+            ("The film is added over the contact area; as it evens the flow out, the true "
+             f"resistance is a little larger, on a disc by at most {percent(joint.EVEN_FLOW)} of "
+             "the constriction.",)
+            if film else ()
+        ),
+        "The resistance of an elastic contact depends on its coarse outline, where the current "
+        "crowds: a cluster of small spots conducts like one of its size. The contact area, and a "
+        "film on it, depend on the finest scales; under a ceiling, which bounds the area, more and "
+        "smaller spots conduct better.",
+        "The last two columns are estimates of the constriction length over that computed: "
+        "Greenwood's formula from radii and places of the spots (1966), and the correlation for "
+        f"large flat rough joints, which depends on the slope and so on the pixel; 95 % of "
+        f"{joint.CASES} rough maps had {_span(joint.SPOTTED)} and {_span(joint.CORRELATED)}. A "
+        "dash is outside the range of the formula.",
+    )  # fmt: skip
+
+
+def question(result: joint.Conductance) -> str:
+    """Return the question that a conductance answers."""
+    names = [name for name, of in (("heat", _thermal), ("current", _electrical)) if of(result)]
+    verb = "does" if len(names) == 1 else "do"
+    return f"How well {verb} {' and '.join(names)} cross the joint {phrases.load_range(result)}?"
+
+
+_ASSUMPTIONS = (
+    Assumption("All of the contact conducts", lambda r: "film included" if r.film or r.thermal_film
+               else "no oxide or other film", "the bodies carry films"),
+    Assumption("The gap conducts nothing", lambda r: "air or oil: see the rows above",
+               "gas, oil or radiation carry heat", lambda r: _thermal(r) and not _has_filling(r)),
+    Assumption("Contact and gap conduct side by side", lambda r: f"k/(g + M), {r.filling.name}",
+               "the gap conducts nearly as well as the metal", _has_filling),
+)  # fmt: skip
+
+# --- What is said first ---
+
+_ZERO_CELSIUS = 273.15
+
+
+def _joint_texts(result: joint.Conductance, index: int) -> list[str]:
+    """Return conductance and resistance under one of the loads."""
+    texts = []
+    if _thermal(result):
+        if _by_area(result):
+            h = result.joint_conductance[index]
+            texts.append(f"h = {phrases.size(h, 'W/(m² K)')}")
+        else:
+            texts.append(f"R = {phrases.size(result.thermal_resistance[index], 'K/W')} (thermal)")
+    if _electrical(result):
+        resistance = result.electrical_resistance[index]
+        if _by_area(result):
+            area = resistance * result.nominal_area
+            texts.append(f"R·A = {plain(area * 1e12, 3)} Ω µm²")
+        else:
+            texts.append(f"R = {phrases.size(resistance, 'Ω')}")
+    return texts
+
+
+def _interval(result: joint.Conductance) -> Interval:
+    """Return the interval of the constriction length under the largest load."""
+    coarser = math.nan if result.coarser is None else result.coarser.length
+    return uncertainty.of_joint(
+        result, "length", result.steps[-1].length, 0, coarser, *result.draws
+    )
+
+
+def _answer(result: joint.Conductance) -> str:
+    texts, interval = _joint_texts(result, -1), _interval(result)
+    if uncertainty.has_ends(interval):
+        shown = [
+            [text.partition(" = ")[2].removesuffix(" (thermal)")
+             for text in _joint_texts(result.with_length(length), -1)]
+            for length in (interval.low, interval.high)
+        ]  # fmt: skip
+        # A resistance is larger with the smaller length.
+        pairs = [ends if text[0] == "h" else ends[::-1]
+                 for text, *ends in zip(texts, *shown, strict=True)]  # fmt: skip
+        texts = [f"{text} ({phrases.between(low, high, str)})"
+                 for text, (low, high) in zip(texts, pairs, strict=True)]  # fmt: skip
+    return f"At {phrases.load(result.largest)}: {', '.join(texts)}."
+
+
+def _numbers(result: joint.Conductance) -> CellTable:
+    """Return pressure, contact, conductance and resistance of each load."""
+    heads = ["pressure", "contact"]
+    heads += ["thermal h" if _by_area(result) else "thermal R"] * _thermal(result)
+    heads += ["electrical R·A" if _by_area(result) else "electrical R"] * _electrical(result)
+    rows = [
+        (
+            phrases.size(load / result.nominal_area, "Pa"),
+            contact,
+            *(
+                text.partition(" = ")[2].removesuffix(" (thermal)")
+                for text in _joint_texts(result, index)
+            ),
+        )
+        for index, (load, contact) in enumerate(
+            zip(result.column("load"), contact_fields.shares("contact_area")(result), strict=True)
+        )
+    ]
+    return tuple(heads), rows
+
+
+def _remarks(result: joint.Conductance) -> tuple[str, ...]:
+    """Return the effects of a filled gap and of the pixel, and the accuracy of the solution."""
+    lines = []
+    if _has_filling(result):
+        name = result.filling.name if result.filling else ""
+        solid = result.thermal_conductance
+        parts = " to ".join(
+            phrases.size(solid[end], "W/(m² K)") for end in sorted({0, len(solid) - 1})
+        )
+        lines += [f"Contact: {parts}", f"Gap ({name}): {_share_of_gap(result)}"]
+    elif _filled(result):
+        lines.append(f"Gas is not included. With air in the gap: {_in_gap('air')(result)}")
+    if result.current is not None:
+        amperes = phrases.size(result.current, "A")
+        voltage = phrases.size(float(result.voltage[0]), "V")
+        hot = plain(float(result.hottest[0]) - _ZERO_CELSIUS, 3)
+        smallest = " under the smallest load" * (len(result.steps) > 1)
+        lines.append(f"At {amperes}: contact voltage {voltage}, hottest spot {hot} °C{smallest}")
+    lines += [uncertainty.sources(_interval(result), hint=False), *phrases.drawn(result.draws)]
+    others = []
+    if result.coarser is not None:
+        others.append(f"twice the pixel {changed_by(result.coarser.length)}")
+    if result.calibrated is not None:
+        others.append(uncertainty.under_calibrated(result, 0))
+    if others:
+        lines.append(f"Constriction length: {', '.join(others)}")
+    return (*lines, phrases.status(result.largest))
+
+
+KIND = Kind(
+    joint.Conductance, CONDUCTANCE, CONDUCTANCE_COLUMNS, listed=True, question=question,
+    answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
+    assumptions=_ASSUMPTIONS, sentences=sentences, figures=conductance_illustrations.CONDUCTANCE,
+    contact=attrgetter("largest"),
+    works=lambda result: (
+        *((cited("temperature of the spots", "Kohlrausch1900"),) if result.current else ()),
+        cited("conductance from the stiffness", "Barber2003"),
+        cited("resistance of the spots", "Holm1967", "Greenwood1966"),
+        cited("correlations of flat joints", "Cooper1969", "Mikic1974"),
+        cited("gas in the gap", "Song1993", "Yovanovich1982"),
+    ),
+)  # fmt: skip

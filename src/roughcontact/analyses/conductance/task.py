@@ -1,0 +1,147 @@
+"""The task ``conductance``: what a contact conducts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import contacts as joints, options, parsing
+from roughcontact.request.options import PICTURES, PRESSURE, Option, Panel, file
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.conductance.model import Conductance
+
+ELECTRICAL_FILM = Option(
+    "electrical-film", Panel.BODIES, "FILM",
+    'Electrical film resistance × area: "1e-12 ohm m^2"; default: none.',
+    parsing.quantity("film"), None,
+)  # fmt: skip
+GAP = Option(
+    "gap", Panel.BODIES, "FLUID",
+    'Fluid in the gap: air, helium, vacuum, oil, grease or "0.2 W/m/K"; default: none.',
+    parsing.words, None,
+)  # fmt: skip
+GAP_PRESSURE = Option(
+    "gap-pressure", Panel.BODIES, "PRESSURE",
+    'Pressure of a gas in the gap: "1 mbar"; default: 1 bar.', PRESSURE, None,
+)  # fmt: skip
+CURRENT = Option(
+    "current", Panel.BODIES, "CURRENT", 'Current through the contact: "10 A"; default: none.',
+    parsing.quantity("current"), None,
+)  # fmt: skip
+FIGURE = file("figure", "FILE", "Figure of resistance versus load (PNG, SVG or PDF).", PICTURES)
+_CONDUCTORS = (
+    joints.RESISTIVITY, joints.CONDUCTIVITY, joints.COUNTER_RESISTIVITY,
+    joints.COUNTER_CONDUCTIVITY, ELECTRICAL_FILM, joints.THERMAL_FILM, GAP, GAP_PRESSURE,
+    joints.TEMPERATURE, CURRENT,
+)  # fmt: skip
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.conductance.model import OF, conductance
+
+    contacts = joints.Contacts.of_request(request, work)
+    contacts.require_map(OF)
+    loads = joints.loads(request)
+
+    def compute(pair: joints.Contacts) -> Conductance:
+        return conductance(
+            pair.under(loads),
+            *joints.conductors(request),
+            electrical_film=request[ELECTRICAL_FILM] or 0.0,
+            thermal_film=request[joints.THERMAL_FILM] or 0.0,
+            gap=request[GAP],
+            gap_pressure=request[GAP_PRESSURE],
+            temperature=request[joints.TEMPERATURE],
+            current=request[CURRENT],
+        )
+
+    return joints.outcome(request, work, contacts.over_draws(compute))
+
+
+def _check(request: Request) -> None:
+    joints.check_loads(request)
+    if (gap := request[GAP]) is not None:
+        from roughcontact.analyses.conductance.model import filling_of
+
+        filling_of(gap, request[GAP_PRESSURE], request[joints.TEMPERATURE])
+        if request[options.BOUNDARY] != Boundary.PERIODIC:
+            raise InputError("needs ", ArgumentRef("boundary", "periodic"), argument="gap")
+    bodies = joints.conductors(request)
+    kinds = ("resistivity", "conductivity")
+    known = [all(getattr(body, kind) is not None for body in bodies) for kind in kinds]
+    if not any(known):
+        lacking, material = next(
+            lacking
+            for body, lacking in zip(
+                bodies,
+                ((joints.CONDUCTIVITY, options.MATERIAL),
+                 (joints.COUNTER_CONDUCTIVITY, options.COUNTER_MATERIAL)),
+                strict=True,
+            )
+            if body.conductivity is None
+        )  # fmt: skip
+        named = request[material]
+        which = "" if named is None else f": {named.name} has none"
+        raise InputError(
+            f"is needed{which}. Give ",
+            ArgumentRef(lacking.argument, "46 W/m/K"),
+            " or ",
+            ArgumentRef(material.argument, "Cu-ETP"),
+            ".",
+            argument=lacking.argument,
+        )
+    for film, kind, there in zip(
+        (ELECTRICAL_FILM, joints.THERMAL_FILM, CURRENT, GAP),
+        (*kinds, *kinds),
+        (*known, *known),
+        strict=True,
+    ):
+        if request[film] and not there:
+            raise InputError(
+                "needs ",
+                ArgumentRef(kind),
+                " and ",
+                ArgumentRef(f"counter_{kind}"),
+                argument=film.argument,
+            )
+
+
+TASK = Task(
+    "conductance",
+    """Compute thermal and electrical contact conductance.
+
+\b
+Example:
+roughcontact conductance ground.x3p --load "20 MPa, 50 MPa" \\
+    --boundary periodic --material 42CrMo4 --counter-material Cu-ETP
+""",
+    (
+        *options.MAP, joints.LOAD, *joints.RANGE, *options.MATERIALS, *_CONDUCTORS,
+        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
+        joints.OUTPUT, FIGURE,
+        *options.OUTPUT,
+    ),
+    (
+        joints.LOAD, options.MATERIAL, options.COUNTER_MATERIAL, joints.CONDUCTIVITY,
+        joints.COUNTER_CONDUCTIVITY, GAP, options.BOUNDARY, options.MISSING, joints.OUTPUT,
+        options.REPORT,
+    ),
+    run=_run,
+    rules=(*joints.LOAD_RULES, *joints.FACE_RULES),
+    check=_check,
+    last=last_contact,
+    held=2,
+    questions=(
+        Question(
+            "Conductance",
+            "Electrical and thermal resistance of the whole contact.",
+            _CONDUCTORS,
+        ),
+    ),
+    shares_contacts=True,
+)  # fmt: skip

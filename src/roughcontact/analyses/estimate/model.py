@@ -1,0 +1,635 @@
+"""Estimates of nominally flat contact from a few parameters, without solving it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools.arguments import checked
+from roughcontact.cautions import Caution, Kind, as_note, ordered
+from roughcontact.contact.result import ContactResult
+from roughcontact.errors import ArgumentRef, InputError, input_error, require_positive
+from roughcontact.material.hardening import Linear, Perfect
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material, contact_modulus
+from roughcontact.result import Result
+from roughcontact.surface.surface import Surface
+from roughcontact.theory import height_distribution
+from roughcontact.theory.height_distribution import gap_below_plane
+from roughcontact.theory.persson import diffused, persson_fractions
+from roughcontact.units import Quantity, percent, quantity
+
+Array = NDArray[np.float64]
+
+STORED = Path(__file__).with_name("atlas.json")
+
+CONTACT, SATURATED, GAP, VOLUME = "contact", "saturated", "gap", "volume"
+"""What there is a formula for."""
+
+LEVEL = 0.90
+"""Share of maps that fall into the interval of a formula."""
+
+# Middle of the set, from which polynomials count.
+_BREADTH, _TEXTURE = 3.0, 0.9
+# Gradients from which coordinates are told, over h′; for the gap over Sq/Sal.
+_FIRST = {CONTACT: 0.7, SATURATED: 0.7, GAP: 1.2, VOLUME: 0.7}
+_LOGARITHMIC = (CONTACT, VOLUME)
+_STEEPEST = 20.0
+# Peak pressure of a sphere at first yield over three yield strengths, at ν = 0.3.
+_FIRST_YIELD = 1.295 * math.exp(0.736 * 0.3) / 3
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Nominally flat contacts in groups without unit; arrays of one shape (n,)."""
+
+    pressure: Array  # p̄/(E* h′), h′ the root-mean-square gradient Sdq
+    ratio: Array  # E* h′ over the pressure ceiling, of the volume model over three yield strengths
+    breadth: Array  # Sdq Sal/Sq: breadth of the spectrum
+    texture: Array  # Str
+    skewness: Array  # Ssk
+    kurtosis: Array  # Sku
+    hardening: Array  # H h′/σ_Y, H the hardening modulus
+
+    @property
+    def tails(self) -> Array:
+        """Sku over that of a gamma distribution, 3 + 1.5 Ssk²."""
+        return self.kurtosis / (3 + 1.5 * self.skewness**2)
+
+    def values(self) -> dict[str, Array]:
+        """Return what a domain bounds: all groups, and what follows from them."""
+        return vars(self) | {
+            "contact": theory_contact(self),
+            "tails": self.tails,
+            "middle": self.kurtosis - self.skewness**2 - 1,
+        }
+
+    def taken(self, chosen: Any) -> Groups:
+        """Return some of them."""
+        return Groups(**{name: values[chosen] for name, values in vars(self).items()})
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula for one quantity."""
+
+    quantity: str  # A/A₀, saturated area/A₀, mean gap/Sq, or plastic volume h′/(Sq A₀)
+    knee: float  # `ratio` beyond which the effective gradient falls with it
+    terms: tuple[str, ...]
+    coefficients: tuple[float, ...]  # Of the terms
+    scatter_terms: tuple[str, ...] = ("",)
+    scatter: tuple[float, ...] = (0.0,)
+    factor: float = 1.96  # Half width of the interval of `LEVEL`, over that
+
+    def design(self, groups: Groups) -> Array:
+        """Return the terms, shape (n, number of terms)."""
+        return _products(self.terms, self._coordinates(groups))
+
+    def value(self, groups: Groups, design: Array | None = None) -> Array:
+        """Return the quantity, shape (n,); ``design`` where it is known."""
+        design = self.design(groups) if design is None else design
+        fitted = _sum(design, self.coefficients)
+        if self.quantity == VOLUME:
+            return np.exp(fitted) * _yielded(groups, self._start(groups))
+        gradient = np.exp(np.minimum(fitted - self._softening(groups), math.log(_STEEPEST)))
+        if self.quantity == GAP and not np.isnan(groups.breadth).any():
+            gradient = gradient / groups.breadth
+        contact, saturated = _theory(groups, gradient)
+        if self.quantity == GAP:
+            share = np.clip(contact, 1e-12, 1 - 1e-12)
+            return gap_below_plane(share, groups.skewness, groups.kurtosis)
+        return saturated if self.quantity == SATURATED else contact
+
+    def missed(self, value: Array, result: Array) -> Array:
+        """Return by how much values are too large, in the measure in which scatter is told."""
+        return self._measured(value) - self._measured(result)
+
+    def _measured(self, value: Array) -> Array:
+        """Return values in the measure in which their scatter is told."""
+        if self.quantity in _LOGARITHMIC:
+            return np.log(value)
+        return np.sqrt(value) if self.quantity == SATURATED else value
+
+    def ranged(self, groups: Groups, wider: float = 1.0) -> tuple[Array, Array, Array]:
+        """Return the quantity and the ends of its interval, so much wider, each of shape (n,)."""
+        coordinates = self._coordinates(groups)
+        value = self.value(groups, _products(self.terms, coordinates))
+        spread = _sum(_products(self.scatter_terms, coordinates), self.scatter)
+        half = wider * self.factor * np.exp(spread)
+        return (value, *self._interval(groups, value, half))
+
+    def spread_design(self, groups: Groups) -> Array:
+        """Return the terms of the scatter, shape (n, number of them)."""
+        return _products(self.scatter_terms, self._coordinates(groups))
+
+    def _interval(self, groups: Groups, value: Array, half: Array) -> tuple[Array, Array]:
+        """Return the ends of the interval about a value."""
+        middle = self._measured(value)
+        low, high = middle - half, middle + half
+        if self.quantity in _LOGARITHMIC:
+            low, high = np.exp(low), np.exp(high)
+        else:
+            low = np.maximum(low, 0)
+        if self.quantity == SATURATED:
+            low, high = low**2, high**2
+        # What carries the load at no more than the ceiling, and what can be at it.
+        minimum = groups.pressure * groups.ratio
+        if self.quantity == CONTACT:
+            return np.clip(low, minimum, 1), np.clip(high, minimum, 1)
+        return (low, np.minimum(high, minimum)) if self.quantity == SATURATED else (low, high)
+
+    def _softening(self, groups: Groups) -> Array:
+        """Return by how much plasticity lowers ln(h_eff/h′), to begin with."""
+        return np.log1p((groups.ratio / self.knee) ** 2) / 2
+
+    def _start(self, groups: Groups) -> Array:
+        """Return the effective gradient over h′ from which coordinates are told."""
+        first: Array = _FIRST[self.quantity] * np.exp(-self._softening(groups))
+        if self.quantity == GAP and not np.isnan(groups.breadth).any():
+            first = first / groups.breadth
+        return first
+
+    def _coordinates(self, groups: Groups) -> dict[str, Array]:
+        """Return the coordinates of polynomials by their letters."""
+        from scipy.special import ndtri
+
+        first = self._start(groups)
+        contact = np.clip(_theory(groups, first)[0], 1e-9, 1 - 1e-9)
+        result = {
+            "z": ndtri(contact) + 1,
+            "w": self._softening(groups),
+            "b": np.log(groups.breadth / _BREADTH),
+            "s": groups.skewness,
+            "q": np.log(groups.tails),
+            "t": np.log(groups.texture / _TEXTURE),
+            "k": np.log1p(groups.hardening),
+        }
+        if self.quantity == VOLUME:
+            result["y"] = np.log(_yielded(groups, first) / contact)
+        return result
+
+
+def theory_contact(groups: Groups) -> Array:
+    """Return the contact fraction of Persson's theory with the gradient of the surface itself."""
+    return _theory(groups, np.ones_like(groups.pressure))[0]
+
+
+def _theory(groups: Groups, gradient: Array) -> tuple[Array, Array]:
+    with np.errstate(divide="ignore"):
+        ceiling = 1 / groups.ratio
+    return diffused(groups.pressure, gradient / 2, ceiling)
+
+
+def _yielded(groups: Groups, gradient: Array) -> Array:
+    """Return the fraction of the nominal area on which the theory finds first yield exceeded."""
+    with np.errstate(divide="ignore"):
+        bound = _FIRST_YIELD / groups.ratio
+    # More than that pressure on average is it everywhere.
+    pressure = np.minimum(groups.pressure, bound)
+    return np.maximum(diffused(pressure, gradient / 2, bound)[1], 1e-12)
+
+
+def _products(terms: tuple[str, ...], coordinates: dict[str, Array]) -> Array:
+    """Return products of coordinates, a column each."""
+    columns = np.ones((len(terms), coordinates["z"].size))
+    for column, term in zip(columns, terms, strict=True):
+        for letter in term:
+            column *= coordinates[letter]
+    return columns.T
+
+
+def _sum(design: Array, coefficients: tuple[float, ...]) -> Array:
+    # Without BLAS, whose last digits depend on its threads.
+    return np.sum(design * np.array(coefficients), axis=1)
+
+
+# --- what is stored
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """The formulas, where they hold, and what they were fitted to."""
+
+    formulas: dict[str, Formula]
+    domain: dict[str, dict[str, tuple[float, float]]]
+    measured: float  # How much wider an interval is that holds `LEVEL` of measured maps
+
+    def formula(self, quantity: str, with_Sal: bool) -> Formula:
+        """Return the formula for a quantity."""
+        known = self.formulas[quantity]
+        return known if with_Sal else self.formulas.get(f"{quantity}_without_Sal", known)
+
+
+@lru_cache(maxsize=1)
+def stored() -> Atlas:
+    """Return the formulas that the package holds."""
+    stored = json.loads(STORED.read_text(encoding="utf-8"))
+    return Atlas(
+        {name: _formula(item) for name, item in stored["formulas"].items()},
+        {
+            model: {name: (low, high) for name, (low, high) in ranges.items()}
+            for model, ranges in stored["domain"].items()
+        },
+        stored["measured"],
+    )
+
+
+def _formula(text: dict[str, Any]) -> Formula:
+    return Formula(
+        text["quantity"],
+        text["knee"],
+        tuple(text["terms"]),
+        tuple(text["coefficients"]),
+        tuple(text["scatter_terms"]),
+        tuple(text["scatter"]),
+        text["factor"],
+    )
+
+
+# --- Estimates of nominally flat contact from a few parameters, without solving it ---
+
+
+_CEILING, _VOLUME = "ceiling", "volume"
+LEAST_WAVES = 6.0
+"""Autocorrelation lengths along the shorter side of a map below which it shows its own form."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """A value and the ends of the interval in which it lies for 90 of 100 maps."""
+
+    value: float
+    low: float
+    high: float
+
+    def times(self, factor: float) -> Range:
+        """Return it in another unit."""
+        return Range(self.value * factor, self.low * factor, self.high * factor)
+
+
+@dataclass(frozen=True)
+class Roughness:
+    """What the formulas know of a surface."""
+
+    Sq: float  # Root-mean-square height [m]
+    Sdq: float  # Root-mean-square gradient h′
+    Sal: float | None  # Autocorrelation length [m]
+    Str: float  # Texture aspect ratio
+    Ssk: float  # Skewness
+    Sku: float  # Kurtosis
+    waves: float | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Estimate(Result):
+    """A nominally flat contact by fitted formulas.
+
+    Parameters
+    ----------
+    pressure : float
+        Load over nominal area p̄ [Pa].
+    contact_modulus : float
+        E* [Pa].
+    ceiling : float or None
+        Largest pressure [Pa]; None where nothing yields.
+    yield_strength : float or None
+        Of the softer body [Pa].
+    roughness : Roughness
+        Parameters of the surface, or of the gap between two.
+    contact, saturated : Range
+        Contact area, saturated area included, and saturated area, over nominal area.
+    gap : Range
+        Mean open gap [m].
+    plastic_volume : Range or None
+        Volume of material with any plastic strain over nominal area [m], not of what is displaced;
+        None where nothing yields or the formula does not hold, see ``cautions``.
+    theory_contact : float
+        Contact fraction of Persson's theory.
+    cautions : tuple of Caution
+        What a reader of the numbers has to know.
+    """
+
+    pressure: float
+    contact_modulus: float
+    ceiling: float | None
+    yield_strength: float | None
+    roughness: Roughness
+    contact: Range
+    saturated: Range
+    gap: Range
+    plastic_volume: Range | None
+    theory_contact: float
+    cautions: tuple[Caution, ...] = ()
+
+    @property
+    def plasticity_index(self) -> float | None:
+        """E* h′/σ_Y; None where no yield strength is known."""
+        if self.yield_strength is None:
+            return None
+        return self.contact_modulus * self.roughness.Sdq / self.yield_strength
+
+
+@checked
+def estimate(
+    surface: Surface | None = None,
+    *,
+    pressure: Quantity,
+    material: Material,
+    counter_material: Material = RIGID,
+    ceiling: Quantity | None = "auto",
+    Sq: Quantity | None = None,
+    Sdq: float | None = None,
+    Sal: Quantity | None = None,
+    Str: float | None = None,
+    Ssk: float | None = None,
+    Sku: float | None = None,
+) -> Estimate:
+    """Return contact area, gap and plastic volume of a nominally flat contact by formulas.
+
+    Parameters
+    ----------
+    surface : Surface, optional
+        A leveled map without missing points; its parameters replace those that are not given.
+    pressure : float, str or quantity of pint
+        Load over nominal area [Pa].
+    material, counter_material : Material
+        Of the rough body and of its counter-body.
+    ceiling : "auto", float, str, quantity of pint or None
+        Largest pressure [Pa]; ``"auto"`` is three times the smaller yield strength, or else the
+        hardness, ``None`` is purely elastic.
+    Sq : float, str or quantity of pint
+        Root-mean-square height [m]. Of two rough bodies that of the gap: the squares add.
+    Sdq : float
+        Root-mean-square gradient; its squares add, too.
+    Sal : float, str or quantity of pint, optional
+        Autocorrelation length [m]. Without it the intervals of gap and plastic volume are wider.
+    Str : float, optional
+        Texture aspect ratio; by default 1.
+    Ssk : float, optional
+        Skewness; by default 0.
+    Sku : float, optional
+        Kurtosis; by default 3 + 1.5 Ssk², which is 3 of a Gaussian surface.
+
+    Returns
+    -------
+    Estimate
+        Each quantity with the interval that holds 90 of 100 maps: of a surface of which nothing
+        but the parameters is known, or, wider, of measured ones.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, the ceiling cannot carry the load, or the contact lies
+        outside the domain of the formulas; the message says what that is.
+
+    Notes
+    -----
+    The contact is that of a periodic map: of a large, nominally flat surface, of which the edges
+    do not count. See `roughcontact.analyses.estimate.model` for the form of the formulas, and the
+    page on estimates for what they miss. The plastic volume is that of perfect plasticity or linear
+    hardening at ν = 0.3.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> found = estimate(pressure="50 MPa", material=steel, Sq="0.5 um", Sdq=0.1, Sal="12 um")
+    >>> found.contact.low < found.contact.value < found.contact.high
+    True
+    """
+    specified = {"Sq": quantity(Sq, "length", "Sq"), "Sdq": Sdq,
+             "Sal": quantity(Sal, "length", "Sal"), "Str": Str, "Ssk": Ssk, "Sku": Sku}  # fmt: skip
+    roughness = _roughness(surface, specified)
+    mean = quantity(pressure, "pressure", "pressure")
+    require_positive(pressure=mean)
+    if material.coating or counter_material.coating:
+        raise InputError("is not in the formulas: solve a map of the surface", argument="coating")
+    strengths = [
+        item.yield_strength for item in (material, counter_material) if item.yield_strength
+    ]
+    strength = min(strengths, default=None)
+    limit = _limit(ceiling, material, counter_material)
+    return _estimated(
+        mean, contact_modulus(material, counter_material), limit, strength, roughness,
+        _hardening(material, counter_material),
+    )  # fmt: skip
+
+
+def of_result(result: ContactResult) -> Estimate | None:
+    """Return what the formulas say of a contact that was solved."""
+    pair = result.pair
+    flat = not (pair.is_profile or pair.is_shared) and len(result.boundary.periodic_axes) == 2
+    flat = flat and not pair.is_coated
+    if not flat or result.hertz is not None or isinstance(result.ceiling, np.ndarray):
+        return None
+    gap = Surface(-np.asarray(result.initial_gap), pair.pixel)
+    softer = pair.softer
+    strength = None if softer is None else softer.yield_strength
+    try:
+        return _estimated(
+            result.load / math.prod(pair.size), result.contact_modulus, result.ceiling, strength,
+            of_surface(gap), _hardening(pair.material, pair.counter_material),
+        )  # fmt: skip
+    except InputError:
+        return None
+
+
+def of_surface(surface: Surface) -> Roughness:
+    """Return what the formulas know of a map."""
+    values = surface.roughness()
+    texture = values["Str"] if math.isfinite(values["Str"]) else values["Str_max"]
+    known = {name: values[name] for name in ("Sq", "Sdq", "Sal", "Ssk", "Sku")}
+    for name, value in (*known.items(), ("Str", texture)):
+        if not math.isfinite(value):
+            raise InputError(
+                f"shows no {name}: it is flat, or its waves are longer than it is",
+                argument="surface",
+            )
+    return Roughness(**known, Str=texture, waves=min(surface.size) / known["Sal"])
+
+
+def _roughness(surface: Surface | None, specified: dict[str, Any]) -> Roughness:
+    for name, value in specified.items():
+        if value is not None and name != "Ssk":
+            require_positive(**{name: value})
+        elif value is not None and not math.isfinite(value):
+            raise input_error(name, value, "must be finite")
+    stated = {name: value for name, value in specified.items() if value is not None}
+    if surface is not None:
+        if surface.is_profile:
+            raise InputError(
+                "is a profile, and formulas are of areas: give Sq and Sdq of the surface",
+                argument="surface",
+            )
+        return replace(of_surface(surface), **stated)
+    for name, what in (("Sq", "how high the surface is"), ("Sdq", "how steep")):
+        if name not in stated:
+            raise InputError(f"must be given, or a map: {what}", argument=name)
+    skewness = stated.get("Ssk", 0.0)
+    usual = {
+        "Sal": None,
+        "Str": 1.0,
+        "Ssk": skewness,
+        "Sku": height_distribution.usual_kurtosis(skewness),
+    }
+    return Roughness(**usual | stated)
+
+
+def _limit(ceiling: Quantity | None, *bodies: Material) -> float | None:
+    if ceiling is None:
+        return None
+    if isinstance(ceiling, str) and ceiling == "auto":
+        return min((body.ceiling for body in bodies if body.ceiling is not None), default=None)
+    limit = quantity(ceiling, "pressure", "ceiling")
+    require_positive(ceiling=limit)
+    return float(limit)
+
+
+def _hardening(*bodies: Material) -> float | None:
+    """Return the hardening modulus of the softer body [Pa]; None of another law."""
+    yielding = [body for body in bodies if body.yield_strength is not None]
+    softer = min(yielding, key=lambda body: body.yield_strength or math.inf, default=None)
+    law = None if softer is None else softer.hardening
+    if isinstance(law, Linear):
+        return float(law.modulus)
+    return 0.0 if law is None or isinstance(law, Perfect) else None
+
+
+# --- the formulas
+
+
+def _estimated(
+    pressure: float,
+    modulus: float,
+    ceiling: float | None,
+    strength: float | None,
+    roughness: Roughness,
+    hardening: float | None,
+) -> Estimate:
+    if ceiling is not None and pressure > ceiling:
+        raise InputError(
+            f"= {pressure:.6g} Pa exceeds the ceiling of {ceiling:.6g} Pa: no such load can be "
+            "carried",
+            argument="pressure",
+            value=pressure,
+        )
+    stress = modulus * roughness.Sdq
+    groups = _groups(pressure, stress, 0.0 if ceiling is None else stress / ceiling, roughness)
+    _require(groups, stored().domain[_CEILING], roughness)
+    contact, saturated, gap = (
+        _ranged(name, groups, roughness) for name in (CONTACT, SATURATED, GAP)
+    )
+    volume, said = _volume(pressure, stress, strength, hardening, roughness)
+    return Estimate(
+        pressure=pressure,
+        contact_modulus=modulus,
+        ceiling=ceiling,
+        yield_strength=strength,
+        roughness=roughness,
+        contact=contact,
+        saturated=saturated,
+        gap=gap.times(roughness.Sq),
+        plastic_volume=volume,
+        theory_contact=persson_fractions(pressure, modulus, roughness.Sdq, ceiling)[0],
+        cautions=ordered(said),
+    )
+
+
+def _groups(
+    pressure: float, stress: float, ratio: float, roughness: Roughness, hardening: float = 0.0
+) -> Groups:
+    """Return the groups of one contact."""
+    known = roughness.Sal is not None
+    breadth = roughness.Sdq * (roughness.Sal or math.nan) / roughness.Sq if known else math.nan
+    values = (pressure / stress, ratio, breadth, roughness.Str, roughness.Ssk,
+              roughness.Sku, hardening)  # fmt: skip
+    return Groups(*(np.array([float(value)]) for value in values))
+
+
+def _ranged(quantity: str, groups: Groups, roughness: Roughness) -> Range:
+    """Return a quantity with its interval, that of measured maps where it is that of a map."""
+    atlas = stored()
+    formula = atlas.formula(quantity, roughness.Sal is not None)
+    wider = 1.0 if roughness.waves is None else atlas.measured
+    return Range(*(float(end[0]) for end in formula.ranged(groups, wider)))
+
+
+_WORDS = {
+    "contact": "a contact fraction", "ratio": "E* Sdq over the ceiling", "breadth": "Sdq Sal/Sq",
+    "texture": "Str", "skewness": "Ssk", "tails": "Sku/(3 + 1.5 Ssk²)", "middle": "Sku − Ssk² − 1",
+    "hardening": "H Sdq/σ_Y",
+}  # fmt: skip
+_CAUSES = {
+    "contact": "pressure", "ratio": "ceiling", "breadth": "Sal", "texture": "Str",
+    "skewness": "Ssk", "tails": "Sku", "middle": "Sku", "hardening": "hardening",
+}  # fmt: skip
+
+
+def _outside(groups: Groups, domain: dict[str, tuple[float, float]]) -> dict[str, float]:
+    """Return the groups that lie outside a domain, with their values."""
+    values = {name: float(of[0]) for name, of in groups.values().items()}
+    return {
+        name: values[name]
+        for name, (low, high) in domain.items()
+        if not math.isnan(values[name]) and not low <= values[name] <= high
+    }
+
+
+def _range_text(name: str, value: float, domain: dict[str, tuple[float, float]]) -> str:
+    low, high = domain[name]
+    if name == "contact":
+        return f"{_WORDS[name]} of {percent(low)} to {percent(high)}, got about {percent(value)}"
+    return f"{_WORDS[name]} of {low:.3g} to {high:.3g}, got {value:.3g}"
+
+
+def _require(groups: Groups, domain: dict[str, tuple[float, float]], roughness: Roughness) -> None:
+    if roughness.waves is not None and roughness.waves < LEAST_WAVES:
+        raise InputError(
+            f"shows its own form: its shorter side is {roughness.waves:.1f} autocorrelation "
+            f"lengths, and the formulas need {LEAST_WAVES:g}; solve the contact on it instead",
+            argument="surface",
+            value=roughness.waves,
+        )
+    for name, value in _outside(groups, domain).items():
+        raise InputError(
+            f"lies outside the formulas, which hold for {_range_text(name, value, domain)}; "
+            "solve the contact on a map instead",
+            argument=_CAUSES[name],
+            value=value,
+        )
+
+
+def _volume(
+    pressure: float,
+    stress: float,
+    strength: float | None,
+    hardening: float | None,
+    roughness: Roughness,
+) -> tuple[Range | None, list[Caution]]:
+    """Return the plastic volume over nominal area, or why it is not told."""
+    if strength is None:
+        return None, []
+    if hardening is None:
+        return None, [
+            as_note(
+                Kind.ESTIMATE_DOMAIN,
+                "No formula for plastic depth with this hardening law. Use "
+                f"{ArgumentRef('model', 'elastoplastic')}.",
+            )
+        ]
+    ratio = stress / (CEILING_FACTOR * strength)
+    groups = _groups(pressure, stress, ratio, roughness, hardening * roughness.Sdq / strength)
+    domain = stored().domain[_VOLUME]
+    outside = [_range_text(name, value, domain) for name, value in _outside(groups, domain).items()]
+    if outside:
+        return None, [
+            as_note(Kind.ESTIMATE_DOMAIN, f"No plastic depth: its formula holds for {outside[0]}.")
+        ]
+    result = _ranged(VOLUME, groups, roughness)
+    return result.times(roughness.Sq / roughness.Sdq), []

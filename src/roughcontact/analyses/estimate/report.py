@@ -1,0 +1,136 @@
+"""Report of an estimate of a nominally flat contact, alone or compared with a solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from roughcontact.analyses.estimate.model import Estimate, Range
+from roughcontact.references import cited
+from roughcontact.report import phrases
+from roughcontact.report.formulas import length_of, share
+from roughcontact.report.kind import CAUTIONS, PROBLEM, CellTable, Kind, Quantity, Table
+from roughcontact.units import engineering, percent
+
+_ENDS = ("low", "high")
+
+
+def _ranged(
+    key: str, name: str, unit: str, meaning: str, symbol: str, form: Callable[[Range], str]
+) -> Table:
+    """Return the row of a quantity with its interval, and what files keep of it."""
+
+    def part(end: str) -> Callable[[Any], Any]:
+        def value(result: Any) -> Any:
+            whole = getattr(result, key)
+            return None if whole is None else getattr(whole, end)
+
+        return value
+
+    return (
+        Quantity(
+            key, name, symbol=symbol, unit=unit, meaning=meaning, of=part("value"),
+            text=lambda result: form(getattr(result, key)),
+            when=lambda result: getattr(result, key) is not None,
+        ),
+        *(Quantity(f"{key}_{end}", unit=unit, of=part(end)) for end in _ENDS),
+    )  # fmt: skip
+
+
+def _of_surface(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(
+        name, name, unit=unit, meaning=meaning, of=lambda result: getattr(result.roughness, name),
+        part=PROBLEM, when=lambda result: getattr(result.roughness, name) is not None,
+    )  # fmt: skip
+
+
+def _limited(result: Estimate) -> bool:
+    return result.ceiling is not None
+
+
+ESTIMATE: Table = (
+    Quantity(
+        "pressure", "nominal pressure", symbol="p̄", unit="Pa", meaning="load over nominal area",
+        part=PROBLEM,
+    ),
+    Quantity(
+        "contact_modulus", "contact modulus", symbol="E*", unit="Pa",
+        meaning="from 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂", part=PROBLEM,
+    ),
+    Quantity("ceiling", "pressure ceiling", unit="Pa", part=PROBLEM, when=_limited),
+    _of_surface("Sq", "m", "root-mean-square height"),
+    _of_surface("Sdq", "1", "root-mean-square gradient h′"),
+    _of_surface("Sal", "m", "autocorrelation length"),
+    _of_surface("Str", "1", "texture aspect ratio"),
+    _of_surface("Ssk", "1", "skewness"),
+    _of_surface("Sku", "1", "kurtosis"),
+    Quantity(
+        "plasticity_index", "plasticity index", symbol="E* h′/σ_Y", part=PROBLEM,
+        when=lambda result: result.plasticity_index is not None,
+    ),
+    *_ranged("contact", "real contact", "1", "of nominal area; in brackets 90 % of maps", "A/A₀",
+             share),
+    *_ranged("saturated", "saturated area", "1", "area at the ceiling over nominal area",
+             "", share),
+    *_ranged("gap", "mean gap", "m", "of the open gap; closed points count 0", "ū", length_of),
+    *_ranged("plastic_volume", "mean depth with plastic strain", "m",
+             "volume of material with any plastic strain over nominal area, not what is displaced",
+             "", length_of),
+    Quantity(
+        "theory_contact", "Persson's theory", meaning="its contact area over nominal area",
+        form=percent,
+    ),
+    *CAUTIONS,
+)  # fmt: skip
+"""Of an `Estimate`."""
+
+
+# --- What is said first ---
+
+
+def _problem(result: Estimate) -> str:
+    parts = [f"Sq {phrases.size(result.roughness.Sq, 'm')}"]
+    if result.roughness.Sdq is not None:
+        parts.append(f"Sdq {result.roughness.Sdq:.3g}")
+    if result.roughness.Sal is not None:
+        parts.append(f"Sal {phrases.size(result.roughness.Sal, 'm')}")
+    return f"Nominally flat surface, {', '.join(parts)}, {phrases.size(result.pressure, 'Pa')}"
+
+
+def _ends(result: Range, form: Callable[[float], str]) -> str:
+    return f"{form(result.value)} ({phrases.between(result.low, result.high, form)})"
+
+
+def _answer(result: Estimate) -> str:
+    """Return the contact, with its interval."""
+    return f"About {_ends(result.contact, phrases.share)} of the face is in contact."
+
+
+def _numbers(result: Estimate) -> CellTable:
+    """Return gap, saturated area, plastic depth and plasticity index."""
+    length = partial(phrases.size, unit="m")
+    rows = [("Mean gap", _ends(result.gap, length))]
+    if result.saturated is not None:
+        rows.append(("At the ceiling", _ends(result.saturated, phrases.share)))
+    if result.plastic_volume is not None:
+        rows.append(("Plastic depth, mean", _ends(result.plastic_volume, length)))
+    if result.plasticity_index is not None:
+        rows.append(("Plasticity index", f"E*h′/σ_Y = {result.plasticity_index:.3g}"))
+    return (), rows
+
+
+def question(result: Estimate) -> str:
+    """Return the question that an estimate answers."""
+    pressure = engineering(result.pressure, "Pa")
+    return f"How much of a nominally flat surface is in contact at {pressure}?"
+
+
+KIND = Kind(
+    Estimate, ESTIMATE, question=question,
+    works=lambda _: (cited("formulas of nominally flat contact", "Persson2001", "Yang2008"),),
+    problem=_problem, answer=_answer, numbers=_numbers,
+    remarks=lambda _: (
+        "Intervals hold 90 of 100 such surfaces. Formula, not a solution: solve a map.",
+    ),
+)  # fmt: skip

@@ -1,0 +1,106 @@
+"""The task ``estimate``: contact, gap and depth by formulas."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roughcontact.errors import InputError
+from roughcontact.request import options, parsing
+from roughcontact.request.options import LENGTH, NEEDED, PRESSURE, Option, Panel, Rule, file
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.task import Task
+
+SQ = Option(
+    "sq", Panel.MAP, "LENGTH",
+    'Root-mean-square height Sq: "0.4 um". Given parameters replace those of FILE.',
+    LENGTH, None, arguments=("Sq",),
+)  # fmt: skip
+SDQ = Option(
+    "sdq", Panel.MAP, "NUMBER", "Root-mean-square slope Sdq.", parsing.number, None,
+    arguments=("Sdq",),
+)  # fmt: skip
+SAL = Option(
+    "sal", Panel.MAP, "LENGTH",
+    'Autocorrelation length Sal: "12 um"; narrows the gap interval.',
+    LENGTH, None, arguments=("Sal",),
+)  # fmt: skip
+STR = Option(
+    "str", Panel.MAP, "NUMBER", "Texture aspect ratio Str; default: 1.", parsing.number, None,
+    arguments=("Str",),
+)  # fmt: skip
+SSK = Option(
+    "ssk", Panel.MAP, "NUMBER", "Skewness Ssk; default: 0.", parsing.number, None,
+    arguments=("Ssk",),
+)  # fmt: skip
+SKU = Option(
+    "sku", Panel.MAP, "NUMBER",
+    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
+    parsing.number, None, arguments=("Sku",),
+)  # fmt: skip
+NOMINAL_PRESSURE = Option(
+    "pressure", Panel.BODIES, "PRESSURE",
+    'Nominal pressure (load over nominal area): "20 MPa".',
+    PRESSURE,
+    None,
+)  # fmt: skip
+CEILING: Option[str | float | None] = Option(
+    "ceiling", Panel.BODIES, "PRESSURE",
+    'Pressure ceiling: "3 GPa", "62 HRC", auto (3σ_Y) or none (elastic); default: auto.',
+    parsing.ceiling, "auto", "Pressure ceiling",
+)  # fmt: skip
+OUTPUT = file("output", "FILE.json", "Estimate as JSON.", (".json",))
+_PARAMETERS: tuple[Option[Any], ...] = (SQ, SDQ, SAL, STR, SSK, SKU)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.estimate.model import estimate
+
+    material, counter_material = request.bodies()
+    specified = {option.arguments[0]: request[option] for option in _PARAMETERS}
+    try:
+        result = estimate(
+            None if request.file is None else work.maps[0],
+            pressure=request.needed(NOMINAL_PRESSURE),
+            material=material,
+            counter_material=counter_material,
+            ceiling=request[CEILING],
+            **specified,
+        )
+    except InputError as error:
+        if request.file is not None and specified.get(error.argument or "", 0) is None:
+            # Nobody gave it: it is the map's.
+            raise InputError(f"{request.file} ", *error.parts) from None
+        raise
+    return Outcome(request, result)
+
+
+def _memory(_: Request, shape: tuple[int, int]) -> None:
+    """Do nothing: the functions that read the map check its memory."""
+
+
+TASK = Task(
+    "estimate",
+    """Estimate contact area and gap from roughness parameters.
+
+Each interval holds 90 of 100 nominally flat surfaces. Input outside the fitted range is rejected.
+
+\b
+Example:
+roughcontact estimate --sq "0.5 um" --sdq 0.1 --sal "12 um" \\
+    --pressure "100 MPa" --material 42CrMo4
+""",
+    (
+        *options.READING, *options.PREPARATION, *_PARAMETERS, NOMINAL_PRESSURE, CEILING,
+        *options.MATERIALS, options.HARDENING, OUTPUT, *options.SHOWN,
+    ),
+    (
+        SQ, SDQ, SAL, STR, SSK, NOMINAL_PRESSURE, options.MATERIAL, options.YIELD_STRENGTH,
+        options.MISSING, options.JSON,
+    ),
+    run=_run,
+    rules=(Rule(NEEDED, NOMINAL_PRESSURE, text="load over nominal area, such as '20 MPa'"),),
+    memory=_memory,
+    needs_map=False,
+    in_projects=False,
+)  # fmt: skip

@@ -1,0 +1,641 @@
+"""Inverse questions: the load at which a contact has a value.
+
+`bracket_crossing`: Inverse interpolation of the logarithms, aimed a little beyond the passage so
+that the points close in from both sides; halves where three of them do not halve the bracket. On
+the tread of a staircase each step is twice the one before.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.deprecated import Renamed
+from roughcontact.cautions import Caution, ordered
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.pair import CounterSurface, Pair
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.validation import check, check_holes, touchable_gap
+from roughcontact.errors import ArgumentRef, InputError, input_error
+from roughcontact.halfspace import stress_summary
+from roughcontact.material.material import RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Step, Tell, numbered, shows_progress_bar
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, engineering, percent, quantity, shares
+
+CONTACT, SATURATED, APPROACH, GAP, YIELD = (
+    "contact_fraction", "saturated_share", "approach", "mean_gap", "first_yield"
+)  # fmt: skip
+"""What can be asked for."""
+
+COUNTED = (CONTACT, SATURATED)
+"""Those of whole pixels: staircases that pass a value rather than have it."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """A load that was solved, next to the one asked for."""
+
+    load: float  # W [N]
+    value: float  # The quantity at it [SI]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadAnswer(Renamed):
+    """The load at which one quantity has one value."""
+
+    quantity: str
+    target: float
+    value: float
+    bracket_low: Side
+    bracket_high: Side
+    result: ContactResult
+
+    @property
+    def load(self) -> float:
+        """The load [N]: one of the bracket, at which the quantity was computed."""
+        return self.result.load
+
+    @property
+    def bracket(self) -> tuple[float, float]:
+        """The neighboring loads between which the value is passed [N]."""
+        return self.bracket_low.load, self.bracket_high.load
+
+    @property
+    def error(self) -> float:
+        """Value over target, less one."""
+        return self.value / self.target - 1
+
+    @property
+    def certificate(self) -> float:
+        """Certificate ε of the contact under this load."""
+        return self.result.certificate
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadSearch(Result):
+    """Loads for the requested values.
+
+    Parameters
+    ----------
+    answers : tuple of FoundLoad
+        In the order of the questions.
+    solves : int
+        Contacts that were solved for all of them together.
+    convolutions : int
+        Of these contacts, on the full grid.
+    seconds : float
+        Wall time.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    """
+
+    answers: tuple[LoadAnswer, ...]
+    solves: int
+    convolutions: int
+    seconds: float
+    extra_cautions: tuple[Caution, ...] = ()
+
+    @property
+    def largest(self) -> ContactResult:
+        """The contact under the largest of the loads."""
+        return max(self.answers, key=lambda answer: answer.load).result
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        ascending = sorted(self.answers, key=lambda answer: answer.load)
+        judged = over_loads([(item.load, item.result.cautions) for item in ascending], "N")
+        return ordered([*judged, *self.extra_cautions])
+
+
+# --- Where a quantity that grows with the load passes a value ---
+
+
+# Logarithms of a load, and of the quantity there over the value wanted.
+Point = tuple[float, float]
+
+_STEP = math.log(1000.0)
+_BLIND = math.log(10.0)
+_SOLVES = 80
+
+
+class NotPassedError(Exception):
+    """The quantity stays on one side of the value, up to an end of the loads."""
+
+    def __init__(self, end: Point) -> None:
+        super().__init__()
+        self.end = end
+
+
+def bracket_crossing(
+    excess: Callable[[float], float],
+    first: float,
+    ends: tuple[float, float],
+    *,
+    accuracy: float,
+    slope: float = 1.0,
+    known: Iterable[Point] = (),
+    adjacent: Callable[[float, float], bool] = lambda low, high: False,
+) -> tuple[Point, Point]:
+    """Return two neighboring points between which a quantity passes a value."""
+    points = sorted(known)
+    widths: list[float] = []
+    errors: list[float] = []
+    beyond, last = 0.4 * accuracy, math.inf
+    x = min(max(first, ends[0]), ends[1])
+    for _ in range(_SOLVES):
+        if all(x != index for index, _ in points):
+            y = excess(x)
+            points = sorted([*points, (x, y)])
+            # Where steps land on the same side and come no nearer, each aims further beyond.
+            beyond = 10 * beyond if y == 0 or y / last > 0.3 else 0.4 * accuracy
+            last = y or accuracy
+        result = _bracket(points)
+        if result is None:
+            x = _ahead(points, ends, beyond, slope)
+            continue
+        low, high = result
+        widths.append(high[0] - low[0])
+        errors.append(min(abs(low[1]), abs(high[1])))
+        near = max(abs(low[1]), abs(high[1])) <= accuracy
+        if near or widths[-1] <= ACCURACY or adjacent(low[0], high[0]):
+            break
+        x = _interpolated(points, beyond, slope)
+        if not low[0] < x < high[0]:
+            x = _interpolated([low, high], beyond, slope)
+        slow = len(widths) > 3 and all(v[-1] > 0.5 * v[-4] for v in (widths, errors))
+        middle = 0.5 * (low[0] + high[0])
+        for a, b in pairwise(points):
+            # On the tread of a staircase each step is twice the one before.
+            if a[1] == b[1] and b is low:
+                x = min(low[0] + 2 * (b[0] - a[0]), middle)
+            elif a[1] == b[1] and a is high:
+                x = max(high[0] - 2 * (b[0] - a[0]), middle)
+        if slow or not low[0] < x < high[0]:
+            x = middle
+            widths, errors = [], []
+    return low, high
+
+
+def _bracket(points: list[Point]) -> tuple[Point, Point] | None:
+    """Return the uppermost neighbors below and above."""
+    result = None
+    for low, high in pairwise(points):
+        if low[1] < 0 <= high[1]:
+            result = low, high
+    return result
+
+
+def _interpolated(points: list[Point], beyond: float, slope: float) -> float:
+    """Return where the passage should be, a little beyond the nearest point; NaN without one.
+
+    Inverse interpolation through the nearest points that ascend, three at most: the root's error
+    is about the product of theirs (Brent 1973, Algorithms for Minimization, chap. 4).
+    """
+    finite = sorted((p for p in points if math.isfinite(p[1])), key=lambda p: abs(p[1]))
+    if not finite:
+        return math.nan
+    chosen = finite[:1]
+    for point in finite[1:]:
+        # Points close together give no extrapolation.
+        apart = all(abs(point[1] - y) > 0.1 * abs(finite[0][1]) for _, y in chosen)
+        ascending = all((point[0] - x) * (point[1] - y) > 0 for x, y in chosen)
+        if len(chosen) < 3 and apart and ascending:
+            chosen.append(point)
+    aim = math.copysign(beyond, -finite[0][1])
+    if len(chosen) == 1:
+        return chosen[0][0] + (aim - chosen[0][1]) / slope
+    return sum(
+        x * math.prod((aim - other) / (y - other) for _, other in chosen if other != y)
+        for x, y in chosen
+    )
+
+
+def _ahead(points: list[Point], ends: tuple[float, float], beyond: float, slope: float) -> float:
+    """Return where to look next while all points lie on one side."""
+    above = points[-1][1] >= 0
+    end, edge = (points[0], ends[0]) if above else (points[-1], ends[1])
+    if (end[0] <= edge) if above else (end[0] >= edge):
+        raise NotPassedError(end)
+    guess = _interpolated(points, beyond, slope)
+    # A guess that points back, or creeps, would never leave this side.
+    ahead = (guess < end[0]) if above else (guess > end[0])
+    step = min(abs(guess - end[0]), _STEP) if ahead else _BLIND
+    return max(end[0] - step, edge) if above else min(end[0] + step, edge)
+
+
+# --- Inverse questions: the load at which a contact has a value ---
+
+
+ACCURACY = 1e-6
+"""How close value or loads of a bracket come, relatively."""
+
+SHARE_ACCURACY = 1e-3
+"""How close a share comes, relatively, unless whole pixels forbid it."""
+
+HELD = 6
+"""Maps held meanwhile: pressure and gap at both ends of the bracket, and of the answer before."""
+
+# Loads less far apart than this, relatively, start from each other; for others the solver's own
+# coarse grids find a better start than the pressure of the load before.
+_NEAR = 2e-3
+# Pixels around the contact within which the largest stress is sought.
+_MARGIN = 8
+# The smallest load, as part of that which presses one pixel flat.
+_LEAST = 1e-9
+
+Target = tuple[str, float]
+
+# What arguments are called, and how values are told.
+_ARGUMENTS = {
+    CONTACT: "contact_fraction", SATURATED: "saturated_fraction", APPROACH: "approach",
+    GAP: "mean_gap",
+}  # fmt: skip
+_NAMES = {
+    CONTACT: "the part of the map that touches",
+    SATURATED: "the part of the contact at the ceiling",
+    APPROACH: "the approach",
+    GAP: "the mean gap",
+    YIELD: "the largest stress over the yield strength",
+}
+
+
+@shows_progress_bar
+@checked
+def find_load(
+    surface: Surface,
+    *,
+    material: Material,
+    contact_fraction: float | str | Sequence[float] | None = None,
+    saturated_fraction: float | str | Sequence[float] | None = None,
+    approach: Quantity | Quantities | None = None,
+    mean_gap: Quantity | Quantities | None = None,
+    first_yield: bool = False,
+    counter_material: Material = RIGID,
+    counter_surface: CounterSurface | None = None,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 2000,
+    progress: Tell = None,
+) -> LoadSearch:
+    """Return the loads at which a contact has the requested values.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
+max_iterations
+        As for `solve`.
+    contact_fraction : float, str or sequence of float, optional
+        Share of the map that touches, between 0 and 1, or as ``"1 %, 5 %"``.
+    saturated_fraction : float, str or sequence of float, optional
+        Share of the contact area that is at the ceiling.
+    approach, mean_gap : float, str, quantity of pint, or sequence of these, optional
+        Approach of the bodies from the first touch, mean open gap [m].
+    first_yield : bool
+        Whether to find the load at which the first point of either body yields, at the surface
+        or below it; that contact is elastic, without a ceiling.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the question and the solver's `Step`.
+
+    Returns
+    -------
+    FoundLoads
+        An answer to each question, in the order of the arguments, with its bracket and contact.
+
+    Raises
+    ------
+    InputError
+        If nothing is asked, an argument cannot be used, or no load gives the value: the message
+        says what is reached at the last load.
+    CapacityError, InsufficientMemoryError, ConvergenceError
+        As for `solve`.
+
+    Notes
+    -----
+    Approach and mean gap are met to 1e-6 of the value, at both ends of the bracket. Contact and
+    saturation are counts of pixels and pass a value in steps: the bracket ends where its loads
+    differ by one pixel, or by 1e-6, or where both are within 1e-4 of the value, and the answer is
+    the smaller load at which the value is reached. The part of the contact that is saturated need
+    not grow with the load; where it passes the value several times the answer is the passage at
+    the largest load that was seen.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> found = rc.find_load(rc.Surface(heights, pixel), material=steel, mean_gap="0.5 um")
+    >>> again = rc.solve(rc.Surface(heights, pixel), material=steel, load=found.answers[0].load)
+    >>> print(f"{again.mean_gap * 1e6:.6f}")
+    0.500000
+    """
+    began = time.perf_counter()
+    targets = _targets(contact_fraction, saturated_fraction, approach, mean_gap, first_yield)
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair.require_map("a search of loads")
+    terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
+    finder, elastic = (_Finder(pair, t) for t in (terms, replace(terms, ceiling=None)))
+    of = {target: elastic if target[0] == YIELD else finder for target in targets}
+    for target in targets:
+        of[target].check(target)
+    answers = tuple(
+        of[target].answer(target, numbered(progress, number, len(targets)))
+        for number, target in enumerate(targets, start=1)
+    )
+    return LoadSearch(
+        answers,
+        solves=finder.solves + elastic.solves,
+        convolutions=finder.convolutions + elastic.convolutions,
+        seconds=time.perf_counter() - began,
+    )
+
+
+@dataclass(eq=False)
+class _Finder:
+    """The contacts of two bodies at the loads that were looked at, for all questions."""
+
+    pair: Pair
+    terms: LoadCase
+    seen: dict[float, dict[str, float]] = field(default_factory=dict)
+    """What there was at each load, by its logarithm."""
+    held: dict[float, ContactResult] = field(default_factory=dict)
+    last: ContactResult | None = None
+    solves: int = 0
+    convolutions: int = 0
+
+    def check(self, target: Target) -> None:
+        """Raise what can be told before the first solve."""
+        name, value = target
+        check_holes(self.pair)
+        check(self.pair, replace(self.terms, load=math.exp(self.ends()[0])), held=HELD)
+        argument = _ARGUMENTS.get(name)
+        if name == SATURATED and resolved_ceiling(self.terms.ceiling, self.pair) is None:
+            raise InputError(
+                f"needs a {ArgumentRef('ceiling')} or a {ArgumentRef('yield_strength')}: without "
+                "one nothing is saturated",
+                argument=argument,
+            )
+        if name == GAP:
+            open_gap = float(np.nanmean(self.pair.initial_gap))
+            if value >= open_gap:
+                raise InputError(
+                    f"must be below that of the bodies at their first touch, "
+                    f"{engineering(open_gap, 'm')}, got {engineering(value, 'm')}",
+                    argument=argument
+                )  # fmt: skip
+        if name == YIELD:
+            self.pair.boundary.require_stress()
+            self.pair.require_uncoated("the load of first yield")
+            if not _yielding(self.pair):
+                raise InputError(
+                    f"needs a {ArgumentRef('yield_strength')} of either body",
+                    argument="first_yield",
+                )
+
+    def ends(self) -> tuple[float, float]:
+        """Return the logarithms of the smallest and largest load looked at."""
+        pair = self.pair
+        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        touchable = np.isfinite(touchable_gap(pair))
+        limit = pair.contact_modulus if ceiling is None else np.asarray(ceiling)
+        largest = float(np.broadcast_to(limit, pair.shape)[touchable].sum()) * pair.pixel_area
+        minimum = _LEAST * pair.contact_modulus * pair.pixel_area
+        return math.log(min(minimum, _LEAST * largest)), math.log(largest)
+
+    def answer(self, target: Target, progress: Callable[[Step], None] | None) -> LoadAnswer:
+        """Return the load of one question."""
+        name, value = target
+        first = self.first(target, progress)
+        known = [(x, _excess(name, there, value)) for x, there in self.seen.items()
+                 if name in there]  # fmt: skip
+        near = min(known, key=lambda point: abs(point[1]), default=None)
+        if near is not None and name != APPROACH:
+            first = near[0]
+        try:
+            low, high = bracket_crossing(
+                lambda x: self.excess(x, target, progress),
+                first,
+                self.ends(),
+                accuracy=SHARE_ACCURACY if name in COUNTED else ACCURACY,
+                slope=self.slope(target),
+                known=known,
+                adjacent=(lambda a, b: self.adjacent(name, a, b)) if name in COUNTED
+                else (lambda a, b: False),
+            )  # fmt: skip
+        except NotPassedError as stop:
+            raise self.refusal(target, stop.end) from None
+        upper = name in COUNTED or abs(high[1]) <= abs(low[1])
+        x = high[0] if upper else low[0]
+        result = self.held.get(x) or self.contact_at(x, name, progress)
+        below, above = (
+            Side(math.exp(index), self.seen[index][name]) for index, _ in (low, high)
+        )  # fmt: skip
+        self.held = {x: result}
+        return LoadAnswer(name, value, _values(result, name)[name], below, above, result)
+
+    def first(self, target: Target, progress: Callable[[Step], None] | None) -> float:
+        """Return the logarithm of a load to begin with."""
+        name, value = target
+        pair = self.pair
+        ceiling = resolved_ceiling(self.terms.ceiling, pair)
+        flat = name == GAP and ceiling is None and not pair.boundary.free_axes
+        if name == APPROACH or flat:
+            # The mean displacement of a periodic surface is zero.
+            approach = float(pair.initial_gap.mean()) - value if flat else value
+            terms = replace(self.terms, load=None, approach=approach)
+            return math.log(self.solved(terms, None, progress).load)
+        if name == YIELD:
+            body = min(strength for _, strength in _yielding(pair))
+            return math.log(1.6 * body * pair.pixel_area)
+        # Spots of rough surfaces bear E* h'/2 under little load, or the ceiling.
+        slope = max(roughness.rms_gradient(pair.initial_gap, pair.pixel), 1e-9)
+        bears = 0.5 * slope * pair.contact_modulus
+        if ceiling is not None:
+            bears = min(bears, float(np.mean(ceiling)))
+        share = value if name == CONTACT else 0.05
+        return math.log(share * bears * pair.size[0] * pair.size[1])
+
+    def slope(self, target: Target) -> float:
+        """Return how fast ln(quantity / value) grows with ln(load), about."""
+        name, value = target
+        if name == SATURATED:
+            # Under any load the highest asperities are at the ceiling.
+            return 0.15
+        if name != GAP:
+            return 1.0
+        # W ~ exp(-gap / (Sq / 2)): Persson 2007, doi:10.1103/PhysRevLett.99.125502
+        return 0.5 * float(np.nanstd(self.pair.initial_gap)) / value
+
+    def excess(self, x: float, target: Target, progress: Callable[[Step], None] | None) -> float:
+        """Return ln(quantity / value) at the load exp(x), negative where it is not reached."""
+        name, value = target
+        if x not in self.seen or name not in self.seen[x]:
+            result = self.held.get(x) or self.contact_at(x, name, progress)
+            self.seen.setdefault(x, {}).update(_values(result, name))
+            self.held[x] = result
+        self.forget(target)
+        return _excess(name, self.seen[x], value)
+
+    def forget(self, target: Target) -> None:
+        """Keep the contacts at the ends of the bracket, and no other."""
+        name, value = target
+        signed = sorted((x, _excess(name, there, value)) for x, there in self.seen.items()
+                        if name in there)  # fmt: skip
+        below = [x for x, y in signed if y < 0][-1:]
+        above = [x for x, y in signed if y >= 0][:1]
+        self.held = {x: self.held[x] for x in (*below, *above) if x in self.held}
+
+    def contact_at(
+        self, x: float, name: str, progress: Callable[[Step], None] | None
+    ) -> ContactResult:
+        """Return the contact under the load exp(x)."""
+        load = math.exp(x)
+        near = [r for r in (*self.held.values(), self.last)
+                if r is not None and abs(r.load / load - 1) < _NEAR]  # fmt: skip
+        start = min(near, key=lambda r: abs(r.load / load - 1), default=None)
+        if name in COUNTED:
+            # Which pixels touch next to a step depends on the start, within the tolerance.
+            start = None
+        return self.solved(replace(self.terms, load=load, approach=None), start, progress)
+
+    def solved(
+        self, terms: LoadCase, start: ContactResult | None, progress: Callable[[Step], None] | None
+    ) -> ContactResult:
+        """Return one more contact, and count it."""
+        self.last = press(self.pair, terms, start=start, progress=progress)
+        self.solves += 1
+        self.convolutions += self.last.convolutions
+        return self.last
+
+    def adjacent(self, name: str, low: float, high: float) -> bool:
+        """Return whether no whole pixel lies between two loads."""
+        pixels = self.pair.shape[0] * self.pair.shape[1]
+        counts = [(round(there[CONTACT] * pixels), round(there["saturated_fraction"] * pixels))
+                  for there in (self.seen[low], self.seen[high])]  # fmt: skip
+        separately = [abs(b - a) for a, b in zip(*counts, strict=True)]
+        return separately[0] <= 1 and (name == CONTACT or separately[1] <= 1)
+
+    def refusal(self, target: Target, end: Point) -> InputError:
+        """Return the error for a value that no load gives."""
+        name, value = target
+        reached = self.seen[end[0]][name]
+        side = "largest" if end[1] < 0 else "smallest"
+        return InputError(
+            f"{_text(name, value)} is not passed at any load: under the {side} that was tried, "
+            f"{engineering(math.exp(end[0]), 'N')}, {_NAMES[name]} is {_text(name, reached)}",
+            argument=_ARGUMENTS.get(name, name)
+        )  # fmt: skip
+
+
+def _text(name: str, value: float) -> str:
+    if name in COUNTED:
+        return percent(value)
+    return f"{value:.4g}" if name == YIELD else engineering(value, "m")
+
+
+def _values(result: ContactResult, name: str) -> dict[str, float]:
+    """Return the values of a contact, those that need a further solve on request only."""
+    touching, saturated = (int(np.count_nonzero(m)) for m in (result.contact, result.saturated))
+    answer = {
+        CONTACT: touching / result.pressure.size,
+        "saturated_fraction": result.saturated_fraction,
+        SATURATED: saturated / touching if touching else 0.0,
+        APPROACH: result.approach,
+        GAP: result.mean_gap,
+    }
+    if name == YIELD:
+        answer[YIELD] = _utilization(result)
+    return answer
+
+
+def _yielding(pair: Pair) -> list[tuple[Material, float]]:
+    """Return the bodies that can yield, with their strengths."""
+    return [
+        (body, body.yield_strength)
+        for body in (pair.material, pair.counter_material)
+        if body.yield_strength is not None and math.isfinite(body.young)
+    ]
+
+
+def _utilization(result: ContactResult) -> float:
+    """Return the largest von Mises stress at or below the surface over the yield strength."""
+    pair, pressure = result.pair, result.pressure
+    # No other load displaces the bodies: the largest stress is below or next to these pixels.
+    for axis in pair.boundary.free_axes:
+        loaded = np.flatnonzero(pressure.any(axis=1 - axis))
+        first, end = max(int(loaded[0]) - _MARGIN, 0), int(loaded[-1]) + _MARGIN + 1
+        pressure = np.moveaxis(np.moveaxis(pressure, axis, 0)[first:end], 0, axis)
+    return max(
+        stress_summary.summarize(
+            pressure, pair.pixel, body.poisson, boundary=pair.boundary
+        ).max_von_mises
+        / strength
+        for body, strength in _yielding(pair)
+    )
+
+
+def _excess(name: str, there: dict[str, float], value: float) -> float:
+    result = there[name]
+    if name == GAP:
+        # Rough surfaces close by the logarithm of the load: this is what is straight in it.
+        return 1 - result / value
+    return math.log(result / value) if result > 0 else -math.inf
+
+
+def _targets(
+    contact: Any, saturated: Any, approach: Any, mean_gap: Any, first_yield: bool
+) -> list[Target]:
+    """Return what is asked, in the order of the arguments."""
+    targets = [
+        *_shares(CONTACT, contact),
+        *_shares(SATURATED, saturated),
+        *_lengths(APPROACH, approach),
+        *_lengths(GAP, mean_gap),
+        *([(YIELD, 1.0)] if first_yield else []),
+    ]
+    if not targets:
+        raise InputError(
+            f"nothing is asked: give {ArgumentRef('contact_fraction')}, "
+            f"{ArgumentRef('saturated_fraction')}, {ArgumentRef('approach')}, "
+            f"{ArgumentRef('mean_gap')} or {ArgumentRef('first_yield')}"
+        )
+    return targets
+
+
+def _shares(name: str, specified: Any) -> list[Target]:
+    """Return targets from one share or several."""
+    argument = _ARGUMENTS[name]
+    if isinstance(specified, str):
+        specified = shares(specified, argument)
+    result = [] if specified is None else list(specified) if np.ndim(specified) else [specified]
+    for share in result:
+        if not 0 < share <= 1:
+            raise input_error(argument, share, "must be a share above 0 and up to 1")
+    return [(name, float(share)) for share in result]
+
+
+def _lengths(name: str, specified: Any) -> list[Target]:
+    """Return targets from one length or several."""
+    argument = _ARGUMENTS[name]
+    values = quantity(specified, "length", argument)
+    result = [] if values is None else list(values) if np.ndim(values) else [values]
+    for length in result:
+        if not (isinstance(length, (int, float)) and 0 < length < math.inf):
+            raise input_error(argument, length, "must be positive and finite [m]")
+    return [(name, float(length)) for length in result]

@@ -1,0 +1,215 @@
+"""Report of a load search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from operator import attrgetter
+from typing import Any
+
+from roughcontact.analyses.find import model as search
+from roughcontact.report import citations, contact_fields, phrases, uncertainty
+from roughcontact.report.contact_fields import PAIR, of_largest
+from roughcontact.report.kind import (
+    CAUTIONS,
+    TRUST,
+    CellTable,
+    Column,
+    Columns,
+    Kind,
+    Quantity,
+    Table,
+    Use,
+    quantity_of,
+)
+from roughcontact.report.page import Block
+from roughcontact.units import changed_by, engineering, percent, tiny
+
+_NAMES = {
+    search.CONTACT: "contact",
+    search.SATURATED: "saturated contact",
+    search.APPROACH: "approach",
+    search.GAP: "mean gap",
+    search.YIELD: "first yield",
+}
+
+# Digits of a load that a bracket of a millionth shows.
+_DIGITS = 7
+
+
+def _unit(quantity: str) -> str:
+    return "m" if quantity in (search.APPROACH, search.GAP) else "1"
+
+
+def _value_text(quantity: str, value: float) -> str:
+    if quantity in search.COUNTED:
+        return percent(value)
+    return f"{value:.7g}" if quantity == search.YIELD else engineering(value, "m", 7)
+
+
+def _targets(loads: search.LoadSearch) -> list[str]:
+    return [
+        _NAMES[item.quantity]
+        + ("" if item.quantity == search.YIELD else f" {_value_text(item.quantity, item.target)}")
+        for item in loads.answers
+    ]
+
+
+def _between(bracket: tuple[float, float]) -> str:
+    (low, unit), (high, other) = (engineering(load, "N", _DIGITS).split() for load in bracket)
+    return f"{low} to {high} {unit}" if unit == other else f"{low} {unit} to {high} {other}"
+
+
+def _bracket(loads: search.LoadSearch) -> list[str]:
+    return [_between(answer.bracket) for answer in loads.answers]
+
+
+def _answers(loads: search.LoadSearch) -> list[dict[str, Any]]:
+    return [
+        {
+            "quantity": item.quantity,
+            "unit": _unit(item.quantity),
+            "target": item.target,
+            "value": item.value,
+            "load": item.load,
+            "bracket_low": asdict(item.bracket_low),
+            "bracket_high": asdict(item.bracket_high),
+            "certificate": item.certificate,
+            "contact": _contact(item.result),
+        }
+        for item in loads.answers
+    ]
+
+
+def _contact(result: Any) -> dict[str, Any]:
+    """Return the numbers of the contact under a load that was found."""
+    return {key: quantity_of(contact_fields.CONTACT, key).value(result) for key in _KEPT}
+
+
+_KEPT = (
+    "load_error", "approach", "contact_area", "perimeter_corrected_area", "contact_fraction",
+    "saturated_fraction", "max_pressure", "mean_gap", "regime",
+)  # fmt: skip
+
+
+def _each(read: Callable[[Any], Any]) -> Callable[[search.LoadSearch], list[Any]]:
+    return lambda loads: [read(item) for item in loads.answers]
+
+
+FOUND: Table = (
+    *PAIR,
+    Quantity("answers", of=_answers),
+    Quantity(
+        "solves", "contacts solved", part=TRUST,
+        text=lambda r: f"{r.solves}, {r.convolutions} convolutions on the full grid",
+    ),
+    Quantity("convolutions"),
+    Quantity("seconds", "time of the search", unit="s", part=TRUST),
+    Quantity(
+        "worst_certificate", "certificates", symbol="ε", part=TRUST, stored=False,
+        of=lambda r: max(item.certificate for item in r.answers), form=lambda v: f"{v:.1e} at most",
+    ),
+    *CAUTIONS,
+    of_largest("version"),
+)  # fmt: skip
+"""Of `LoadSearch`."""
+
+FOUND_COLUMNS: Columns = (
+    Column("quantity", of=_each(lambda item: item.quantity)),
+    Column("unit", of=_each(lambda item: _unit(item.quantity))),
+    Column("wanted", "wanted", of=_targets, stored=False),
+    Column("target", of=_each(lambda item: item.target)),
+    Column("load", "load", unit="N", digits=_DIGITS, of=_each(lambda item: item.load)),
+    Column("bracket", "bracket", of=_bracket, stored=False),
+    Column("bracket_low", unit="N", of=_each(lambda item: item.bracket_low.load)),
+    Column("bracket_high", unit="N", of=_each(lambda item: item.bracket_high.load)),
+    Column(
+        "value", "there", of=_each(lambda item: item.value),
+        shown=_each(lambda item: _value_text(item.quantity, item.value)),
+    ),
+    Column("certificate", of=_each(lambda item: item.certificate), form=tiny, brief=False),
+)  # fmt: skip
+"""Of the answers of `LoadSearch`."""
+
+
+# --- What is said first ---
+
+
+def _wanted(item: Any) -> str:
+    if item.quantity == search.YIELD:
+        return "first yield"
+    value = item.target
+    if item.quantity in search.COUNTED:
+        state = "in contact" if item.quantity == search.CONTACT else "of the contact at the ceiling"
+        return f"{phrases.share(value)} {state}"
+    return f"{_NAMES[item.quantity]} {phrases.size(value, 'm')}"
+
+
+def _pressure(loads: search.LoadSearch, force: float) -> str:
+    contact = loads.largest
+    return phrases.size(force / contact.nominal_area, "N/m" if contact.pair.is_profile else "Pa")
+
+
+def _answer(loads: search.LoadSearch) -> str:
+    """Return the load of the first value that was wanted."""
+    first, unit = loads.answers[0], loads.largest.pair.load_unit
+    force = phrases.size(first.load, unit)
+    wanted = _wanted(first)
+    subject = wanted[:1].upper() + wanted[1:]
+    if loads.largest.pair.is_profile:
+        return f"{subject} needs {force}."
+    return f"{subject} needs {_pressure(loads, first.load)} nominal pressure ({force})."
+
+
+def _numbers(loads: search.LoadSearch) -> CellTable:
+    """Return nominal pressure, load and bracket of each value that was wanted."""
+    unit = loads.largest.pair.load_unit
+    rows = []
+    for item in loads.answers:
+        low, high = item.bracket
+        half = (high - low) / 2 / item.load if item.load else 0.0
+        row = (_wanted(item), _pressure(loads, item.load), phrases.size(item.load, unit))
+        rows.append((*row, f"± {100 * half:.1g} %"))
+    return ("wanted", "nominal pressure", "load", "bracket"), rows
+
+
+def _remarks(loads: search.LoadSearch) -> tuple[str, ...]:
+    """Return how uncertain the loads are by the ceiling, and how exactly they are solved."""
+    lines = []
+    for item in loads.answers:
+        interval = uncertainty.of_area(item.result) if item.quantity == search.CONTACT else None
+        if interval is not None and interval.low < interval.high < math.inf:
+            ends = [changed_by(item.target / end - 1) for end in (interval.high, interval.low)]
+            lines.append(f"Model: the load for {_wanted(item)} may change by {' to '.join(ends)}")
+            break
+    certificate = max(item.certificate for item in loads.answers)
+    return (*lines, phrases.worst(certificate, loads.largest.tolerance, loads.solves))
+
+
+def question(loads: search.LoadSearch) -> str:
+    """Return the question that a load search answers."""
+    name = phrases.source(loads.largest.share.provenance)
+    return f"Which load gives {' and '.join(_targets(loads))} of {name}?"
+
+
+def _method(_: search.LoadSearch) -> list[Block]:
+    return [
+        Block(
+            "text",
+            "Each load is one of its bracket, two neighboring loads that were solved: the value is "
+            "reached under the larger, not under the smaller.",
+        )
+    ]
+
+
+def _works(loads: search.LoadSearch) -> Iterator[Use]:
+    if any(answer.quantity == search.YIELD for answer in loads.answers):
+        yield citations.below(loads.largest.boundary)
+
+
+KIND = Kind(
+    search.LoadSearch, FOUND, FOUND_COLUMNS, contact=attrgetter("largest"), works=_works,
+    question=question, method=_method, answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=lambda loads: phrases.bodies(loads.largest) + phrases.boundary(loads.largest),
+)  # fmt: skip

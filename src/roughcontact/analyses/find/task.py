@@ -1,0 +1,95 @@
+"""The task ``find``: the loads at which a contact has wanted values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from roughcontact import units
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import options, parsing
+from roughcontact.request.options import ANY_OF, TABLES, Option, Panel, Rule, file, flag
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+CONTACT = Option(
+    "contact-fraction", Panel.BODIES, "SHARES",
+    'Contact fraction(s) to reach: "1 %, 5 %".', units.shares, None,
+)  # fmt: skip
+SATURATED = Option(
+    "saturated-fraction", Panel.BODIES, "SHARES",
+    'Saturated part of the contact to reach: "1 %".',
+    units.shares, None,
+)  # fmt: skip
+APPROACH = Option(
+    "approach", Panel.BODIES, "LENGTHS",
+    'Approach(es) from first contact to reach: "1 um".',
+    parsing.lengths, None,
+)  # fmt: skip
+MEAN_GAP = Option(
+    "mean-gap", Panel.BODIES, "LENGTHS",
+    'Mean gap(s) to reach: "0.5 um".',
+    parsing.lengths, None,
+)  # fmt: skip
+FIRST_YIELD = flag(
+    "first-yield", Panel.BODIES,
+    "Load of first yield of either body (elastic contact).",
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Table of results.", TABLES)
+_WANTED: tuple[Option[Any], ...] = (CONTACT, SATURATED, APPROACH, MEAN_GAP, FIRST_YIELD)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.find.model import find_load
+
+    loads = find_load(
+        work.maps[0],
+        **request.arguments(work.maps, *options.SOLVER_DOUBLE),
+        **{option.argument: request[option] for option in _WANTED},
+        progress=work.look,
+    )
+    largest = replace(loads.largest, extra_cautions=work.extra_cautions)
+    return Outcome(request, replace(loads, extra_cautions=work.extra_cautions), largest)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.find import model as load_search
+    from roughcontact.analyses.stress import model as subsurface_stress
+
+    request.require_contact(shape, load_search.HELD)
+    if request[FIRST_YIELD]:
+        boundary = Boundary(request[options.BOUNDARY])
+        subsurface_stress.require_memory(shape, boundary=boundary, friction=0.0)
+
+
+TASK = Task(
+    "find",
+    """Find the load for a given contact area, gap or first yield.
+
+\b
+Example:
+roughcontact find ground.x3p --contact-fraction "5 %" --mean-gap "0.3 um" \\
+    --boundary periodic --material 42CrMo4 --output loads.csv
+""",
+    (
+        *options.MAP, *_WANTED, *options.BODIES, *options.COATINGS,
+        *options.SOLVER_DOUBLE, OUTPUT, *options.OUTPUT,
+    ),
+    (
+        CONTACT, SATURATED, MEAN_GAP, APPROACH, FIRST_YIELD, options.MATERIAL, options.CEILING,
+        options.MISSING, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(Rule(ANY_OF, *_WANTED),),
+    last=last_contact,
+    memory=_memory,
+    questions=(
+        Question(
+            "Load search",
+            "Load for a given contact area, gap or approach, or for first yield.",
+            _WANTED,
+            first=((CONTACT, "5 %"),),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,160 @@
+"""The command ``generate``: a surface made from its parameters."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.errors import InputError
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import options, outputs, parsing
+from roughcontact.request.options import LENGTH, PICTURES, Option, Panel, file, files
+from roughcontact.request.outputs import Say, Writing
+from roughcontact.request.task import Command, Given, Values
+
+if TYPE_CHECKING:
+    from roughcontact.surface.surface import Surface
+
+_LARGEST_SEED = 2**63 - 1
+
+SIZE = Option(
+    "size", Panel.MAP, "LENGTHS", 'Side lengths (y, x): "0.5 mm x 1 mm", or one of a square.',
+    parsing.words, None, "Side lengths (y × x)",
+)  # fmt: skip
+POINTS = Option(
+    "points", Panel.MAP, "NUMBER|NYxNX",
+    "Grid points, e.g. 512 or 256x1024; default: 1024.",
+    parsing.points,
+    (1024, 1024),
+)  # fmt: skip
+SEED = Option(
+    "seed", Panel.MAP, "NUMBER",
+    "Random seed; each seed gives another surface; default: 0.",
+    parsing.counted(0, _LARGEST_SEED), 0, arguments=("rng",),
+)  # fmt: skip
+SQ = Option(
+    "sq", Panel.HEIGHTS, "LENGTH", 'Root-mean-square height Sq: "0.4 um".', LENGTH, None,
+    arguments=("Sq",),
+)  # fmt: skip
+SSK = Option(
+    "ssk", Panel.HEIGHTS, "NUMBER",
+    "Skewness Ssk: below 0 plateaus with valleys, above 0 peaks; default: 0.",
+    parsing.number, 0.0, arguments=("Ssk",),
+)  # fmt: skip
+SKU = Option(
+    "sku", Panel.HEIGHTS, "NUMBER",
+    "Kurtosis Sku; default: 3 + 1.5 Ssk² (Gaussian: 3).",
+    parsing.number, None, arguments=("Sku",),
+)  # fmt: skip
+SAL = Option(
+    "sal", Panel.TEXTURE, "LENGTH",
+    'Autocorrelation length Sal: "12 um"; or --rolloff or --sdq.',
+    LENGTH, None, arguments=("Sal",),
+)  # fmt: skip
+SDQ = Option(
+    "sdq", Panel.TEXTURE, "NUMBER",
+    "Root-mean-square slope Sdq; with --sal or --rolloff it sets the cutoff.",
+    parsing.number, None, arguments=("Sdq",),
+)  # fmt: skip
+ROLLOFF = Option(
+    "rolloff", Panel.TEXTURE, "LENGTH",
+    'Roll-off wavelength; the spectrum is flat above: "50 um".',
+    LENGTH,
+    None, arguments=("rolloff_wavelength",),
+)  # fmt: skip
+CUTOFF = Option(
+    "cutoff", Panel.TEXTURE, "LENGTH",
+    'Shortest wavelength: "4 um"; default: 8 pixels.',
+    LENGTH, None,
+    arguments=("cutoff_wavelength",),
+)  # fmt: skip
+HURST = Option(
+    "hurst", Panel.TEXTURE, "NUMBER",
+    "Hurst exponent, 0 (rough to the finest scale) to 1; default: 0.8.",
+    parsing.number, 0.8,
+)  # fmt: skip
+STR = Option(
+    "str", Panel.TEXTURE, "NUMBER",
+    "Texture aspect ratio Str, 0 (directional) to 1 (isotropic); default: 1.",
+    parsing.number, None, arguments=("Str",),
+)  # fmt: skip
+LAY = Option(
+    "lay", Panel.TEXTURE, "DEGREES", "Lay direction, degrees counterclockwise from x; default: 0.",
+    parsing.number, 0.0,
+)  # fmt: skip
+HONING = Option(
+    "honing", Panel.TEXTURE, "DEGREES",
+    "Honing angle between the two groove families, degrees: 45.",
+    parsing.number, None,
+)  # fmt: skip
+TURNING = Option(
+    "turning", Panel.TEXTURE, "FEED,RADIUS",
+    'Turning grooves along the lay, feed and nose radius: "0.1 mm, 0.8 mm".',
+    parsing.lengths, None,
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Map: {export.format_list_text(Kind.SURFACE)}; repeatable.",
+    export.suffixes(Kind.SURFACE),
+)
+FIGURE = file("figure", "FILE", "Figure of the map (PNG, SVG or PDF).", PICTURES)
+_PARAMETERS: tuple[Option[Any], ...] = (
+    SEED, SQ, SSK, SKU, SAL, SDQ, ROLLOFF, CUTOFF, HURST, STR, LAY, HONING, TURNING,
+)  # fmt: skip
+
+
+def run_generate(specified: Given, say: Say) -> tuple[Surface, list[Path]]:
+    """Return the surface that text options specify, and the files it was written to."""
+    from roughcontact.formats.source import pixel_of
+    from roughcontact.surface.generation import generate
+
+    requested = COMMAND.read(specified)
+    places = _places(requested)
+    if requested[SQ] is None:
+        raise InputError("must be given: how high the surface is", argument="Sq")
+    shape = requested[POINTS]
+    pixel = pixel_of(requested[SIZE], shape)
+    say("generating the surface")
+    arguments = {(item.arguments or (item.argument,))[0]: requested[item] for item in _PARAMETERS}
+    surface = generate(shape, pixel, **arguments)
+    files: list[Writing] = [
+        (path, _drawn(surface) if option is FIGURE else partial(export.save_surface, surface))
+        for option, path in places
+    ]
+    return surface, outputs.write(files, say)
+
+
+def _places(requested: Values) -> list[tuple[Option[Any], Path]]:
+    """Return the files to write, each with the option that asks for it; refuse those that fail."""
+    places = [(OUTPUT, path) for path in requested[OUTPUT]]
+    places += [] if requested[FIGURE] is None else [(FIGURE, requested[FIGURE])]
+    for option, path in places:
+        outputs.check_suffix(path, option)
+        outputs.check_place(path, option.name)
+    return places
+
+
+def _drawn(surface: Surface) -> Any:
+    def draw() -> Any:
+        from roughcontact.drawing import maps
+
+        return maps.surface(surface)
+
+    return outputs.saver(draw)
+
+
+COMMAND = Command(
+    "generate",
+    """Generate a rough surface with given roughness parameters.
+
+The same seed gives the same surface. Requested and measured parameters are printed.
+
+\b
+Example:
+roughcontact generate --size "0.5 mm" --sq "0.4 um" --sal "12 um" --ssk -0.8 \\
+    --output honed.x3p
+""",
+    (SIZE, POINTS, *_PARAMETERS, OUTPUT, FIGURE, *options.SHOWN),
+)

@@ -1,0 +1,1 @@
+"""A contact that is loaded and unloaded."""

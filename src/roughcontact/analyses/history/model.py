@@ -1,0 +1,888 @@
+"""Load history: what saturated pixels leave behind, along any path of loads and positions."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._tools import checkpoints, memory
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.checkpoints import Place
+from roughcontact.cautions import Caution, ordered
+from roughcontact.contact import load_case, plausibility
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, parse_load as given_load
+from roughcontact.contact.pair import CounterSurface, Pair
+from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.validation import check
+from roughcontact.errors import (
+    ArgumentRef,
+    CapacityError,
+    ConvergenceError,
+    InputError,
+    Sentence,
+    input_error,
+    require_count,
+)
+from roughcontact.material.material import RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Progress, Step, Tell, numbered, shows_progress_bar
+from roughcontact.surface.provenance import Operation, Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, lengths, quantity
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SlidingPair:
+    """Two bodies that face each other at changing positions; one of them is indented."""
+
+    pair: Pair  # The bodies at the first position, not yet indented
+    counter: Surface | None  # The counter-body as it is moved
+    on_counter: bool  # Whether the counter-body keeps the indentation
+    origin: tuple[int, int]
+
+    @property
+    def indented(self) -> Surface:
+        """The body that keeps the indentation, before it."""
+        body = self.counter if self.on_counter else self.pair.surface
+        assert body is not None
+        return body
+
+    def pair_at(self, indentation: Array, shift: tuple[int, int]) -> Pair:
+        """Return the two bodies as they face each other, on the grid of the surface."""
+        surface, counter = self.pair.surface, self.counter
+        if not self.on_counter and indentation.any():
+            surface = replace(surface, heights=surface.heights - indentation)
+        if counter is None:
+            return replace(self.pair, share=surface)
+        heights = counter.heights - indentation if self.on_counter else counter.heights
+        moved = np.full(surface.shape, np.nan)
+        here, there = self._overlap(shift)
+        moved[here] = self._rolled(heights, shift)[there]
+        if np.isnan(moved + surface.heights).all():
+            raise CapacityError(
+                f"no contact is possible: shifted by {shift} pixels the counter-body has no point "
+                "left that faces one of the surface"
+            )
+        moved_counter = replace(counter, heights=moved, holes_masked=True)
+        return replace(self.pair, share=surface, counter_surface=moved_counter)
+
+    def indent(self, indentation: Array, new: Array, shift: tuple[int, int]) -> None:
+        """Add what was indented on the grid of the surface to the body that keeps it."""
+        if not self.on_counter:
+            indentation += new
+            return
+        here, there = self._overlap(shift)
+        own = np.zeros(indentation.shape)
+        own[there] = new[here]
+        indentation += self._rolled(own, (-shift[0], -shift[1]))
+
+    def _rolled(self, values: Array, shift: tuple[int, int]) -> Array:
+        """Return a map shifted along its periodic axes."""
+        axes = self.pair.boundary.periodic_axes
+        return np.roll(values, [shift[axis] for axis in axes], axes) if axes else values
+
+    def _overlap(self, shift: tuple[int, int]) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+        """Return which part of the surface faces the counter-body, and which part of that."""
+        assert self.counter is not None
+        here, there = [], []
+        for axis, (points, own) in enumerate(zip(self.pair.shape, self.counter.shape, strict=True)):
+            ahead = shift[axis] - self.origin[axis]
+            if axis in self.pair.boundary.periodic_axes:
+                ahead = 0
+            first, last = max(0, ahead), min(points, ahead + own)
+            here.append(slice(first, last))
+            there.append(slice(first - ahead, last - ahead))
+        return tuple(here), tuple(there)
+
+
+def sliding_pair(pair: Pair, shifts: list[tuple[int, int]]) -> SlidingPair:
+    """Return the two bodies of a path of shifts, the softer one ready to be indented."""
+    body = pair.softer
+    on_counter = pair.material.compliance == 0 if body is None else body is not pair.material
+    counter = pair.counter_surface
+    if not on_counter or counter is not None:
+        return SlidingPair(pair, counter, on_counter, (0, 0))
+    # A flat without end: as much of it as will face the map.
+    shape, origin = list(pair.shape), [0, 0]
+    for axis in pair.boundary.free_axes:
+        along = [shift[axis] for shift in shifts]
+        origin[axis] = max(0, *along)
+        shape[axis] += origin[axis] - min(0, *along)
+    flat = Surface(np.zeros(shape), pair.pixel, Provenance(source="flat"))
+    return SlidingPair(pair, flat, on_counter, (origin[0], origin[1]))
+
+
+def indented(body: Surface, indentation: Array) -> Surface:
+    """Return a body lowered by its indentation."""
+    if not indentation.any():
+        return body
+    step = Operation("indented", found={"depth": indentation.max()})
+    provenance = body.provenance.then(step)
+    return replace(body, heights=body.heights - indentation, provenance=provenance)
+
+
+# --- What a contact leaves behind for unloading and the next loading ---
+
+
+@checked
+def indented_surface(result: ContactResult) -> Surface:
+    """Return the surface with the permanent indentation of a contact.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solution.
+
+    Returns
+    -------
+    Surface
+        Heights less `ContactResult.residual_indentation`; the surface itself where nothing is
+        saturated. Pressed under smaller loads it is elastic: unloading and loading again follow
+        `roughcontact.analyses.history.model`. All of the indentation is on the surface, whichever
+        body is softer, which changes no contact of the two at this position.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> rough = rc.Surface(*rc.reference_map(32))
+    >>> loaded = rc.solve(rough, material=steel, load=1.0)
+    >>> again = rc.solve(rc.indented_surface(loaded), material=steel, load=1.0)
+    >>> loaded.saturated_fraction > 0, round(again.contact_area / loaded.contact_area, 2)
+    (True, 1.0)
+    """
+    return indented(result.surface, result.residual_indentation)
+
+
+# --- Stages of a path, and their results ---
+
+
+NEGLIGIBLE_GROWTH = 1e-5
+"""Share of the whole indentation volume up to which a step counts as elastic."""
+
+# A load or approach is reached again if it is missed by no more than this part.
+_REACHED = 1e-6
+
+VOLUME_ACCOUNT = (
+    "the indented volume is lost: saturated pixels are lowered and nothing is raised in return "
+    "(no pile-up), pixels below the ceiling keep their height to the bit, and no other residual "
+    "displacement or stress stays behind"
+)
+"""Conserved and lost quantities of the model."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Point of a load path: a load or an approach, at a lateral position.
+
+    Parameters
+    ----------
+    load : float, str, quantity of pint or `Load`, optional
+        Normal load W [N], 0 for first contact, or in any form that `solve` takes; give
+        either this or ``approach``.
+    approach : float, str or quantity of pint, optional
+        Approach ω from the first touch of the undeformed bodies at the first position [m]; where
+        they do not touch at it the load is 0.
+    shift : (float, float)
+        Lateral shift ``(y, x)`` of the counter-body from its first position [m], a whole number
+        of pixels.
+
+    Raises
+    ------
+    InputError
+        If a value cannot be used.
+    """
+
+    load: float | Load | None = None
+    approach: float | None = None
+    shift: tuple[float, float] = (0.0, 0.0)
+
+    @checked
+    def __init__(
+        self,
+        load: Quantity | Load | None = None,
+        approach: Quantity | None = None,
+        shift: Quantities = (0.0, 0.0),
+    ) -> None:
+        object.__setattr__(self, "load", load_case.parse_load(load))
+        object.__setattr__(self, "approach", quantity(approach, "length", "approach"))
+        object.__setattr__(self, "shift", quantity(shift, "length", "shift"))
+        self._check()
+
+    def _check(self) -> None:
+        """Refuse what is no point of a path."""
+        if (self.load is None) == (self.approach is None):
+            raise InputError("a stage needs either a load or an approach, and only one of them")
+        plain = self.load is not None and not isinstance(self.load, Load)
+        if plain and not (_is_finite(self.load) and self.force >= 0):
+            raise input_error("load", self.load, "must be finite and not negative [N]")
+        if self.approach is not None and not _is_finite(self.approach):
+            raise input_error("approach", self.approach, "must be finite [m]")
+        try:
+            y, x = (float(length) for length in self.shift)
+        except (TypeError, ValueError):
+            y = x = math.nan
+        if not (math.isfinite(y) and math.isfinite(x)):
+            raise input_error("shift", self.shift, "must be a pair (y, x) of lengths [m]")
+        object.__setattr__(self, "shift", (y, x))
+
+    @property
+    def force(self) -> float:
+        """The load [N], after `on` has resolved its form."""
+        assert self.load is not None
+        assert not isinstance(self.load, Load)
+        return self.load
+
+    def on(self, pair: Pair) -> Stage:
+        """Return the stage with the force that its load is on two bodies."""
+        if not isinstance(self.load, Load):
+            return self
+        return replace(self, load=load_case.force(self.load, pair))
+
+
+@dataclass(frozen=True)
+class HistoryStep:
+    """The scalars of one solved stage."""
+
+    load: float  # W [N]
+    approach: float  # ω from the first touch of the undeformed bodies at the first position [m]
+    shift_y: float  # Lateral shift of the counter-body [m]
+    shift_x: float  # Lateral shift of the counter-body [m]
+    contact_area: float  # [m²]
+    saturated_area: float  # [m²]
+    max_pressure: float  # Largest pressure [Pa]
+    indentation_volume: float  # Volume newly indented in this step [m³]
+    dissipated_energy: float  # Ceiling times newly indented volume, summed over the pixels [J]
+    elastic_energy: float  # Elastic energy stored at the end of the step, ½ Σ p u ΔxΔy [J]
+    certificate: float  # How exactly the step is solved
+    load_error: float  # How exactly the step is solved
+    convolutions: int  # On the full grid
+    seconds: float  # Wall time of the solve
+
+
+_FIELDS = tuple(field.name for field in fields(HistoryStep))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadHistory(Result):
+    """A path of loads and positions, and what it left behind.
+
+    Parameters
+    ----------
+    path : tuple of Stage
+        The stages that were followed.
+    steps : tuple of HistoryStep
+        What was found, one a stage.
+    indented_body : {"surface", "counter_surface"}
+        The body that keeps the indentation.
+    indentation : ndarray
+        Permanent lowering d ≥ 0 of that body [m], on its own grid; read-only.
+    origin : (int, int)
+        Pixel of ``indentation`` that faced pixel (0, 0) of the surface at the first position. It
+        is (0, 0) unless a counter-body without a map, a flat, was indented at several positions.
+    residual : Surface
+        That body with its indentation, unloaded.
+    last : ContactResult
+        The last stage. Its surfaces are those before the stage, its approach counts from their
+        first touch, and its ``residual_indentation`` is what the stage added.
+    largest : ContactResult
+        The stage with the largest load, the first of them if several have it.
+    before : Pair
+        The bodies at the position of that stage, as they were before the path.
+    calibration : AgreedCeiling or None
+        How the ceiling of the path was found, if it is one that was recommended: that of a first
+        loading to the largest load.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    specified_load : tuple of GivenLoad
+        The loads in the form in which they were given, those that were no forces.
+    passes : int
+        How often the path was followed.
+    requested_passes : int
+        How often it was to be followed; fewer passes suffice once one indents nothing.
+    """
+
+    path: tuple[Stage, ...]
+    steps: tuple[HistoryStep, ...]
+    indented_body: str
+    indentation: Array
+    origin: tuple[int, int]
+    residual: Surface
+    last: ContactResult
+    largest: ContactResult
+    before: Pair
+    calibration: CalibrationRecord | None = None
+    extra_cautions: tuple[Caution, ...] = ()
+    specified_load: tuple[GivenLoad, ...] = ()
+    passes: int = 1
+    requested_passes: int = 1
+
+    @property
+    def under_largest(self) -> ContactResult:
+        """The contact under the largest load, on the bodies as they were before the path.
+
+        Its slopes and summits are those that were measured; pressure and gap are those of the
+        stage.
+        """
+        return replace(
+            self.largest,
+            pair=self.before,
+            calibration=self.calibration,
+            extra_cautions=self.extra_cautions,
+        )
+
+    @cached_property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know: of the contact under the largest load."""
+        largest = self.under_largest
+        advice, ceiling = plausibility.advice(largest), largest.ceiling
+        if advice is None or not isinstance(ceiling, float):
+            return largest.cautions
+        caution = plausibility.indentation_caution(advice, ceiling)
+        return largest.cautions if caution is None else ordered([*largest.cautions, caution])
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `HistoryStep` for names and units."""
+        if name not in _FIELDS:
+            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def hysteresis(self) -> tuple[Array, Array]:
+        """Approach [m] and load [N] of the steps, each of shape (n,)."""
+        return self.column("approach"), self.column("load")
+
+    @cached_property
+    def dissipated_energy(self) -> float:
+        """Energy dissipated along the whole path [J]."""
+        return math.fsum(self.column("dissipated_energy"))
+
+    @cached_property
+    def indentation_volume(self) -> float:
+        """Volume of the whole indentation [m³]."""
+        dy, dx = self.residual.pixel
+        return math.fsum(self.indentation.ravel()) * dy * dx
+
+    @cached_property
+    def is_elastic_now(self) -> bool:
+        """Whether going on along the path would stay elastic.
+
+        True if no step indents, or if after the last step that does (more than 1e-5 of the whole
+        volume) every position of the path has seen its largest load, or its largest approach,
+        again.
+        """
+        volume = self.column("indentation_volume")
+        plastic = np.flatnonzero(volume > NEGLIGIBLE_GROWTH * self.indentation_volume)
+        if plastic.size == 0:
+            return True
+        wanted = self._largest(0)
+        seen = self._largest(int(plastic[-1]) + 1)
+        return all(
+            what in seen and seen[what] >= value - _REACHED * abs(value)
+            for what, value in wanted.items()
+        )
+
+    def _largest(self, first: int) -> dict[tuple[tuple[float, float], str], float]:
+        """Return the largest load and approach asked for at each position from a stage on."""
+        result: dict[tuple[tuple[float, float], str], float] = {}
+        for stage in self.path[first:]:
+            load = None if stage.load is None else stage.force
+            for control, value in (("load", load), ("approach", stage.approach)):
+                if value is not None:
+                    what = stage.shift, control
+                    result[what] = max(result.get(what, value), value)
+        return result
+
+
+def repeat_stages(
+    loads: Sequence[Stage | Quantity | Load], count: int, shift: Quantities = (0.0, 0.0)
+) -> list[Stage]:
+    """Return the stages of a load cycle that is repeated, each time a step further."""
+    require_count(1, most_passes(len(loads)), count=count)
+    dy, dx = Stage(load=0.0, shift=shift).shift
+    stages = [item if isinstance(item, Stage) else Stage(load=item) for item in loads]
+    return [
+        replace(stage, shift=(stage.shift[0] + number * dy, stage.shift[1] + number * dx))
+        for number in range(count)
+        for stage in stages
+    ]
+
+
+def most_passes(stages: int) -> int:
+    """Return how often a path of so many stages may be followed."""
+    return max(1, memory.STEPS // max(1, stages))
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
+
+
+# --- Load history: what saturated pixels leave behind, along any path of loads and positions ---
+
+
+TOLERANCE = 1e-9
+"""Certificate of every step by default.
+
+With it a reloading meets the loading again to some 1e-11 of the approach, with 1e-6 to some 1e-8;
+it costs a third more.
+"""
+
+
+HELD = 10
+"""Maps held while a stage is solved: the indentation and none, what the last stage added, its
+pressure and gap and those of the largest, and the bodies as they face each other in all three."""
+
+# A load that every surface carries, to check the other arguments with.
+_LEAST = 1e-90
+# A shift this near to whole pixels is one, in pixels.
+_WHOLE = 1e-6
+
+# Part of the ceiling below which a pixel counts as at it: one that flowed comes back to it without
+# flowing, to within what the certificate leaves of a pixel.
+_AT_CEILING = 1e-6
+
+
+@shows_progress_bar
+@checked
+def history(
+    surface: Surface,
+    path: Sequence[Stage | Quantity | Load],
+    *,
+    passes: int = 1,
+    shift: Quantities = (0.0, 0.0),
+    material: Material,
+    counter_material: Material = RIGID,
+    counter_surface: CounterSurface | None = None,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float = TOLERANCE,
+    max_iterations: int = 2000,
+    folder: str | os.PathLike[str] | None = None,
+    progress: Tell = None,
+) -> LoadHistory:
+    """Follow loading and unloading, with permanent indentation at the ceiling.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, ceiling, boundary, max_iterations
+        As for `solve`. A path has one ceiling: ``"calibrated"`` is that of a first loading to the
+        largest load of the path.
+    path : sequence of Stage, float, str, quantity of pint or `Load`
+        Stages in order; a load in any form that `solve` takes is a stage at the first
+        position.
+    passes : int
+        Number of times the path is followed. Without a shift the passes end with the first that
+        adds no more than 1e-5 of the indented volume.
+    shift : (float, float)
+        Lateral shift ``(y, x)`` of the counter-body from pass to pass [m].
+    tolerance : float
+        Certificate ε of every step.
+    folder : path, optional
+        Where every finished step is saved at once; made if it does not exist. The same call on
+        the same folder resumes after the last finished step with the same numbers, also with
+        more passes.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the stage and the solver's `Step`.
+
+    Returns
+    -------
+    LoadHistory
+        The scalars of every step, and the indented body.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, a shift is no whole number of pixels or leaves the map.
+    CapacityError, InsufficientMemoryError
+        As for `solve`. The whole path is checked before its first step.
+    ConvergenceError
+        If a step did not reach the tolerance.
+
+    Notes
+    -----
+    The ceiling is taken as perfect plasticity of the separation of the two surfaces. With d the
+    permanent indentation, u the elastic displacement and ω the approach, the gap is
+    g = u + h₀ + d - ω, and::
+
+        0 ≤ p ≤ p_lim,    g ≥ 0,    p g = 0,    Δd ≥ 0,    (p_lim - p) Δd = 0.
+
+    Each stage is one implicit step of this law: `solve` about the surface indented so far; where
+    the pressure is at the ceiling, Δd = -g. Unloading is elastic about the indented surface, and
+    reloading starts from it. The first stage is the same as `solve`. The path matters only where
+    a pixel leaves the ceiling again while others reach it.
+
+    The energy that a step dissipates, ΔxΔy Σ p_lim Δd, is never negative, and with fine steps at
+    one position the work ∫W dω is what is stored and dissipated. Lateral shifts happen without
+    friction and between two stages; their work is not counted.
+
+    The indentation stays on the body with the smaller yield strength: on the surface where both
+    are equal or none is known, unless it is rigid. A ceiling per pixel stays with the pixels of
+    the surface. On a free boundary what is shifted off the map never touches; a counter-body
+    without a map is a flat without end. A periodic counter-body is rolled.
+
+    Volume: an indentation removes its volume. Saturated pixels are lowered, no pile-up is raised
+    in return, and all other pixels keep their height to the bit.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(32)
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> found = rc.history(rc.Surface(heights, pixel), [1.0, 0.0, 1.0], material=steel)
+    >>> found.is_elastic_now, found.steps[0].indentation_volume > 0
+    (True, True)
+    """
+    one_pass = _stages(path)
+    requested = repeat_stages(one_pass, passes, shift)
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    pair.require_map("a load history", coated=False)
+    terms = LoadCase(ceiling=ceiling, tolerance=tolerance, max_iterations=max_iterations)
+    way = _way(pair, requested, terms, len(one_pass))
+    with _claimed(folder, way, terms) as place:
+        recommended = None
+        if isinstance(ceiling, str) and ceiling == CALIBRATED:
+            first = _heaviest(way)
+            recommended = first.calibration
+            way = replace(way, terms=replace(terms, ceiling=first.ceiling))
+            _check_way(way)
+        history = _followed(way, place, progress)
+    specified = _given_loads(requested[: len(history.steps)], history.path)
+    return replace(history, calibration=recommended, specified_load=specified)
+
+
+def _way(pair: Pair, requested: Sequence[Stage], terms: LoadCase, each: int) -> _Way:
+    """Return the path of two bodies in pixels, once it has passed all checks."""
+    stages = tuple(stage.on(pair) for stage in requested)
+    check(pair, replace(terms, load=_LEAST), held=HELD)
+    limit = resolved_ceiling(terms.ceiling, pair)
+    shifts = [_pixels(stage.shift, pair.surface, n) for n, stage in enumerate(stages, start=1)]
+    bodies = sliding_pair(pair, shifts)
+    if bodies.on_counter and isinstance(limit, np.ndarray) and any(map(any, shifts)):
+        raise InputError(
+            f"a {ArgumentRef('ceiling')} per pixel stays with the pixels of "
+            f"{ArgumentRef('surface')}, but here the counter-body is indented and moves: give one "
+            "ceiling, or swap the two bodies"
+        )
+    untouched = np.zeros(bodies.indented.shape)
+    reference = bodies.pair_at(untouched, (0, 0)).highest
+    way = _Way(bodies, replace(terms, ceiling=limit), stages, shifts, reference, each)
+    _check_way(way)
+    return way
+
+
+@contextmanager
+def _claimed(
+    folder: str | os.PathLike[str] | None, way: _Way, terms: LoadCase
+) -> Iterator[Place | None]:
+    """Hold the folder of the steps alone, if there is one."""
+    if folder is None:
+        yield None
+        return
+    ceiling = terms.ceiling
+    record = {
+        **way.bodies.pair.record(),
+        "ceiling": ceiling if isinstance(ceiling, str | None) else checkpoints.digest(ceiling),
+        "boundary": str(way.bodies.pair.boundary),
+        "tolerance": terms.tolerance,
+        "max_iterations": terms.max_iterations,
+        # Further passes at one position may be asked for later; a flat grows with their shifts.
+        "path": [asdict(stage) for stage in way.stages[: way.each if way.stays else None]],
+    }
+    with checkpoints.lock_folder(
+        folder, record, kind="history", record="history.json", pattern="step-*.npz"
+    ) as place:
+        yield place
+
+
+def _given_loads(requested: Sequence[Stage], stages: Sequence[Stage]) -> tuple[GivenLoad, ...]:
+    """Return the loads of stages that were given in another form than as forces."""
+    return tuple(
+        GivenLoad(item.load, stage.force)
+        for item, stage in zip(requested, stages, strict=True)
+        if isinstance(item.load, Load)
+    )
+
+
+def _heaviest(way: _Way) -> ContactResult:
+    """Return the contact at the largest load of a path, first loaded, under its own ceiling."""
+    usual = [(_first_loaded(way, number, way.terms.ceiling), number) for number in way.largest()]
+    result, number = max(usual, key=lambda item: item[0].load)
+    return _first_loaded(way, number, CALIBRATED) if result.load else result
+
+
+def _first_loaded(way: _Way, number: int, ceiling: Any) -> ContactResult:
+    """Return the contact of a stage, by its number from 0, as if it were the first."""
+    pair = way.bodies.pair_at(np.zeros(way.bodies.indented.shape), way.shifts[number])
+    terms = way.terms_of(way.stages[number], way.lowered(pair))
+    return _pressed(pair, replace(terms, ceiling=ceiling), None)
+
+
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """A path of loads and positions of two bodies, in pixels."""
+
+    bodies: SlidingPair
+    terms: LoadCase
+    stages: tuple[Stage, ...]
+    shifts: list[tuple[int, int]]
+    reference: float
+    each: int
+
+    @property
+    def stays(self) -> bool:
+        """Whether all passes are at the positions of the first."""
+        return all(
+            shift == self.shifts[number % self.each] for number, shift in enumerate(self.shifts)
+        )
+
+    def settled(self, steps: Sequence[HistoryStep]) -> bool:
+        """Return whether these steps end with a pass that indented nothing."""
+        if len(steps) % self.each or not self.stays:
+            return False
+        volume = [step.indentation_volume for step in steps]
+        return math.fsum(volume[-self.each :]) <= NEGLIGIBLE_GROWTH * math.fsum(volume)
+
+    def largest(self) -> list[int]:
+        """Return which stages, from 0, have the largest load and the largest approach."""
+        result = []
+        for control in ("load", "approach"):
+            requested = {n: getattr(stage, control) for n, stage in enumerate(self.stages)}
+            wanted = {n: value for n, value in requested.items() if value is not None}
+            if wanted:
+                result.append(max(wanted, key=wanted.__getitem__))
+        return result
+
+    def lowered(self, pair: Pair) -> float:
+        """Return by how much later than at first the bodies touch [m]."""
+        return self.reference - pair.highest
+
+    def terms_of(self, stage: Stage, lowered: float) -> LoadCase:
+        """Return the terms of a stage, the approach counted from the touch of the bodies."""
+        if stage.approach is None:
+            return replace(self.terms, load=stage.force)
+        return replace(self.terms, approach=stage.approach - lowered)
+
+
+def _check_way(way: _Way) -> None:
+    """Raise what any stage would raise; indentation changes nothing about that."""
+    untouched = np.zeros(way.bodies.indented.shape)
+    for shift in dict.fromkeys(way.shifts):
+        pair = way.bodies.pair_at(untouched, shift)
+        lowered = way.lowered(pair)
+        here = [number for number, other in enumerate(way.shifts, start=1) if other == shift]
+        requested = [(way.terms_of(way.stages[number - 1], lowered), number) for number in here]
+        for control in ("load", "approach"):
+            wanted = [(terms, number) for terms, number in requested if terms.control == control]
+            # The last of the largest.
+            terms, number = max(
+                wanted, key=lambda item: (item[0].target, item[1]), default=(None, 0)
+            )
+            if terms is not None and terms.target > 0:
+                try:
+                    check(pair, terms, held=HELD)
+                except CapacityError as error:
+                    raise CapacityError(
+                        f"stage {number} of {len(way.stages)}: ", *error.sentence
+                    ) from None
+
+
+def _followed(way: _Way, place: Place | None, progress: Tell) -> LoadHistory:
+    """Return what a path that has passed all checks leaves behind."""
+    bodies, largest = way.bodies, 0
+    indentation = np.zeros(bodies.indented.shape)
+    steps: list[HistoryStep] = []
+    results: dict[int, ContactResult | None] = {}
+    for number, shift in enumerate(way.shifts):
+        stored = _cached_step(way, number, place)
+        if stored is not None:
+            step, new, result = *stored, None
+            if callable(progress):
+                progress(Progress(number + 1, len(way.stages), None, kept=True))
+        else:
+            step, new, result = _solved(way, number, indentation, place, progress)
+            _keep(way, number, place, step, new)
+        bodies.indent(indentation, new, shift)
+        steps.append(step)
+        if step.load > steps[largest].load:
+            largest = number
+        # The others are not needed again.
+        results = {n: result for n, result in results.items() if n == largest} | {number: result}
+        if way.settled(steps):
+            break
+    last, maximum = (
+        results[n] or _solved(way, n, _indented_before(way, n, place), place, None)[2]
+        for n in (len(steps) - 1, largest)
+    )
+    indentation.flags.writeable = False
+    return LoadHistory(
+        path=way.stages[: len(steps)],
+        steps=tuple(steps),
+        indented_body="counter_surface" if bodies.on_counter else "surface",
+        indentation=indentation,
+        origin=bodies.origin,
+        residual=indented(bodies.indented, indentation),
+        last=last,
+        largest=maximum,
+        before=bodies.pair_at(np.zeros_like(indentation), way.shifts[largest]),
+        passes=len(steps) // way.each,
+        requested_passes=len(way.stages) // way.each,
+    )
+
+
+def _solved(
+    way: _Way, number: int, indentation: Array, place: Place | None, progress: Tell
+) -> tuple[HistoryStep, Array, ContactResult]:
+    """Return a stage, by its number from 0, what it indents, and its contact."""
+    count, stage = len(way.stages), way.stages[number]
+    pair = way.bodies.pair_at(indentation, way.shifts[number])
+    lowered = way.lowered(pair)
+    label = "" if count == way.each else f"pass {number // way.each + 1} of {count // way.each}"
+    try:
+        terms = way.terms_of(stage, lowered)
+        result = _pressed(pair, terms, numbered(progress, number + 1, count, label))
+    except ConvergenceError as error:
+        hint = "" if place is None else f"; the stages before it are kept in {place.folder}"
+        text = Sentence(f"stage {number + 1} of {count}: ", *error.parts, hint)
+        raise ConvergenceError(text, error.result) from None
+    new = result.residual_indentation
+    return _step(result, stage, lowered, new), new, result
+
+
+# Steps on disk. Of a contact only what it indents is kept: solved again it has the same bits.
+
+
+def _indented_before(way: _Way, number: int, place: Place | None) -> Array:
+    """Return the indentation before a stage, by its number from 0."""
+    indentation = np.zeros(way.bodies.indented.shape)
+    for before, shift in enumerate(way.shifts[:number]):
+        stored = _cached_step(way, before, place)
+        assert stored is not None
+        way.bodies.indent(indentation, stored[1], shift)
+    return indentation
+
+
+def _place(way: _Way, number: int, place: Place) -> tuple[Path, dict[str, Any]]:
+    """Return the file of a stage, by its number from 0, and what makes it one of this history."""
+    stage = way.stages[number]
+    requested = stage.force if stage.approach is None else stage.approach
+    mark = {"problem": place.problem, "number": number + 1, "asked": requested}
+    return place.folder / f"step-{number + 1:04d}.npz", mark
+
+
+def _keep(way: _Way, number: int, place: Place | None, step: HistoryStep, new: Array) -> None:
+    if place is not None:
+        file, mark = _place(way, number, place)
+        index = np.flatnonzero(new)
+        arrays = {"index": index, "indented": new.ravel()[index], **asdict(step)}
+        checkpoints.write_step(file, arrays, mark)
+
+
+def _cached_step(way: _Way, number: int, place: Place | None) -> tuple[HistoryStep, Array] | None:
+    """Return a stage, by its number from 0, and what it indented, if the folder has it."""
+    if place is None:
+        return None
+    file, mark = _place(way, number, place)
+    if not file.exists():
+        return None
+    kinds = {field.name: int if field.type == "int" else float for field in fields(HistoryStep)}
+    arrays = checkpoints.read_step(file, ("index", "indented", *kinds), mark, "history")
+    new = np.zeros(way.bodies.pair.shape)
+    new.ravel()[arrays["index"]] = arrays["indented"]
+    values: dict[str, Any] = {name: kind(arrays[name]) for name, kind in kinds.items()}
+    return HistoryStep(**values), new
+
+
+def _pressed(pair: Pair, terms: LoadCase, progress: Callable[[Step], None] | None) -> ContactResult:
+    """Return the contact of a stage; without load if the bodies do not come to touch."""
+    if terms.target > 0:
+        # Not from the last pressure: on large maps coarse grids find the next one sooner.
+        return press(pair, terms, progress=progress)
+    ceiling: Any = terms.ceiling
+    approach = terms.target
+    return ContactResult(
+        pair=pair,
+        ceiling=ceiling,
+        precision="double",
+        tolerance=terms.certificate,
+        control=terms.control,
+        load=0.0,
+        approach=approach,
+        pressure=np.zeros(pair.shape),
+        gap=pair.initial_gap - approach,
+    )
+
+
+def _loaded(load: Real | Load) -> Stage:
+    return Stage(load if isinstance(load, Load) else float(load))
+
+
+def _stages(path: Sequence[Stage | Quantity | Load]) -> tuple[Stage, ...]:
+    stages = []
+    for number, stage in enumerate(path, start=1):
+        try:
+            load = given_load(stage)
+            stages.append(load if isinstance(load, Stage) else _loaded(load))
+        except InputError as error:
+            raise InputError(f"stage {number}: ", *error.sentence) from None
+    if not stages:
+        raise InputError("is empty: give at least one load", argument="path")
+    return tuple(stages)
+
+
+def _pixels(shift: tuple[float, float], surface: Surface, number: int) -> tuple[int, int]:
+    """Return a shift in pixels."""
+    ratios = [length / edge for length, edge in zip(shift, surface.pixel, strict=True)]
+    whole = [round(ratio) for ratio in ratios]
+    if any(abs(r - w) > _WHOLE for r, w in zip(ratios, whole, strict=True)):
+        near = ", ".join(f"{w * edge:.9g}" for w, edge in zip(whole, surface.pixel, strict=True))
+        raise InputError(
+            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is no whole number "
+            f"of pixels of {lengths(surface.pixel)}; the nearest is ({near}) m"
+        )
+    if any(abs(w) >= points for w, points in zip(whole, surface.shape, strict=True)):
+        raise InputError(
+            f"stage {number}: {ArgumentRef('shift')} ({lengths(shift, ', ')}) is beyond the map "
+            f"of {lengths(surface.size)}; stay within it"
+        )
+    return whole[0], whole[1]
+
+
+def _step(result: ContactResult, stage: Stage, lowered: float, new: Array) -> HistoryStep:
+    area = result.pixel_area
+    loaded = np.flatnonzero(result.pressure)
+    pressure = result.pressure.ravel()[loaded]
+    opened = result.gap.ravel()[loaded] - result.initial_gap.ravel()[loaded]
+    displacement = opened + result.approach
+    limit = math.inf if result.ceiling is None else result.ceiling
+    saturated = result.pressure >= (1 - _AT_CEILING) * limit
+    return HistoryStep(
+        load=result.load,
+        approach=result.approach + lowered,
+        shift_y=stage.shift[0],
+        shift_x=stage.shift[1],
+        contact_area=result.contact_area,
+        saturated_area=int(np.count_nonzero(saturated)) * area,
+        max_pressure=result.max_pressure,
+        indentation_volume=float(new.sum()) * area,
+        dissipated_energy=float((result.pressure * new).sum()) * area,
+        elastic_energy=0.5 * float((pressure * displacement).sum()) * area,
+        certificate=result.certificate,
+        load_error=result.load_error,
+        convolutions=result.convolutions,
+        seconds=result.seconds,
+    )

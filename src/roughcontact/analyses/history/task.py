@@ -1,0 +1,110 @@
+"""The task ``history``: a path of loads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact._tools.memory import STEPS
+from roughcontact.errors import require_count
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import options, parsing
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+_SURFACES = export.suffixes(Kind.SURFACE)
+PATH = Option(
+    "path", Panel.BODIES, "LOADS", 'Loads or approaches in order: "1 N, 0 N, 1 N", "20 MPa, 0 N".',
+    parsing.stages, None,
+)  # fmt: skip
+PASSES = Option(
+    "passes", Panel.BODIES, "NUMBER",
+    "Maximum number of repetitions of the path; default: 1.",
+    parsing.counted(1, STEPS), 1,
+)  # fmt: skip
+SHIFT = Option(
+    "shift", Panel.BODIES, "LENGTHS",
+    'Counter-body shift (y, x) per pass: "0 um, 5 um"; default: none.',
+    parsing.offset, (0.0, 0.0),
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Table of steps.", TABLES)
+INDENTED_SURFACE = file(
+    "indented-surface", "FILE", f"Indented surface: {', '.join(_SURFACES)}.", _SURFACES
+)
+FIGURE = file("figure", "FILE", "Figure of the load history (PNG, SVG or PDF).", PICTURES)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.history.model import Stage, history as load_history
+
+    ends: tuple[tuple[str, Any], ...] = request.needed(PATH)
+    stages = [Stage(**{control: value}) for control, value in ends]
+    with work.keeping("step-*.npz", "stage") as (watch, reused):
+        history = load_history(
+            work.maps[0],
+            stages,
+            **request.arguments(work.maps, *options.SOLVER_DOUBLE),
+            passes=request[PASSES],
+            shift=request[SHIFT],
+            folder=request[options.FOLDER],
+            progress=watch,
+        )
+    last = replace(history.last, extra_cautions=work.extra_cautions)
+    history = replace(history, last=last, extra_cautions=work.extra_cautions)
+    return Outcome(request, history, last, {"reused": len(reused)})
+
+
+def _check(request: Request) -> None:
+    from roughcontact.analyses.history.model import most_passes
+
+    require_count(1, most_passes(len(request.needed(PATH))), passes=request[PASSES])
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.history.model import HELD
+
+    request.require_contact(shape, HELD)
+
+
+def _residual(outcome: Outcome, path: Path) -> None:
+    outcome.result.residual.save(path)
+
+
+TASK = Task(
+    "history",
+    """Follow loading and unloading, including permanent indentation.
+
+The pressure ceiling represents perfect plasticity of the surface: indentation is permanent.
+
+\b
+Example:
+roughcontact history ground.x3p --path "1 N, 0 N, 1 N" --boundary periodic \\
+    --material 42CrMo4 --output history.csv --indented-surface indented.x3p
+""",
+    (
+        *options.MAP, PATH, PASSES, SHIFT, *options.BODIES, *options.SOLVER_DOUBLE, OUTPUT,
+        INDENTED_SURFACE, options.FOLDER, options.REPORT, FIGURE, *options.SHOWN,
+    ),
+    (
+        PATH, PASSES, *options.BODY_CONSTANTS, options.MISSING, INDENTED_SURFACE, OUTPUT,
+        options.REPORT,
+    ),
+    run=_run,
+    rules=(Rule(NEEDED, PATH, text="loads in their order, such as '1 N, 0 N, 1 N'"),),
+    check=_check,
+    last=last_contact,
+    memory=_memory,
+    writes=((INDENTED_SURFACE, _residual),),
+    questions=(
+        Question(
+            "Load history",
+            "Loading and unloading, once or repeatedly, with permanent indentation.",
+            (PATH, PASSES, SHIFT),
+            first=((PATH, "10 MPa, 0 N, 10 MPa"),),
+        ),
+    ),
+)  # fmt: skip

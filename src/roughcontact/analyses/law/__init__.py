@@ -1,0 +1,1 @@
+"""Pressure over separation of an interface."""

@@ -1,0 +1,866 @@
+"""Interface law of a nominally flat joint: pressure, separation, contact area, stiffness."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools import statistics
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.statistics import Mean
+from roughcontact.analyses.conductance.model import conductor_of
+from roughcontact.analyses.law import curve as law_curve
+from roughcontact.analyses.law.curve import ERROR, Asperities, Curve, Resolved, asperities
+from roughcontact.analyses.tangential import model as tangential
+from roughcontact.cautions import Caution, Kind, as_caution, of_several, ordered
+from roughcontact.contact import spots
+from roughcontact.contact.nominal_hertz import shape_of
+from roughcontact.contact.pair import Pair
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.series import (
+    ONE_ROUGH_FACE,
+    CalibratedChange,
+    Window,
+    changed,
+    require_alike,
+    require_one_model,
+    same_heights,
+    window_of,
+)
+from roughcontact.contact.stiffness import local_stiffness
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.material.material import Conductor
+from roughcontact.result import Result
+from roughcontact.surface import roughness, spectrum
+from roughcontact.theory import persson
+from roughcontact.units import Quantity, quantity
+
+Array = NDArray[np.float64]
+
+LOADING, UNLOADING = "loading", "unloading"
+"""Branches of a law: first loading, and unloading from it or loading again up to it."""
+
+# Pressures of two maps that differ by less than this part are one.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class LawPoint:
+    """One map under one nominal pressure; all means are over the part inside its rim."""
+
+    pressure: float  # Nominal pressure p̄: mean of the contact pressure [Pa]
+    separation: float  # [m]
+    mean_gap: float  # Mean open gap [m]
+    contact_fraction: float  # Contact area over nominal area
+    saturated_fraction: float  # Area at the ceiling over nominal area
+    stiffness: float  # -dp̄/dū as the load grows [Pa/m]
+    unloading_stiffness: float  # -dp̄/dū as it begins to fall [Pa/m]
+    spots: int  # Number of contact spots
+    contact_points: int  # Points of the map in contact
+    open_points: int  # Points of the map without contact
+
+
+@dataclass(frozen=True, eq=False)
+class MapLaw:
+    """The law that one map shows."""
+
+    name: str  # What the map is called
+    pair: Pair  # The bodies
+    window: Window | None  # The part inside the rim
+    first_touch: float  # Separation ū at first contact [m]
+    unloading_touch: float  # The same of the unloading branch [m]
+    loading: tuple[LawPoint, ...]  # By ascending pressure
+    unloading: tuple[LawPoint, ...]  # By ascending pressure
+    wave_numbers: Array  # Of the spectrum of the gap, see `theory.persson`
+    variances: Array  # Of the gap at these wave numbers
+
+    def points(self, branch: str) -> tuple[LawPoint, ...]:
+        """Return the points of a branch."""
+        return self.loading if branch == LOADING else self.unloading
+
+    def column(self, branch: str, name: str) -> Array:
+        """Return one field of all points of a branch, shape (n,)."""
+        return np.array([getattr(point, name) for point in self.points(branch)], dtype=float)
+
+    def curve(self, branch: str) -> Curve:
+        """Return pressure over separation."""
+        touch = self.first_touch if branch == LOADING else self.unloading_touch
+        flows = branch == LOADING and any(point.saturated_fraction for point in self.loading)
+        stiffness = None if flows else self.column(branch, "unloading_stiffness")
+        return _curve(
+            self.column(branch, "pressure"), self.column(branch, "separation"), stiffness, touch
+        )
+
+    def interpolated(self, branch: str, name: str, pressures: Array) -> Array:
+        """Return a field at nominal pressures between the first and the last of a branch."""
+        own = self.column(branch, "pressure")
+        if own.size == pressures.size and np.allclose(own, pressures, rtol=_SAME, atol=0):
+            return self.column(branch, name)
+        if name == "separation":
+            return self.curve(branch).separation_at(pressures)
+        return np.interp(np.log(pressures), np.log(own), self.column(branch, name))
+
+    @property
+    def gap(self) -> Array:
+        """Gap at first touch inside the rim [m]."""
+        gap = self.pair.initial_gap
+        return gap if self.window is None else gap[self.window]
+
+
+@dataclass(frozen=True)
+class LawStep:
+    """All maps under one nominal pressure: means over the maps and how they scatter."""
+
+    branch: str  # `LOADING` or `UNLOADING`
+    pressure: float  # p̄ [Pa]
+    separation: float  # Mean [m]
+    mean_gap: float  # Mean [m]
+    contact_fraction: float  # Mean
+    saturated_fraction: float  # Mean
+    stiffness: float  # Mean [Pa/m]
+    unloading_stiffness: float  # Mean [Pa/m]
+    separation_deviation: float  # Standard deviation [m]
+    contact_deviation: float  # Standard deviation
+    stiffness_deviation: float  # Standard deviation [Pa/m]
+    separation_half: float
+    contact_half: float
+    stiffness_half: float
+    persson_separation: float  # [m]
+    resolved: bool  # Whether the maps resolve the law under this pressure
+    thermal_conductance: float  # Of the contact per area [W/(m² K)]
+    tangential_stiffness: float  # dτ/dδ of a joint that sticks, mean over x and y [Pa/m]
+
+
+@dataclass(frozen=True)
+class Friction:
+    """How a joint resists a tangential force."""
+
+    coefficient: float  # μ
+    ratios: tuple[float, float]
+    shear_strength: float  # σ_Y/√3 of the softer body [Pa]; infinite where no strength is known
+    sliding: float  # Shear stress over pressure at which the joint slides; less than μ by yield
+
+    @property
+    def ratio(self) -> float:
+        """Mean of ``ratios``, which are tangential over unloading stiffness along y and along x."""
+        return sum(self.ratios) / 2
+
+
+@dataclass(frozen=True)
+class Backbone:
+    """Shear stress of a joint over its tangential shift, under the largest pressure."""
+
+    shift: Array  # δ [m], (n,), ascending from 0 to where the joint slides
+    shear_stress: Array  # τ [Pa], (n,), from 0 to μ p̄
+    stiffness: Array  # dτ/dδ [Pa/m], (n,), 0 at the end
+    iwan_density: Array  # -d²τ/dδ² between two points [Pa/m²], (n - 1,)
+
+
+@dataclass(frozen=True)
+class LawChange:
+    """How a law under the largest load changes from one grid to a coarser one."""
+
+    pixel: float  # Larger edge of its pixels [m]
+    closing: float  # Relative change of what the faces approach from the smallest load on
+    stiffness: float  # Relative change
+
+
+@dataclass(frozen=True)
+class LawTable:
+    """A branch as rows for other programs, straight lines between which are right to an error."""
+
+    branch: str  # `LOADING` or `UNLOADING`
+    error: float  # Part of the pressure that a straight line between two rows may be off
+    pressure: Array  # (n,) p̄ [Pa], strictly ascending
+    separation: Array  # (n,) ū [m], strictly descending
+    mean_gap: Array  # (n,) [m]
+    contact_fraction: Array  # (n,)
+    thermal_conductance: Array  # (n,) [W/(m² K)]
+
+    @property
+    def overclosure(self) -> Array:
+        """-ū, as finite-element programs have it [m], shape (n,)."""
+        return -self.separation
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class InterfaceLaw(Result):
+    """Pressure, separation, contact and stiffness of a nominally flat joint.
+
+    Parameters
+    ----------
+    maps : tuple of MapLaw
+        What each map shows.
+    rim : float
+        Width of the rim that is left out along free edges [m]; the mean over the maps.
+    largest : ContactResult
+        The contact of the first map under its largest load.
+    messages : tuple of Caution
+        What the contacts give cause for.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    parts : InterfaceLaw or None
+        Law of equal parts of the maps, if requested; it shows if the maps are large enough.
+    bodies : (Conductor, Conductor) or None
+        What both bodies conduct, for decks that hold a conductance.
+    thermal_film : float
+        Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : Friction or None
+        How it resists a tangential force, where a coefficient of friction was given.
+    coarser : LawChange or None
+        How the first map changes on a coarser grid, where that is known; see `with_coarser_grid`.
+    calibrated : CalibratedChange or None
+        How its closing and its stiffness change under the calibrated ceiling, where that is known;
+        see `with_calibrated_ceiling`.
+    """
+
+    maps: tuple[MapLaw, ...]
+    rim: float
+    largest: ContactResult
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
+    parts: InterfaceLaw | None = None
+    bodies: tuple[Conductor, Conductor] | None = None
+    thermal_film: float = 0.0
+    friction: Friction | None = None
+    coarser: LawChange | None = None
+    calibrated: CalibratedChange | None = None
+
+    def with_coarser_grid(self, contact: ContactResult) -> InterfaceLaw:
+        """Return the same with what changes on a coarser grid.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The first map under its largest load on a grid of larger pixels.
+        """
+        return replace(self, coarser=LawChange(max(contact.pair.pixel), *self._changes(contact)))
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> InterfaceLaw:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The first map under its largest load and the calibrated ceiling.
+        """
+        assert isinstance(contact.ceiling, float)
+        area = changed(contact.contact_area, self.largest.contact_area)
+        return replace(
+            self, calibrated=CalibratedChange(contact.ceiling, area, self._changes(contact))
+        )
+
+    def _changes(self, contact: ContactResult) -> tuple[float, float]:
+        """Return the relative changes of closing and stiffness of the first map."""
+        law = self.maps[0]
+        window, last = law.window, law.loading[-1]
+        if window is not None:
+            factors = [round(new / old) for new, old in
+                       zip(contact.pair.pixel, law.pair.pixel, strict=True)]  # fmt: skip
+            rows, columns = (slice(-(-part.start // factor), part.stop // factor)
+                             for part, factor in zip(window, factors, strict=True))  # fmt: skip
+            window = rows, columns
+        point = _point(contact, window, 0.0)
+        closing = law.loading[0].separation - last.separation
+        return (
+            (last.separation - point.separation) / closing,
+            changed(point.stiffness, last.stiffness),
+        )
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* [Pa]."""
+        return self.largest.contact_modulus
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether nothing was saturated, so that unloading is the way of loading back."""
+        return not any(p.saturated_fraction for law in self.maps for p in law.loading)
+
+    @property
+    def branches(self) -> tuple[str, ...]:
+        """The branches that differ and were solved."""
+        both = not self.is_elastic and all(law.unloading for law in self.maps)
+        return (LOADING, UNLOADING) if both else (LOADING,)
+
+    def pressures(self, branch: str = LOADING) -> Array:
+        """Return the nominal pressures at which the maps are averaged [Pa], shape (n,).
+
+        Those that were solved where all maps have the same; inside rims each map has its own, and
+        these are as many in equal ratios over what all of them cover.
+        """
+        own = [law.column(branch, "pressure") for law in self.maps]
+        first = own[0]
+        if all(p.size == first.size and np.allclose(p, first, rtol=_SAME) for p in own):
+            return first
+        low, high = max(p[0] for p in own), min(p[-1] for p in own)
+        result: Array = np.geomspace(low, high, max(p.size for p in own))
+        # Exactly, so that no map has to tell more than it covers.
+        result[0], result[-1] = low, high
+        return result
+
+    def values(self, branch: str, name: str) -> Array:
+        """Return a field of `LawPoint` of all maps at `pressures`, shape (maps, n)."""
+        pressures = self.pressures(branch)
+        return np.array([law.interpolated(branch, name, pressures) for law in self.maps])
+
+    def mean(self, branch: str, name: str) -> list[Mean]:
+        """Return the mean of a field over the maps at each of `pressures`, with its interval."""
+        return [_mean(values) for values in self.values(branch, name).T]
+
+    @cached_property
+    def steps(self) -> tuple[LawStep, ...]:
+        """All that is told of each branch and pressure."""
+        return tuple(step for branch in self.branches for step in self._steps(branch))
+
+    def of_branch(self, branch: str) -> list[LawStep]:
+        """Return the `steps` of one branch."""
+        return [step for step in self.steps if step.branch == branch]
+
+    def _steps(self, branch: str) -> Iterator[LawStep]:
+        pressures = self.pressures(branch)
+        names = ("separation", "mean_gap", "contact_fraction", "saturated_fraction", "stiffness",
+                 "unloading_stiffness")  # fmt: skip
+        means = {name: self.mean(branch, name) for name in names}
+        theory, resolved = self.persson(pressures), self.resolved
+        conductance = self.thermal_conductance(branch)
+        for number, pressure in enumerate(pressures.tolist()):
+            point = {name: result[number] for name, result in means.items()}
+            scatter = {
+                "separation": point["separation"], "contact": point["contact_fraction"],
+                "stiffness": point[("stiffness" if branch == LOADING else "unloading_stiffness")],
+            }  # fmt: skip
+            yield LawStep(
+                branch=branch,
+                pressure=pressure,
+                **{name: point[name].value for name in names},
+                **{f"{name}_deviation": item.deviation for name, item in scatter.items()},
+                **{f"{name}_half": item.high - item.value for name, item in scatter.items()},
+                persson_separation=float(theory[number]),
+                resolved=resolved.low <= pressure <= resolved.high,
+                thermal_conductance=float(conductance[number]),
+                tangential_stiffness=(
+                    math.nan if self.friction is None
+                    else self.friction.ratio * point["unloading_stiffness"].value
+                ),
+            )  # fmt: skip
+
+    def curve(self, branch: str = LOADING) -> Curve:
+        """Return the mean of the maps as a curve; see `Curve`."""
+        flows = branch == LOADING and not self.is_elastic
+        stiffness = None if flows else self.values(branch, "unloading_stiffness")
+        touch = [law.first_touch if branch == LOADING else law.unloading_touch for law in self.maps]
+        separation = self.values(branch, "separation").mean(axis=0)
+        return _curve(self.pressures(branch), separation, stiffness, math.fsum(touch) / len(touch))
+
+    def table(self, branch: str = LOADING, error: float = ERROR) -> LawTable:
+        """Return a branch as rows for other programs; see `LawTable`."""
+        pressure, separation = self.curve(branch).table(error)
+        log, own = np.log(pressure[1:]), np.log(self.pressures(branch))
+        more = []
+        for name, start in (("mean_gap", separation[0]), ("contact_fraction", 0.0)):
+            values = np.interp(log, own, self.values(branch, name).mean(axis=0))
+            more.append(np.concatenate([[start], values]))
+        values = self._conductance_between(branch, log)
+        more.append(np.concatenate([[math.nan if self.bodies is None else 0.0], values]))
+        return LawTable(branch, error, pressure, separation, *more)
+
+    @cached_property
+    def resolved(self) -> Resolved:
+        """The range of nominal pressures that the maps resolve, and what ends it."""
+        return law_curve.resolved(
+            self.pressures(),
+            {
+                name: self.values(LOADING, name).mean(axis=0)
+                for name in ("spots", "contact_points", "open_points", "contact_fraction")
+            },
+            self.contact_modulus * self.rms_gradient / 2,
+        )
+
+    @cached_property
+    def rms_gradient(self) -> float:
+        """h′ of the gap at first touch, mean over the maps."""
+        result = [roughness.rms_gradient(law.gap, law.pair.pixel) for law in self.maps]
+        return math.fsum(result) / len(result)
+
+    @cached_property
+    def asperities(self) -> Asperities:
+        """Moments of the gap at first touch after Greenwood and Tripp, means over the maps."""
+        result = [asperities(law.gap, law.pair.pixel) for law in self.maps]
+        means = (
+            math.fsum(getattr(item, name) for item in result) / len(result)
+            for name in ("m0", "m2", "m4")
+        )
+        return Asperities(*means)
+
+    def persson(self, pressures: Array) -> Array:
+        """Return the separation by Persson's theory of the elastic joint [m], shape (n,).
+
+        The mean over the maps; NaN where one has missing points.
+        """
+        if not all(law.wave_numbers.size for law in self.maps):
+            return np.full(np.shape(pressures), math.nan)
+        return np.mean(
+            [
+                persson.persson_separation(
+                    pressures, self.contact_modulus, law.wave_numbers, law.variances
+                )
+                for law in self.maps
+            ],
+            axis=0,
+        )
+
+    @cached_property
+    def persson_length(self) -> float:
+        """u₀ of Persson's p̄ ∝ exp(-ū/u₀) from the spectra of the maps [m]; see `persson`."""
+        if not all(law.wave_numbers.size for law in self.maps):
+            return math.nan
+        result = [persson.persson_decay(law.wave_numbers, law.variances) for law in self.maps]
+        return math.fsum(result) / len(result)
+
+    def thermal_conductance(self, branch: str = LOADING) -> Array:
+        """Return the conductance of the contact per area at `pressures` [W/(m² K)], shape (n,).
+
+        From the unloading stiffness of the contacts of the branch, as that of
+        `analyses.conductance.model.conductance`; the mean over the maps. NaN without `bodies`,
+        infinite where a map is closed.
+        """
+        bodies = self.bodies or ()
+        resistivity = math.fsum(1 / (body.conductivity or math.nan) for body in bodies)
+        return self._conductance(branch, resistivity, self.thermal_film)
+
+    def electrical_conductance(self, branch: str = LOADING) -> Array:
+        """Return the electrical conductance per area at `pressures` [S/m²], shape (n,).
+
+        As `thermal_conductance`, without a film; NaN where a resistivity is not known.
+        """
+        bodies = self.bodies or ()
+        return self._conductance(
+            branch, math.fsum(body.resistivity or math.nan for body in bodies), 0.0
+        )
+
+    def _conductance(self, branch: str, resistivity: float, film: float) -> Array:
+        if self.bodies is None:
+            return np.full(self.pressures(branch).shape, math.nan)
+        with np.errstate(divide="ignore"):
+            constriction = (
+                resistivity
+                * self.contact_modulus
+                / (2 * self.values(branch, "unloading_stiffness"))
+            )
+            extra = film / self.values(branch, "contact_fraction")
+            mean: Array = np.mean(1 / (constriction + extra), axis=0)
+        return mean
+
+    def elastic_slip(self, branch: str = LOADING) -> Array:
+        """Return μ p̄/k_t at `pressures` [m], shape (n,): shift at which a joint would slide.
+
+        Its stiffness stays until then; k_t is about proportional to p̄, so this is about constant.
+        """
+        steps = self.of_branch(branch)
+        friction = math.nan if self.friction is None else self.friction.sliding
+        return np.array([friction * step.pressure / step.tangential_stiffness for step in steps])
+
+    def backbone(self, axis: int = 1) -> Backbone:
+        """Return shear stress over shift along y (0) or x (1) under the largest pressure.
+
+        Superposition: τ = μ (p̄ - p*), δ = μ c (ū(p*) - ū(p̄)), the separation that of the unloading
+        branch, c over the normal that of the tangential compliance (Ciavarella 1998, Jäger 1998).
+        The Iwan density is how much of the joint begins to slip at each shift (Iwan 1966).
+        """
+        if self.friction is None:
+            raise InputError("is needed for a backbone, such as 0.15", argument="friction")
+        friction, ratio = self.friction.sliding, self.friction.ratios[axis]
+        steps = self.of_branch(self.branches[-1])[::-1]
+        pressure, separation, normal = (
+            np.array([getattr(step, name) for step in steps])
+            for name in ("pressure", "separation", "unloading_stiffness")
+        )
+        touch = self.curve(self.branches[-1]).first_touch
+        shift = friction / ratio * (np.append(separation, touch) - separation[0])
+        stiffness = np.append(ratio * normal, 0.0)
+        return Backbone(
+            shift,
+            friction * (pressure[0] - np.append(pressure, 0.0)),
+            stiffness,
+            -np.diff(stiffness) / np.diff(shift),
+        )
+
+    def _conductance_between(self, branch: str, log: Array) -> Array:
+        """Return `thermal_conductance` at some ln p̄, a power of p̄ between two that were solved."""
+        own, values = np.log(self.pressures(branch)), self.thermal_conductance(branch)
+        there = np.isfinite(values)
+        if not there.any():
+            return np.full(log.shape, values[0])
+        result = np.exp(np.interp(log, own[there], np.log(values[there])))
+        # A map that is closed resists no more.
+        return np.where(log > own[there][-1], values[-1], result)
+
+    @property
+    def conductance(self) -> Array:
+        """`thermal_conductance` of first loading [W/(m² K)], shape (n,)."""
+        return self.thermal_conductance(LOADING)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        own = [*law_curve.cautions(len(self.maps), self.resolved, self.rim)]
+        if self.part_size is not None and self.part_size.caution is not None:
+            own.append(self.part_size.caution)
+        if self.friction is not None and self.friction.sliding < 0.99 * self.friction.coefficient:
+            text = (
+                f"Shear yields before friction {self.friction.coefficient:g} is reached: the joint "
+                f"slides at {self.friction.sliding:.2g} of the pressure."
+            )
+            own.append(as_caution(Kind.SHEAR_YIELD, text, sliding=self.friction.sliding))
+        return ordered([*self.messages, *own, *self.extra_cautions])
+
+    @property
+    def part_size(self) -> law_curve.PartSize | None:
+        """How far the law of the parts is from that of the whole maps, where it was requested."""
+        if self.parts is None:
+            return None
+        half = np.array([item.high - item.value for item in self.parts.mean(LOADING, "separation")])
+        return law_curve.judge_part_size(self.curve(), self.parts.curve(), half, self.resolved)
+
+
+def _curve(pressure: Array, separation: Array, stiffness: Array | None, touch: float) -> Curve:
+    """Return a curve with the slopes that were computed, of one map or the mean of several."""
+    if stiffness is None:
+        return Curve(pressure, separation, None, touch)
+    with np.errstate(divide="ignore"):
+        compliance = np.atleast_2d(1 / stiffness).mean(axis=0)
+    return Curve(pressure, separation, compliance, touch)
+
+
+def _mean(values: Array) -> Mean:
+    # A map that is closed does not yield: its stiffness has no bound, and no scatter either.
+    if not np.isfinite(values).all():
+        return Mean(values.size, float(values.mean()), math.nan, math.nan, math.nan)
+    return statistics.mean(values)
+
+
+# --- The law of an interface from contacts that were solved ---
+
+
+OF = "an interface law"
+"""What needs maps, in messages."""
+
+# Heights that were lowered by this part of the largest gap are no rounding.
+_ROUNDING = 1e-9
+
+
+@checked
+def interface_law(
+    contacts: Iterable[ContactResult],
+    unloading: Iterable[ContactResult] = (),
+    *,
+    conductor: Conductor | str | None = None,
+    counter_conductor: Conductor | str | None = None,
+    thermal_film: Quantity = 0.0,
+    friction: float | None = None,
+) -> InterfaceLaw:
+    """Return the law of a nominally flat joint: pressure, contact and stiffness over separation.
+
+    Parameters
+    ----------
+    contacts : iterable of ContactResult
+        Solutions of one map or several of one surface, each under two loads at least, one map
+        after the other. One at a time is used.
+    unloading : iterable of ContactResult
+        Solutions under loads up to the largest of the maps as that left them
+        (`roughcontact.indented_surface`), the maps in the same order. Without them, the law has no
+        second branch; where nothing was saturated it needs none.
+    conductor, counter_conductor : Conductor or str, optional
+        Conductors of the bodies, or their names in the catalog of materials, for the thermal
+        conductance over pressure.
+    thermal_film : float, str or quantity of pint
+        Thermal resistance of a film on the contact times its area [m² K/W].
+    friction : float, optional
+        Coefficient μ of Coulomb's law, for the tangential stiffness and the elastic slip.
+
+    Returns
+    -------
+    InterfaceLaw
+        Each map's law, their mean and scatter, what they resolve, tables for other programs.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two contacts of a map, the maps are profiles, curved, too small or
+        of different grids, or the bodies differ in more than their maps.
+    ConvergenceError, InsufficientMemoryError
+        As for `roughcontact.contact.stiffness.local_stiffness`.
+
+    Notes
+    -----
+    The *separation* ū is the distance of the mean planes of the two rough surfaces, each displaced
+    by its elastic deformation: the mean of the gap where what is indented counts as negative. Far
+    above and below the joint, bodies move towards each other by as much as ū falls and by their own
+    compression. At *first touch*, under no load, ū is the height of the highest summit above the
+    mean plane. *Overclosure*, as finite-element programs have it, is -ū: zero where the mean planes
+    meet, negative before.
+
+    The tangential stiffness is the unloading stiffness, that of all of the contact, times the ratio
+    of the two of the first map under its largest load, where all of it sticks.
+
+    On first loading the stiffness is that of the elastic contact alone, saturated points going on
+    to flow; in unloading, and loading again up to the largest load, all of the contact resists.
+
+    With a periodic boundary all of the map counts. On a free one, a rim along its edges is left
+    out (`roughcontact.contact.series`), and p̄ and ū are means inside it, which follow the same
+    local relation although the pressure of a flat body rises towards its edges.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> rough = rc.Surface(*rc.reference_map(64))
+    >>> law = rc.interface_law(
+    ...     rc.solve(rough, material=steel, load=rc.NominalPressure(p), boundary="periodic")
+    ...     for p in ("100 MPa", "300 MPa", "1 GPa")
+    ... )
+    >>> first, *_, last = law.steps
+    >>> first.separation > last.separation, first.stiffness < last.stiffness
+    (True, True)
+    """
+    collected = _collected(contacts)
+    for number, (samples, after) in enumerate(
+        zip(collected, _after(unloading, collected), strict=True), start=1
+    ):
+        if len(samples.points) < 2:
+            raise InputError(
+                f"has {len(samples.points)} pressure at which map {number} touches inside its rim: "
+                "a law needs two at least",
+                argument="contacts",
+            )
+        samples.unloading = after
+    film = quantity(thermal_film, "thermal film", "thermal_film")
+    bodies = None
+    if conductor is not None and counter_conductor is not None:
+        bodies = (conductor_of(conductor), conductor_of(counter_conductor))
+    rims = [samples.rim for samples in collected]
+    return InterfaceLaw(
+        maps=tuple(_law(samples, number, collected) for number, samples in enumerate(collected, 1)),
+        rim=math.fsum(rims) / len(rims),
+        largest=collected[0].largest,
+        messages=_judged(collected),
+        bodies=bodies,
+        thermal_film=float(film),
+        friction=None if friction is None else _friction(collected[0].largest, friction),
+    )
+
+
+def _friction(result: ContactResult, coefficient: float) -> Friction:
+    tangential.require_friction(coefficient)
+    ratios = tangential.stick_ratios(result)
+    pressure, strength = result.pressure, tangential.shear_strength(result)
+    bound = np.minimum(coefficient * pressure, strength)
+    return Friction(float(coefficient), ratios, strength, float(bound.sum() / pressure.sum()))
+
+
+@dataclass(eq=False)
+class _Samples:
+    """What was seen of one map so far."""
+
+    pair: Pair
+    window: Window | None
+    rim: float
+    largest: ContactResult
+    points: list[tuple[LawPoint, float]] = field(default_factory=list)
+    judged: list[tuple[float, tuple[Caution, ...]]] = field(default_factory=list)
+    unloading: list[tuple[LawPoint, float]] = field(default_factory=list)
+
+    @property
+    def loads(self) -> list[float]:
+        """The loads that were seen [N]."""
+        return [load for load, _ in self.judged]
+
+    def add(self, result: ContactResult) -> None:
+        point = _point(result, self.window, 0.0)
+        self.judged.append((result.load, result.cautions))
+        if point.contact_points and point.pressure > 0:
+            self.points.append((point, 0.0))
+        if result.load >= self.largest.load:
+            self.largest = result
+
+
+def _collected(contacts: Iterable[ContactResult]) -> list[_Samples]:
+    """Return what the contacts show, map by map."""
+    answer: list[_Samples] = []
+    for result in [contacts] if isinstance(contacts, ContactResult) else contacts:
+        # Under a load that a map has had, it is another that is the same.
+        known = (item for item in answer if result.load not in item.loads)
+        _check(result, answer[0].largest if answer else result)
+        samples = next((item for item in known if same_heights(item.pair, result.pair)), None)
+        if samples is None:
+            samples = _Samples(result.pair, *window_of(result.pair), result)
+            answer.append(samples)
+        samples.add(result)
+    if not answer:
+        raise InputError("is empty: give two contacts at least", argument="contacts")
+    return answer
+
+
+def _after(
+    unloading: Iterable[ContactResult], collected: Sequence[_Samples]
+) -> list[list[tuple[LawPoint, float]]]:
+    """Return the points of the second branch of each map, with the separation of first touch."""
+    pairs: list[Pair] = []
+    points: list[list[tuple[LawPoint, float]]] = []
+    loads: set[float] = set()
+    for result in unloading:
+        again = result.load in loads
+        require_alike(
+            collected[0].pair, result.pair, "unloading", "; give the maps pressed alike",
+            only_elastic=True,
+        )  # fmt: skip
+        if not pairs or again or not same_heights(pairs[-1], result.pair):
+            loads.clear()
+            if len(pairs) == len(collected):
+                raise _stranger(len(pairs) + 1)
+            pairs.append(result.pair)
+            points.append([])
+        loads.add(result.load)
+        samples = collected[len(pairs) - 1]
+        lowered = _lowered(samples, result.pair, len(pairs))
+        point = _point(result, samples.window, lowered)
+        if point.contact_points and point.pressure > 0:
+            points[-1].append((point, _first_touch(result.pair, samples.window) - lowered))
+    if pairs and len(pairs) < len(collected):
+        raise InputError(
+            f"has {len(pairs)} maps, and there are {len(collected)}: give all of them, or none",
+            argument="unloading",
+        )
+    return points or [[] for _ in collected]
+
+
+def _lowered(samples: _Samples, pair: Pair, number: int) -> float:
+    """Return the mean depth by which the largest load of a map indented it inside its rim [m]."""
+    depth = samples.pair.heights - pair.heights
+    scale = float(np.nanmax(np.abs(samples.pair.heights)))
+    if np.nanmin(depth) < -_ROUNDING * scale:
+        raise _stranger(number)
+    return float(np.nanmean(_inside(depth, samples.window)))
+
+
+def _stranger(number: int) -> InputError:
+    return InputError(
+        f"map {number} is not map {number} of the contacts as its largest load left it: give the "
+        f"maps in their order, each from {ArgumentRef('indented_surface')}",
+        argument="unloading",
+    )
+
+
+def _point(result: ContactResult, window: Window | None, lowered: float) -> LawPoint:
+    """Return what one contact shows inside its rim."""
+    pressure, gap = _inside(result.pressure, window), _inside(result.gap, window)
+    contact = pressure > 0
+    loading, whole = local_stiffness(result, window)
+    axes = result.boundary.periodic_axes if window is None else ()
+    return LawPoint(
+        pressure=float(pressure.mean()),
+        separation=float(np.nanmean(gap)) - lowered,
+        mean_gap=float(np.nanmean(np.maximum(gap, 0))),
+        contact_fraction=float(contact.mean()),
+        saturated_fraction=float(_inside(result.saturated, window).mean()),
+        # What has flowed before resists like all else.
+        stiffness=whole if lowered else loading,
+        unloading_stiffness=whole,
+        spots=spots.find(np.ascontiguousarray(pressure), result.pair.pixel, axes).count,
+        contact_points=int(contact.sum()),
+        open_points=int(np.count_nonzero(~contact & ~np.isnan(gap))),
+    )
+
+
+def _inside(values: NDArray[Any], window: Window | None) -> NDArray[Any]:
+    return values if window is None else values[window]
+
+
+def _first_touch(pair: Pair, window: Window | None) -> float:
+    """Return the separation at which the bodies first touch inside the rim [m]."""
+    gap = _inside(pair.initial_gap, window)
+    return float(np.nanmean(gap) - np.nanmin(gap))
+
+
+def _law(samples: _Samples, number: int, all_of_them: Sequence[_Samples]) -> MapLaw:
+    pair = samples.pair
+    source = pair.surface.provenance.source
+    alone = [item.pair.surface.provenance.source for item in all_of_them].count(source) == 1
+    first = _first_touch(pair, samples.window)
+    loading, after = (
+        tuple(sorted((point for point, _ in points), key=lambda point: point.pressure))
+        for points in (samples.points, samples.unloading)
+    )
+    return MapLaw(
+        name=source if source and alone else f"{source or 'map'} {number}".strip(),
+        pair=pair,
+        window=samples.window,
+        first_touch=first,
+        unloading_touch=samples.unloading[0][1] if samples.unloading else first,
+        loading=loading,
+        unloading=after,
+        **_spectrum(pair, samples.window),
+    )
+
+
+def _spectrum(pair: Pair, window: Window | None) -> dict[str, Array]:
+    """Return wave numbers and variances of the gap for Persson's theory."""
+    gap = np.array(_inside(pair.initial_gap, window), dtype=np.float64)
+    if np.isnan(gap).any():
+        return {"wave_numbers": np.empty(0), "variances": np.empty(0)}
+    gap -= gap.mean()
+    if window is not None:
+        variance = gap.var()
+        for axis in pair.boundary.free_axes:
+            taper = np.hanning(gap.shape[axis] + 2)[1:-1]
+            gap *= taper[:, None] if axis == 0 else taper
+        gap -= gap.mean()
+        gap *= math.sqrt(variance / gap.var())
+    q, density, waves = spectrum.radial_spectrum(gap, pair.pixel)
+    area = gap.size * pair.pixel_area
+    return {"wave_numbers": q, "variances": density * waves / area}
+
+
+def _check(result: ContactResult, first: ContactResult) -> None:
+    """Refuse a map that has no law, or no part in that of the first."""
+    pair, other = result.pair, first.pair
+    pair.require_map(OF, coated=False)
+    if shape_of(pair) is not None:
+        raise InputError(
+            "are of curved bodies, and an interface law is one of nominally flat ones: take the "
+            "form away, or leave the nominal bodies out",
+            argument="contacts",
+        )
+    require_alike(
+        other,
+        pair,
+        "contacts",
+        "; contact and stiffness depend on all of them: give maps of one surface on one grid (",
+        ArgumentRef("pixel"),
+        "), pressed alike",
+    )
+    require_one_model(first.ceiling is None, result.ceiling is None)
+
+
+def _judged(collected: Sequence[_Samples]) -> tuple[Caution, ...]:
+    """Return the cautions of all contacts, one of each tag."""
+    maps = [
+        (
+            samples.pair.surface.provenance.source or f"map {number}",
+            over_loads(sorted(samples.judged, key=lambda entry: entry[0]), "N"),
+        )
+        for number, samples in enumerate(collected, start=1)
+    ]
+    # That a flat body is loaded up to its edges is why a margin is excluded.
+    result = tuple(c for c in of_several(maps, "maps") if c.kind != Kind.EDGE)
+    if collected[0].pair.counter_surface is not None:
+        return result
+    return (*result, ONE_ROUGH_FACE)

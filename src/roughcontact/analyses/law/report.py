@@ -1,0 +1,339 @@
+"""Report of an interface law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict
+from operator import attrgetter
+from typing import Any
+
+from roughcontact._tools.statistics import LEVEL, mean
+from roughcontact.analyses.law import decks, illustrations as law_illustrations
+from roughcontact.analyses.law.curve import ERROR
+from roughcontact.analyses.law.figures import interface_law
+from roughcontact.analyses.law.model import InterfaceLaw
+from roughcontact.references import cited
+from roughcontact.report import chapters, phrases, uncertainty
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.kind import (
+    CAUTIONS,
+    PROBLEM,
+    CellTable,
+    Column,
+    Columns,
+    Kind,
+    Quantity,
+    Table,
+    Use,
+)
+from roughcontact.uncertainty.intervals import Interval
+from roughcontact.units import counted, engineering, percent, plain
+
+
+def _range(law: InterfaceLaw) -> str:
+    result = law.resolved
+    if math.isnan(result.low):
+        return "none of the pressures"
+    return f"{engineering(result.low, 'Pa', 3)} to {engineering(result.high, 'Pa', 3)}"
+
+
+def _part_size(law: InterfaceLaw) -> str:
+    size = law.part_size
+    assert size is not None
+    verdict = (
+        "sufficient, quarters agree to" if size.sufficient else "too small, quarters differ by"
+    )
+    return f"{verdict} {percent(size.off)}"
+
+
+def _columns(law: InterfaceLaw, branch: str) -> dict[str, list[float]]:
+    steps = law.of_branch(branch)
+    names = [column.key for column in LAW_COLUMNS if column.stored and column.key != "branch"]
+    return {name: [getattr(step, name) for step in steps] for name in names}
+
+
+def _tables(law: InterfaceLaw) -> dict[str, Any]:
+    names = ("pressure", "separation", "mean_gap", "contact_fraction", "thermal_conductance")
+    tables = {branch: law.table(branch) for branch in law.branches}
+    return {
+        branch: {"error": table.error, **{name: getattr(table, name).tolist() for name in names}}
+        for branch, table in tables.items()
+    }
+
+
+def _backbone(law: InterfaceLaw) -> dict[str, dict[str, list[float]]]:
+    return {
+        name: {key: values.tolist() for key, values in vars(law.backbone(axis)).items()}
+        for axis, name in enumerate("yx")
+    }
+
+
+LAW: Table = (
+    *PAIR,
+    Quantity(
+        "maps", "maps", of=lambda law: [item.name for item in law.maps],
+        text=lambda law: counted(len(law.maps), "map"), part=PROBLEM,
+    ),
+    Quantity(
+        "rim", "rim that is left out", unit="m", part=PROBLEM, when=lambda law: law.rim > 0,
+    ),
+    Quantity(
+        "first_touch", "separation at first touch", "ū₀", unit="m",
+        of=lambda law: law.curve().first_touch,
+    ),
+    Quantity(
+        "resolved", "p̄(ū) resolved from", of=lambda law: [law.resolved.low, law.resolved.high],
+        text=_range,
+    ),
+    Quantity(
+        "part_size", "map size", of=lambda law: law.part_size and asdict(law.part_size),
+        text=_part_size, when=lambda law: law.part_size is not None,
+    ),
+    Quantity(
+        "persson_length", "Persson's u₀ from the spectrum", unit="m",
+        when=lambda law: math.isfinite(law.persson_length),
+    ),
+    Quantity("deviation", "standard deviation of the heights", "σ", "m", of="asperities.deviation"),
+    Quantity(
+        "summit_density", "density of summits", "η", "1/m²", of="asperities.density",
+        form=lambda value: f"{value * 1e-6:.4g} /mm²", brief=False,
+    ),
+    Quantity("summit_radius", "radius of summits", "R", "m", of="asperities.radius", brief=False),
+    Quantity("bandwidth", "bandwidth", "α", of="asperities.bandwidth", brief=False),
+    Quantity(
+        "branches", of=lambda law: {branch: _columns(law, branch) for branch in law.branches},
+    ),
+    Quantity("tables", of=_tables),
+    Quantity("friction", of=lambda law: law.friction and asdict(law.friction)),
+    Quantity(
+        "elastic_slip", "elastic slip μ p̄/k_t", unit="m", of=lambda law: law.elastic_slip()[-1],
+        when=lambda law: law.friction is not None,
+    ),
+    Quantity("backbone", of=lambda law: law.friction and _backbone(law)),
+    Quantity("coarser", of=lambda law: law.coarser and asdict(law.coarser)),
+    Quantity("calibrated", of=lambda law: law.calibrated and asdict(law.calibrated)),
+    Quantity("intervals", of=lambda law: [item.summary() for item in _intervals(law)]),
+    Quantity(
+        "thermal_conductance", of=lambda law: law.conductance.tolist(),
+    ),
+    *CAUTIONS,
+)  # fmt: skip
+"""Of an `InterfaceLaw`."""
+
+
+def _separations(law: InterfaceLaw) -> list[str]:
+    """Return halves of the intervals of ū, which may itself be near zero, as lengths."""
+    return [engineering(step.separation_half, "m", 2) for step in law.steps]
+
+
+def _contacts(law: InterfaceLaw) -> list[str]:
+    return [f"{100 * step.contact_half / step.contact_fraction:.2g} %" for step in law.steps]
+
+
+def _elastic(law: InterfaceLaw) -> bool:
+    return law.is_elastic
+
+
+def _several(law: InterfaceLaw) -> bool:
+    return len(law.maps) > 1
+
+
+def _per_length(value: float) -> str:
+    """Return a stiffness per area in GPa/µm."""
+    return "∞" if math.isinf(value) else plain(value * 1e-15, 3)
+
+
+def _flows(law: InterfaceLaw) -> bool:
+    return not law.is_elastic
+
+
+LAW_COLUMNS: Columns = (
+    Column("branch", "branch", when=_flows, form=lambda branch: branch.removesuffix("ing")),
+    Column("pressure", "pressure", unit="Pa", digits=3),
+    Column("separation", "ū", unit="m", digits=3),
+    Column(
+        "separation_half", "±", unit="m", shown=_separations,
+        when=_several,
+    ),
+    Column("mean_gap", "mean gap", unit="m", digits=3, brief=False),
+    Column("contact_fraction", "contact", form=percent),
+    Column(
+        "contact_half", "±", shown=_contacts, when=_several,
+        brief=False,
+    ),
+    Column("saturated_fraction", "saturated", form=percent, when=_flows),
+    Column("stiffness", "loading", unit="Pa/m", form=_per_length),
+    Column(
+        "unloading_stiffness", "falling", unit="Pa/m", form=_per_length, when=_flows,
+    ),
+    Column(
+        "thermal_conductance", "conductance", unit="W/(m² K)", digits=3, brief=False,
+        when=lambda law: law.bodies is not None,
+    ),
+    Column(
+        "tangential_stiffness", "tangential", unit="Pa/m", form=_per_length, brief=False,
+        when=lambda law: law.friction is not None,
+    ),
+    Column("separation_deviation", unit="m"),
+    Column("contact_deviation"),
+    Column("stiffness_deviation", unit="Pa/m"),
+    Column("stiffness_half", unit="Pa/m"),
+    Column("persson_separation", unit="m"),
+    Column(
+        "persson_separation", "Persson", unit="m", digits=3, stored=False, when=_elastic,
+    ),
+    Column("resolved", "resolved", form=lambda value: "yes" if value else "no", brief=False),
+)  # fmt: skip
+"""Of the steps of an `InterfaceLaw`."""
+
+
+def _known(law: InterfaceLaw) -> str:
+    """Return how well the law is known between the pressures; nothing where that is not known."""
+    error = max(law.curve(branch).error for branch in law.branches)
+    if math.isnan(error):
+        return "."
+    return f"; between those that were solved the law is known to about {100 * error:.2g} %."
+
+
+def sentences(law: InterfaceLaw) -> tuple[str, ...]:
+    """Return what a reader of the law has to know."""
+    several = len(law.maps) > 1
+    return (
+        "The separation ū is that of the mean planes of the two surfaces, with what is indented "
+        "counted as negative; at first touch it is the height of the highest summit. Overclosure "
+        "is minus the separation.",
+        "Stiffness per area, in GPa/µm: while loading, the elastic contact alone resists; while "
+        "unloading, all of the contact does.",
+        *(
+            () if law.is_elastic else
+            ("Around spots at the ceiling the elastic contact is often one pixel wide: loading "
+             "stiffness scatters by a tenth and more about the slope of the curve.",)
+        ),
+        *(
+            (f"± is half of the interval in which the mean over all maps of this surface lies with "
+             f"{100 * LEVEL:.0f} %.",)
+            if several else ()
+        ),
+        *(
+            () if law.is_elastic or len(law.branches) > 1 else
+            ("The unloading branch was not solved.",)
+        ),
+        *(
+            ("Nothing is at the ceiling: unloading goes back the way of loading.",)
+            if law.is_elastic else ()
+        ),
+        *(
+            ("Persson's theory is that of the elastic joint with the spectrum of the maps.",)
+            if math.isfinite(law.persson_length) else
+            ("Persson's theory needs maps without missing points.",)
+        ),
+        f"Tables for other programs have as many rows as straight lines need for {100 * ERROR:.0f} "
+        f"% of the pressure{_known(law)}",
+    )  # fmt: skip
+
+
+# --- What is said first ---
+
+# Pressures on the screen.
+_MOST = 5
+
+
+def _problem(law: InterfaceLaw) -> str:
+    contact = law.largest
+    name = counted(len(law.maps), "map") if len(law.maps) > 1 else ""
+    return f"{phrases.bodies(contact, name)}{phrases.boundary(contact)}"
+
+
+def _intervals(law: InterfaceLaw) -> tuple[Interval, Interval]:
+    """Return the intervals of closing and stiffness under the largest pressure."""
+    separation = law.values(law.branches[0], "separation")
+    means = (
+        mean(separation[:, 0] - separation[:, -1]), law.mean(law.branches[0], "stiffness")[-1],
+    )  # fmt: skip
+    coarser = law.coarser and (law.coarser.closing, law.coarser.stiffness)
+    changes = coarser or (math.nan, math.nan)
+    closing, stiffness = (
+        uncertainty.of_joint(law, name, item.value, index, changes[index], item)
+        for index, (name, item) in enumerate(zip(("closing", "stiffness"), means, strict=True))
+    )
+    return closing, stiffness
+
+
+def _answer(law: InterfaceLaw) -> str:
+    """Return how far the faces approach over the pressures, and how stiff the joint is then."""
+    steps = law.of_branch(law.branches[0])
+    first, last = steps[0].pressure, steps[-1].pressure
+    ends = phrases.between(first, last, lambda value: phrases.size(value, "Pa"))
+    closing, stiffness = _intervals(law)
+    by = uncertainty.with_ends(closing, lambda value: phrases.size(value, "m"))
+    stiff = uncertainty.with_ends(stiffness, lambda value: f"{_per_length(value)} GPa/µm")
+    return f"From {ends} the faces approach by {by}; the stiffness reaches {stiff}."
+
+
+def _numbers(law: InterfaceLaw) -> CellTable:
+    """Return separation, contact and stiffness at some pressures while loading."""
+    steps = law.of_branch(law.branches[0])
+    several, flows = _several(law), _flows(law)
+    heads = ["pressure", "separation", *([f"± {100 * LEVEL:.0f} %"] * several), "contact"]
+    heads.append("stiffness")
+    heads += ["unloading"] * flows
+    rows = []
+    for step in steps:
+        row = [phrases.size(step.pressure, "Pa"), phrases.size(step.separation, "m")]
+        row += [engineering(step.separation_half, "m", 2)] * several
+        row += [percent(step.contact_fraction), f"{_per_length(step.stiffness)} GPa/µm"]
+        row += [f"{_per_length(step.unloading_stiffness)} GPa/µm"] * flows
+        rows.append(tuple(row))
+    return tuple(heads), chapters.spaced(rows, _MOST)
+
+
+def _remarks(law: InterfaceLaw) -> tuple[str, ...]:
+    """Return where the maps resolve the law, and how well it is known between the pressures."""
+    _, stiffness = _intervals(law)
+    lines: list[str] = []
+    if uncertainty.has_ends(stiffness):
+        lines.append(uncertainty.sources(stiffness, hint=False))
+    lines.append(f"Resolved: {_range(law)}")
+    error = max(law.curve(branch).error for branch in law.branches)
+    if not math.isnan(error):
+        lines[-1] += f"; interpolation error {100 * error:.2g} %"
+    if law.friction is not None:
+        last = law.of_branch(law.branches[0])[-1]
+        each = [
+            f"{_per_length(last.unloading_stiffness * ratio)} ({axis})"
+            for axis, ratio in zip("yx", law.friction.ratios, strict=True)
+        ]
+        lines.append(
+            f"Tangential at {phrases.size(last.pressure, 'Pa')}: {', '.join(each)} GPa/µm; "
+            f"elastic slip {phrases.size(float(law.elastic_slip()[-1]), 'm')}"
+        )
+    if len(law.branches) > 1:
+        last = min(law.of_branch(law.branches[1]), key=lambda step: step.pressure)
+        lines.append(
+            f"Unloaded to {phrases.size(last.pressure, 'Pa')}: {phrases.size(last.separation, 'm')}"
+            f", contact {percent(last.contact_fraction)}"
+        )
+    return tuple(lines)
+
+
+def _works(law: InterfaceLaw) -> Iterator[Use]:
+    yield cited("separation by theory", "Persson2007", "Yang2008", "Almqvist2011")
+    yield cited("asperities", "Greenwood1970", "Nayak1971")
+    if law.bodies is not None:
+        yield cited("conductance from the stiffness", "Barber2003")
+
+
+def question(law: InterfaceLaw) -> str:
+    """Return the question that an interface law answers."""
+    pressures = [step.pressure for step in law.steps]
+    ends = [engineering(value, "Pa", 3) for value in (min(pressures), max(pressures))]
+    return f"How far does the joint close from {phrases.span(ends)}?"
+
+
+KIND = Kind(
+    InterfaceLaw, LAW, LAW_COLUMNS, question=question, sentences=sentences,
+    figures=law_illustrations.LAW,
+    plots=(interface_law,), contact=attrgetter("largest"), works=_works, save=decks.save_law,
+    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
+)  # fmt: skip

@@ -1,0 +1,138 @@
+"""The task ``law``: the law of an interface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import contacts as joints, options
+from roughcontact.request.contacts import Contacts
+from roughcontact.request.options import EXCLUDES, PICTURES, Panel, Rule, file, files, flag
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.law.model import InterfaceLaw
+    from roughcontact.contact.result import ContactResult
+
+QUARTERS = flag(
+    "quarters", Panel.MAP,
+    "Repeat on map quarters to check the map size.",
+)  # fmt: skip
+OUTPUT = files(
+    "output", f"Law: {export.format_list_text(Kind.LAW)}; repeatable.", export.suffixes(Kind.LAW)
+)
+FIGURE = file("figure", "FILE", "Figure of the law (PNG, SVG or PDF).", PICTURES)
+_CONDUCTORS = (joints.CONDUCTIVITY, joints.COUNTER_CONDUCTIVITY, joints.THERMAL_FILM)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.law.model import OF
+    from roughcontact.surface.placement import partition
+
+    contacts = Contacts.of_request(request, work)
+    contacts.require_map(OF)
+    maps = list(contacts.each())
+    result = maps[0].with_variants(_law_of(request, maps))
+    if request[QUARTERS]:
+        level = request[options.LEVEL]
+        parts = [item.of(part) for item in maps for part in partition(item.maps[0], 2, level)]
+        result = replace(result, parts=_law_of(request, parts))
+    return joints.outcome(request, work, result)
+
+
+def _law_of(request: Request, maps: Sequence[Contacts]) -> InterfaceLaw:
+    """Return the law of some maps; where they flow, with the branch of unloading."""
+    from roughcontact.analyses.history.model import indented_surface
+    from roughcontact.analyses.law.model import interface_law
+
+    remaining: list[Contacts] = []
+    flowed: list[bool] = []
+    loads = joints.loads(request)
+
+    def loading() -> Iterator[ContactResult]:
+        for item in maps:
+            # The first is that under the largest load.
+            for number, result in enumerate(item.under(loads)):
+                if number == 0:
+                    remaining.append(item.of(indented_surface(result)))
+                    flowed.append(result.saturated_fraction > 0)
+                yield result
+
+    def unloading() -> Iterator[ContactResult]:
+        # What flowed does so no more up to the largest load: elastic, whatever the ceiling was.
+        elastic = replace(request, values={**request.values, options.CEILING.name: None})
+        for item in remaining if any(flowed) else ():
+            yield from replace(item, request=elastic).under(loads)
+
+    body, counter_body = joints.conductors(request)
+    both = body.conductivity is not None and counter_body.conductivity is not None
+    return interface_law(
+        loading(),
+        unloading(),
+        conductor=body if both else None,
+        counter_conductor=counter_body if both else None,
+        thermal_film=request[joints.THERMAL_FILM] or 0.0,
+        friction=request[joints.FRICTION],
+    )
+
+
+def _check(request: Request) -> None:
+    joints.check_pressures(request)
+    for option in (options.COUNTER_SURFACE, options.COUNTER_BODY):
+        if len(request.files) > 1 and request.is_given(option):
+            raise InputError(
+                "goes with one map; several are pressed by a flat", argument=option.argument
+            )
+    known = all(body.conductivity is not None for body in joints.conductors(request))
+    if request[joints.THERMAL_FILM] and not known:
+        raise InputError(
+            "needs ", ArgumentRef("conductivity"), " and ", ArgumentRef("counter_conductivity"),
+            argument="thermal_film",
+        )  # fmt: skip
+
+
+TASK = Task(
+    "law",
+    """Compute the pressure-separation law; write Abaqus/CalculiX decks.
+
+Several files are maps of one surface; the mean and its 95 % interval are reported. Above the
+ceiling, unloading is a separate branch.
+
+\b
+Example:
+roughcontact law ground-?.x3p --from "30 MPa" --to "300 MPa" \\
+    --boundary periodic --material 42CrMo4 --output law.inp
+""",
+    (
+        QUARTERS, *options.MAP, *joints.RANGE, *options.MATERIALS, joints.FRICTION, *_CONDUCTORS,
+        *options.SHAPES, *joints.FACES, options.CEILING, options.BOUNDARY, *options.SOLVER,
+        OUTPUT, FIGURE,
+        *options.OUTPUT,
+    ),
+    (
+        *joints.RANGE, options.MATERIAL, joints.FRICTION, options.CEILING, options.BOUNDARY,
+        options.MISSING, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(
+        *joints.PRESSURE_RULES, *joints.FACE_RULES,
+        Rule(EXCLUDES, QUARTERS, options.COUNTER_MAPS),
+    ),
+    check=_check,
+    last=last_contact,
+    questions=(
+        Question(
+            "Interface law",
+            "Separation, contact and stiffness over pressure, with tables for other programs.",
+            (QUARTERS,),
+        ),
+    ),
+    maps=("file", "files"),
+    shares_contacts=True,
+)  # fmt: skip

@@ -1,0 +1,106 @@
+"""Isothermal flow of a gas through a gap, from viscous to free molecular.
+
+Per width a gap g lets g³ G p ∇p/(12 η) pass [Pa m³/s], with G = 6 Q(D)/D by the local rarefaction
+D = √π g p/(2 λ p) of `roughcontact.theory.rarefied_gas.channel_flow`; G is 1 where the gas is
+viscous. Of the potential Φ = ∫ p G dp of the narrowest constriction, all gaps as wide as it let
+g³ ∇Φ/(12 η) pass, and any other G/G_c times as much. This factor depends little on the pressure,
+and not at all where the gas is viscous or free molecular everywhere.
+
+Along an axis that is periodic the sample is short compared with the land: its permeability is that
+at one pressure, and Φ falls evenly over the land by Gauss's points. Along a free one the sample is
+the land, its inlet the first row or column: the pressure of each pixel decides
+(`roughcontact.analyses.leak.flow.flow` with a mobility).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.analyses.leak.flow import Flow, flow
+from roughcontact.material.fluids import GAS_CONSTANT
+from roughcontact.theory.rarefied_gas import channel_flow, mean_free_path
+
+Array = NDArray[np.float64]
+
+STANDARD_TEMPERATURE, STANDARD_PRESSURE = 273.15, 101325.0
+"""Of a standard cubic centimeter [K], [Pa]: 0 °C and one atmosphere (SEMI E12)."""
+
+# Points of pressure at which a sample of a land is solved, and of the table of the potential.
+_POINTS, _TABLE = 2, 4001
+
+
+@dataclass(frozen=True)
+class GasState:
+    """A gas between two pressures."""
+
+    name: str
+    molar_mass: float  # M [kg/mol]
+    viscosity: float  # η [Pa s]
+    temperature: float  # T [K]
+    inlet: float  # Absolute pressure [Pa]
+    outlet: float  # Absolute pressure [Pa]
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean of the pressures at inlet and outlet [Pa]."""
+        return (self.inlet + self.outlet) / 2
+
+    def knudsen(self, gap: float, pressure: float) -> float:
+        """Return Kn = λ/g."""
+        path = mean_free_path(self.viscosity, pressure, self.molar_mass, self.temperature)
+        return path / gap
+
+    def mobility(self, gap: Array | float, pressure: Array | float) -> Array:
+        """Return G: how many times more passes than of a viscous gas."""
+        rarefaction = math.sqrt(math.pi) / 2 * gap * pressure / self.knudsen(1.0, 1.0)
+        return 6 * channel_flow(rarefaction) / rarefaction
+
+    def throughput_in(self, unit: str) -> float:
+        """Return one Pa m³/s of this gas in another unit."""
+        warmth = STANDARD_TEMPERATURE / self.temperature
+        return {
+            "Pa m³/s": 1.0,
+            "mbar l/s": 10.0,
+            "kg/s": self.molar_mass / (GAS_CONSTANT * self.temperature),
+            "sccm": 60e6 * warmth / STANDARD_PRESSURE,
+        }[unit]
+
+
+def gas_factor(
+    gap: Array, pixel: tuple[float, float], viscous: Flow, narrowest: float, state: GasState,
+    periodic_axes: tuple[int, ...] = (), points: int = _POINTS,
+) -> float:  # fmt: skip
+    """Return the throughput of a gas over that of the same gas if it were viscous everywhere."""
+    pressures = np.geomspace(state.outlet, state.inlet, _TABLE)
+    # dΦ = p G dp = p² G d(ln p)
+    slope = pressures**2 * state.mobility(narrowest, pressures)
+    step = math.log(state.inlet / state.outlet) / (_TABLE - 1)
+    potential = np.concatenate([[0.0], np.cumsum((slope[1:] + slope[:-1]) / 2 * step)])
+    rise = float(potential[-1])
+
+    def relative(part: Array, pressure: Array) -> Array:
+        return state.mobility(part, pressure) / state.mobility(narrowest, pressure)
+
+    axis = viscous.axis
+    if axis in periodic_axes:
+        nodes, weights = np.polynomial.legendre.leggauss(points)
+        conducted = 0.0
+        for pressure, weight in zip(
+            np.interp((nodes + 1) / 2 * rise, potential, pressures), weights / 2, strict=True
+        ):
+            wide = gap.copy()
+            wide[gap > 0] *= np.cbrt(relative(gap[gap > 0], pressure))
+            conducted += weight * flow(wide, pixel, axis, periodic_axes).permeability[axis]
+    else:
+        there = gap[np.isfinite(viscous.pressure)]
+
+        def mobility(fallen: Array) -> Array:
+            return relative(there, np.interp(np.clip(fallen, 0, 1) * rise, potential, pressures))
+
+        conducted = flow(gap, pixel, axis, periodic_axes, mobility).permeability[axis]
+    viscous_rise = state.mean_pressure * (state.inlet - state.outlet)
+    return float(conducted * rise / (viscous.permeability[axis] * viscous_rise))

@@ -1,0 +1,704 @@
+"""Leakage through the gap of a contact, and its flow factors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact._tools import statistics
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.statistics import Mean
+from roughcontact.analyses.conductance.model import ATMOSPHERE, slip_factor, warmth_of
+from roughcontact.analyses.leak.flow import Constriction, Flow, constriction, flow
+from roughcontact.analyses.leak.gas_flow import GasState, gas_factor
+from roughcontact.cautions import Caution, Kind, as_caution, as_note, as_warning, ordered
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.series import (
+    ONE_ROUGH_FACE,
+    CalibratedChange,
+    changed,
+    mean_of,
+    of_one_pair,
+    positive,
+)
+from roughcontact.errors import ArgumentRef, InputError, input_error
+from roughcontact.halfspace.fft import Workspace
+from roughcontact.material import fluids
+from roughcontact.result import Result
+from roughcontact.theory.rarefied_gas import mean_free_path
+from roughcontact.units import Quantity, changed_by, percent
+
+THRESHOLD = 0.42
+"""Contact fraction at which isotropic self-affine contact closes all ways.
+
+Dapp, Lücke, Persson and Müser 2012, doi:10.1103/PhysRevLett.108.244301.
+"""
+
+_NEAR = 0.1
+# Distance from it within which what leaks is that of a few constrictions.
+
+_MOVED = 0.1
+
+LIFTS = 0.05
+"""Share of the load from which on the pressure of the fluid is taken off the load."""
+
+LEAK_CLASSES = (
+    (1e-11, "technically tight"), (1e-9, "tight against the smallest viruses"), (1e-8, "gas-tight"),
+    (1e-7, "virus-tight"), (1e-6, "oil-tight"), (1e-5, "bacteria-tight"), (1e-4, "vapor-tight"),
+    (1e-3, "watertight"),
+)  # fmt: skip
+"""Throughputs [Pa m³/s] below which a seal has a class, from the tightest on.
+
+Rottländer, Umrath and Voss 2016, Fundamentals of leak detection, Leybold, cat. no. 199 79: common
+classes, ten times as many mbar l/s, of helium from one bar into vacuum.
+"""
+
+GAS = 5e-5
+"""Viscosity [Pa s] below which a fluid is a gas: those have 9 to 35 µPa s, liquids 200 and more."""
+
+# Factor by which helium leaks more from which on slip is told; Knudsen number of a warning.
+_SLIPS, _RAREFIED = 1.05, 0.05
+
+
+def of_step(result: ContactResult, closed: bool) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact, whose gap is closed or not."""
+    if result.counter_surface is None:
+        yield ONE_ROUGH_FACE
+    if not result.contact.any():
+        yield as_note(Kind.OPEN_GAP, "Bodies do not touch: this is the flow through an open gap.")
+    fraction = result.contact_fraction
+    if not closed and abs(fraction - THRESHOLD) < _NEAR:
+        yield as_caution(
+            Kind.NEAR_THRESHOLD,
+            f"{100 * fraction:.0f} % contact is near the {100 * THRESHOLD:.0f} % sealing "
+            "threshold: one constriction decides. Expect large scatter between maps.",
+            contact_fraction=fraction,
+        )
+
+
+def slip(
+    gap: NDArray[np.float64], flows: Sequence[Flow], viscosity: float, pressure_difference: float
+) -> Iterator[Caution]:
+    """Yield by how much a gas leaks more than is told, the lightest and air at its viscosity."""
+    open_flows = [flow for flow in flows if flow.percolates]
+    if viscosity >= GAS or not open_flows:
+        return
+    # The outlet at the atmosphere, and in vacuum.
+    outer, inner = ATMOSPHERE + pressure_difference / 2, pressure_difference / 2
+    air, helium = (
+        max(
+            slip_factor(gap, flow.density, mean_free_path(viscosity, pressure, mass))
+            for flow in open_flows
+        )
+        for pressure, mass in (
+            (pressure, fluids.gas(name).molar_mass.value)
+            for pressure, name in ((outer, "air"), (inner, "helium"))
+        )
+    )
+    if helium < _SLIPS:
+        return
+    # Of the plane gap that lets as much through.
+    knudsen = (air - 1) / 6
+    yield (as_warning if knudsen > _RAREFIED else as_caution)(
+        Kind.RAREFIED,
+        f"Gas slips (Kn {knudsen:.2g}): air leaks at least {air:.2g} times this rate, helium into "
+        f"vacuum {helium:.2g} times.",
+        knudsen=knudsen,
+        air=air,
+        helium=helium,
+    )
+
+
+def lift(fluid_load: float, load: float) -> Iterator[Caution]:
+    """Yield the message on a fluid that carries a share of the load."""
+    share = fluid_load / load if load > 0 else math.inf
+    if share > LIFTS:
+        yield as_caution(
+            Kind.FLUID_PRESSURE,
+            f"Fluid pressure carries {percent(min(share, 1.0))} of the load and opens the gap. "
+            "Solve under the rest of the load.",
+            share=share,
+        )
+
+
+def grid(changes: tuple[float, float]) -> Iterator[Caution]:
+    """Yield the message on permeabilities that change on a grid of twice the pixel."""
+    worst: float = max(
+        (change for change in changes if not math.isnan(change)), key=abs, default=0.0
+    )
+    if abs(worst) > _MOVED:
+        yield as_caution(
+            Kind.LEAK_PIXEL,
+            f"Leak rate changes by {changed_by(worst)} on a grid of twice the pixel: narrowest "
+            "gaps are not resolved.",
+            change=worst,
+        )
+
+
+# --- What leaks through the gap of a contact, and the flow factors of its roughness ---
+
+
+Array = NDArray[np.float64]
+
+OF = "the leakage of a contact"
+"""What needs a map, in words."""
+
+AXES = ("y", "x")
+"""Directions of the flow by the number of their axis."""
+
+
+@dataclass(frozen=True)
+class Seal:
+    """A fluid, the pressure that drives it, and the face that it leaks through."""
+
+    viscosity: float  # η [Pa s]
+    pressure_difference: float  # From inlet to outlet [Pa]
+    width: float | None = None  # Of the face across the flow [m]
+    length: float | None = None  # Of the face along the flow [m]
+    ring: float | None = None  # Mean diameter of a ring-shaped face [m]
+    gas: GasState | None = None  # None of a liquid, and of a gas that is taken for viscous
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean pressure over the land above that at the outlet [Pa], of a viscous fluid."""
+        if self.gas is None:
+            return self.pressure_difference / 2
+        inlet, outlet = self.gas.inlet, self.gas.outlet
+        # p² falls evenly.
+        return 2 / 3 * (inlet**3 - outlet**3) / (inlet**2 - outlet**2) - outlet
+
+    def face(self, size: tuple[float, float], axis: int) -> tuple[float, float]:
+        """Return width and length of the face [m], by default those of a map of a size (y, x)."""
+        length = size[axis] if self.length is None else self.length
+        if self.ring is not None:
+            # Flow along radii: the logarithm of outer over inner radius is 2 artanh(l/d).
+            return math.pi * length / math.atanh(length / self.ring), length
+        return size[1 - axis] if self.width is None else self.width, length
+
+
+@dataclass(frozen=True)
+class LeakageStep:
+    """What the gap lets through under one load; pairs are along (y, x)."""
+
+    load: float  # W [N]
+    contact_area: float  # Real contact area [m²]
+    saturated_area: float  # Area at the ceiling [m²]
+    mean_gap: float  # ū [m], over all of the map
+    permeability: tuple[tuple[float, float], tuple[float, float]]  # [m³]
+    constriction: tuple[Constriction | None, Constriction | None]
+    unbalanced: float  # Larger relative imbalance of the two flows
+    steps: int  # Steps of the solver, both flows together
+    gas_factor: tuple[float, float] = (1.0, 1.0)  # Flow of the gas over that without slip
+    sheared_gap: tuple[float, float] = (math.nan, math.nan)  # Mean of g ∂p per unit gradient [m]
+    inverse_gap: float = math.nan  # Mean of 1/g where g exceeds σ/100 [1/m]
+
+
+@dataclass(frozen=True)
+class Change:
+    """How numbers change from one grid to a coarser one."""
+
+    pixel: float  # Larger edge of its pixels [m]
+    permeability: tuple[float, float]  # Relative changes of k along y and x
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Leakage(Result):
+    """Permeability, flow factors and leak rate of a contact under one load or several.
+
+    Parameters
+    ----------
+    steps : tuple of LeakageStep
+        By ascending load.
+    axes : tuple of int
+        Flow axes: 0 along y, 1 along x.
+    roughness : float
+        Root-mean-square height σ of the gap before contact [m].
+    seal : Seal or None
+        What the leak rate is of.
+    largest : ContactResult
+        The contact under the largest load.
+    flows : tuple of Flow
+        Pressure and flow density of the gap under the largest load, one a direction.
+    messages : tuple of Caution
+        What the contacts give cause for.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    coarser : Change or None
+        How the numbers under the largest load change on a coarser grid, where that is known; see
+        `with_coarser_grid`.
+    calibrated : CalibratedChange or None
+        How the permeabilities along y and x change under the calibrated ceiling, where that is
+        known; see `with_calibrated_ceiling`.
+    fluid_load : float
+        Load that the pressure of the fluid carries, in the loads of the steps [N]; see
+        `with_fluid_load`.
+    draws : tuple of Mean
+        Permeability along y and x [m³] under the largest load over pairs of faces, times the
+        factor of a gas; see `with_draws`.
+    """
+
+    steps: tuple[LeakageStep, ...]
+    axes: tuple[int, ...]
+    roughness: float
+    seal: Seal | None
+    largest: ContactResult
+    flows: tuple[Flow, ...]
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
+    coarser: Change | None = None
+    calibrated: CalibratedChange | None = None
+    fluid_load: float = 0.0
+    draws: tuple[Mean, ...] = ()
+
+    def with_draws(self, others: Sequence[Leakage]) -> Leakage:
+        """Return the mean of this and other pairs of faces under the same loads."""
+        every = (self, *others)
+        steps = tuple(map(_mean_step, zip(*(item.steps for item in every), strict=True)))
+        flows = np.array([_flow_of(item.steps[-1]) for item in every])
+        draws = tuple(statistics.mean(flows[:, axis]) for axis in (0, 1))
+        return replace(self, steps=steps, draws=draws)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.messages, *self.extra_cautions])
+
+    @property
+    def nominal_area(self) -> float:
+        """Area of the whole map [m²]."""
+        size = self.largest.pair.size
+        return size[0] * size[1]
+
+    def with_calibrated_ceiling(self, contact: ContactResult) -> Leakage:
+        """Return the same with what changes under the calibrated ceiling.
+
+        Parameters
+        ----------
+        contact : ContactResult
+            The same bodies under the largest load and the calibrated ceiling.
+        """
+        step, _ = _step(contact, self.axes, self.seal)
+        area = changed(step.contact_area, self.steps[-1].contact_area)
+        assert isinstance(contact.ceiling, float)
+        change = CalibratedChange(contact.ceiling, area, self._changes(step))
+        return replace(self, calibrated=change)
+
+    def with_coarser_grid(self, coarser: ContactResult) -> Leakage:
+        """Return the same with what changes on a coarser grid.
+
+        Parameters
+        ----------
+        coarser : ContactResult
+            The same bodies under the largest load on a grid of larger pixels.
+        """
+        step, _ = _step(coarser, self.axes, self.seal)
+        change = Change(max(coarser.pair.pixel), self._changes(step))
+        change_of = grid(change.permeability)
+        return replace(self, coarser=change, messages=(*self.messages, *change_of))
+
+    def with_fluid_load(self, load: float) -> Leakage:
+        """Return the same of contacts that were solved under what the fluid leaves of the loads.
+
+        Parameters
+        ----------
+        load : float
+            Load that the pressure of the fluid carries [N].
+
+        Notes
+        -----
+        A uniform pressure in the gap of two half-spaces deforms neither of them. The pressure of
+        the solid beyond it is that of a dry contact under the rest of the load (Kuznetsov 1985).
+        """
+        steps = tuple(replace(step, load=step.load + load) for step in self.steps)
+        messages = tuple(text for text in self.messages if text.kind != Kind.FLUID_PRESSURE)
+        return replace(self, steps=steps, fluid_load=load, messages=messages)
+
+    def _changes(self, step: LeakageStep) -> tuple[float, float]:
+        """Return how what flows along y and x changes from the largest load to a step."""
+        along_y, along_x = (
+            changed(*(one.permeability[axis][axis] * one.gas_factor[axis]
+                      for one in (step, self.steps[-1])))
+            for axis in (0, 1)
+        )  # fmt: skip
+        return along_y, along_x
+
+    @property
+    def fluid_share(self) -> Array:
+        """Mean pressure of the fluid over the nominal pressure, shape (n,); 0 without a fluid."""
+        pressure = 0.0 if self.seal is None else self.seal.mean_pressure
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share: Array = pressure * self.nominal_area / self.column("load")
+        return share
+
+    def column(self, name: str) -> Array:
+        """Return one number of all steps, shape (n,); see `LeakageStep`."""
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    def permeability(self, axis: int, along: int | None = None) -> Array:
+        """Return k of all steps [m³], shape (n,).
+
+        Parameters
+        ----------
+        axis : {0, 1}
+            Direction of the flow: 0 y, 1 x.
+        along : {0, 1}, optional
+            Direction of the pressure gradient; by default that of the flow.
+        """
+        other = axis if along is None else along
+        return np.array([step.permeability[axis][other] for step in self.steps])
+
+    def flow_factor(self, axis: int) -> Array:
+        """Return the pressure-flow factor φ = k/ū³ of Patir and Cheng, shape (n,).
+
+        It is 1 for smooth plates with the same mean gap.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor: Array = self.permeability(axis) / self.column("mean_gap") ** 3
+        return factor
+
+    def shear_flow_factor(self, axis: int) -> Array:
+        """Return the shear-flow factor φ_s of Patir and Cheng, shape (n,).
+
+        Sliding at U of the smooth face adds U (ū - σ φ_s)/2 to the mean flow per width, of the
+        rough one U (ū + σ φ_s)/2. NaN where both faces are rough.
+        """
+        if self.largest.counter_surface is not None:
+            return np.full(len(self.steps), math.nan)
+        sheared = np.array([step.sheared_gap[axis] for step in self.steps])
+        return (self.column("mean_gap") - sheared) / self.roughness
+
+    @property
+    def shear_stress_factor(self) -> Array:
+        """Shear-stress factor φ_f = ū ⟨1/g⟩ of Patir and Cheng over gaps above σ/100, shape (n,).
+
+        The mean shear stress of the fluid is η U φ_f/ū; it is zero at closed points.
+        """
+        return self.column("mean_gap") * self.column("inverse_gap")
+
+    @property
+    def gap_ratio(self) -> Array:
+        """Mean gap over root-mean-square height ū/σ, shape (n,)."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio: Array = self.column("mean_gap") / self.roughness
+        return ratio
+
+    def critical_gap(self, axis: int) -> Array:
+        """Return the gap at the narrowest place of the widest way [m], shape (n,); 0 without."""
+        places = (step.constriction[axis] for step in self.steps)
+        return np.array([0.0 if place is None else place.gap for place in places])
+
+    def rate(self, axis: int) -> Array:
+        """Return the leak rate k Δp w/(12 η l) [m³/s], shape (n,); NaN without a fluid.
+
+        Of a gas it is the volume at the mean of the pressures at inlet and outlet, slip included
+        where the gas was named.
+        """
+        if self.seal is None:
+            return np.full(len(self.steps), math.nan)
+        width, length = self.seal.face(self.largest.pair.size, axis)
+        driven = self.seal.pressure_difference * width / (12 * self.seal.viscosity * length)
+        factor = np.array([step.gas_factor[axis] for step in self.steps])
+        return self.permeability(axis) * factor * driven
+
+    def throughput(self, axis: int, unit: str = "Pa m³/s") -> Array:
+        """Return the leak rate p V of a named gas, shape (n,); NaN without one.
+
+        Parameters
+        ----------
+        axis : {0, 1}
+            Direction of the flow: 0 y, 1 x.
+        unit : {"Pa m³/s", "mbar l/s", "kg/s", "sccm"}
+            Unit of the rate; a standard cubic centimeter has 0 °C and 101,325 Pa.
+        """
+        gas = None if self.seal is None else self.seal.gas
+        factor = math.nan if gas is None else gas.mean_pressure * gas.throughput_in(unit)
+        return self.rate(axis) * factor
+
+    @property
+    def leak_class(self) -> tuple[str, float] | None:
+        """Class of the larger leak rate of a gas under the largest load, and its limit [Pa m³/s].
+
+        A class is that of a whole seal: None where the width of the face is not known.
+        """
+        seal = self.seal
+        if seal is None or seal.gas is None or (seal.ring is None and seal.width is None):
+            return None
+        rate = max(self.throughput(axis)[-1] for axis in self.axes)
+        known = ((name, limit) for limit, name in LEAK_CLASSES if rate < limit)
+        return next(known, ("not watertight", math.inf))
+
+
+@checked
+def leakage(
+    contacts: ContactResult | Iterable[ContactResult],
+    *,
+    flow_axis: str | None = None,
+    viscosity: Quantity | None = None,
+    pressure_difference: Quantity | None = None,
+    seal_width: Quantity | None = None,
+    seal_length: Quantity | None = None,
+    ring: Quantity | None = None,
+    gas: str | None = None,
+    inlet: Quantity | None = None,
+    outlet: Quantity | None = None,
+    temperature: Quantity | None = None,
+) -> Leakage:
+    """Return leak rate, permeability and flow factors of the gap of a contact.
+
+    Parameters
+    ----------
+    contacts : ContactResult or iterable of ContactResult
+        Solutions of one pair of bodies under one or several loads; an iterator needs memory for
+        one at a time.
+    flow_axis : {"y", "x"}, optional
+        Axis of the flow; by default both, separately.
+    viscosity : float, str or quantity of pint, optional
+        η of the fluid [Pa s].
+    pressure_difference : float, str or quantity of pint, optional
+        Between inlet and outlet [Pa].
+    seal_width, seal_length : float, str or quantity of pint, optional
+        Dimensions of the sealing face across the flow and along it [m]; by default those of the
+        map.
+    ring : float, str or quantity of pint, optional
+        Mean diameter of a ring-shaped sealing face [m], in place of its width.
+    gas : {"air", "nitrogen", "helium", "argon"}, optional
+        Gas that leaks, in place of viscosity and pressure difference.
+    inlet, outlet : float, str or quantity of pint, optional
+        Absolute pressures of the gas [Pa].
+    temperature : float, str or quantity of pint, optional
+        Temperature of the gas [K], by default 25 °C.
+
+    Returns
+    -------
+    Leakage
+        Permeability, flow factors, narrowest constriction and leak rate under each load.
+
+    Raises
+    ------
+    InputError
+        If a quantity is not positive, only one of viscosity and pressure difference is given, a
+        gas has no pressures, the outlet is not below the inlet, the axis is unknown, the contacts
+        belong to different maps, or the bodies are profiles.
+    ConvergenceError
+        As for `roughcontact.analyses.leak.flow.flow`.
+
+    Notes
+    -----
+    Reynolds' equation for a thin film at rest, ∇·(g³ ∇p) = 0, where the bodies do not touch;
+    nothing flows through contact, and the fluid does not push the bodies apart. Along an axis
+    that is periodic the pressure falls by the same amount over each period; along a free one it
+    is given on the two sides of the map. An open path is searched first: without one nothing
+    flows.
+
+    A liquid leaks k Δp w/(12 η l). An ideal gas at one temperature leaks the same volume, counted
+    at the mean of both pressures, as p ∇p is ∇p²/2. Where the gap is not much wider than the free
+    path of its molecules it slips, and the rate is higher: a caution gives the factor, see
+    `roughcontact.analyses.conductance.model.slip_factor`. Of a named ``gas`` the flow is computed
+    from viscous to free molecular, by the local Knudsen number: see
+    `roughcontact.analyses.leak.gas_flow`.
+
+    The mean pressure of the fluid over the land takes its share of the load off the solid; a
+    caution shows it from 5 % on.
+
+    References
+    ----------
+    Patir and Cheng 1978, J. Lubr. Technol. 100, 12, doi:10.1115/1.3453103: flow factors, there over
+    the distance of the mean planes, here over the mean gap, as the continuity of flow requires
+
+    Patir and Cheng 1979, J. Lubr. Technol. 101, 220, doi:10.1115/1.3453329: sliding. The flow that
+    a sliding face drags along follows from the pressure flow by reciprocity.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> result = rc.solve(rc.Surface(heights, pixel), material=steel, load=1.0)
+    >>> found = rc.leakage(result, viscosity="1 mPa s", pressure_difference="1 bar")
+    >>> bool(found.rate(axis=0)[0] > 0)
+    True
+    """
+    axes = _axes(flow_axis)
+    seal = seal_of(
+        viscosity, pressure_difference, seal_width, seal_length, ring, gas, inlet, outlet,
+        temperature,
+    )  # fmt: skip
+    answer: list[tuple[LeakageStep, tuple[Caution, ...]]] = []
+    largest: ContactResult | None = None
+    flows: tuple[Flow, ...] = ()
+    for result in of_one_pair(contacts, OF):
+        step, driven = _step(result, axes, seal)
+        own = _judged(result, step, driven, axes, seal)
+        answer.append((step, (*result.cautions, *own)))
+        if largest is None or result.load >= largest.load:
+            largest, flows = result, driven
+    assert largest is not None
+    answer.sort(key=lambda item: item[0].load)
+    judged = over_loads([(step.load, cautions) for step, cautions in answer], "N")
+    steps = tuple(step for step, _ in answer)
+    roughness = float(np.nanstd(largest.pair.initial_gap))
+    return Leakage(steps, axes, roughness, seal, largest, flows, judged)
+
+
+def _judged(
+    result: ContactResult,
+    step: LeakageStep,
+    flows: tuple[Flow, ...],
+    axes: tuple[int, ...],
+    seal: Seal | None,
+) -> Iterator[Caution]:
+    """Yield what is known of the leakage of one contact."""
+    yield from of_step(result, None in [step.constriction[axis] for axis in axes])
+    if seal is None:
+        return
+    height, width = result.pair.size
+    yield from lift(seal.mean_pressure * height * width, result.load)
+    if seal.gas is None:
+        yield from slip(flow_gap(result), flows, seal.viscosity, seal.pressure_difference)
+
+
+def _flow_of(step: LeakageStep) -> tuple[float, float]:
+    """Return the permeability along y and x times the factor of a gas [m³]."""
+    along_y, along_x = (step.permeability[axis][axis] * step.gas_factor[axis] for axis in (0, 1))
+    return along_y, along_x
+
+
+def _mean_step(steps: Sequence[LeakageStep]) -> LeakageStep:
+    mean = mean_of(steps, ("constriction", "gas_factor"))
+    # The flows of the pairs add up, not their factors.
+    flows = np.mean([_flow_of(step) for step in steps], axis=0)
+    along_y, along_x = (
+        float(flow / mean.permeability[axis][axis]) if mean.permeability[axis][axis] else 1.0
+        for axis, flow in enumerate(flows)
+    )
+    return replace(mean, gas_factor=(along_y, along_x))
+
+
+_THINNEST = 100.0
+"""σ over the thinnest film that shears, as Patir and Cheng 1979 have it."""
+
+
+def _step(
+    result: ContactResult, axes: tuple[int, ...], seal: Seal | None
+) -> tuple[LeakageStep, tuple[Flow, ...]]:
+    gap, pixel = flow_gap(result), result.pair.pixel
+    periodic_axes = result.boundary.periodic_axes
+    found: dict[int, Flow] = {}
+    places: list[Constriction | None] = [None, None]
+    factors = [1.0, 1.0]
+
+    def solve(axis: int) -> None:
+        found[axis] = viscous = flow(gap, pixel, axis, periodic_axes)
+        place = constriction(gap, axis, periodic_axes) if viscous.percolates else None
+        places[axis] = place
+        if place is not None and seal is not None and seal.gas is not None:
+            factors[axis] = gas_factor(gap, pixel, viscous, place.gap, seal.gas, periodic_axes)
+
+    Workspace().each(solve, axes)
+    flows = tuple(found[axis] for axis in axes)
+    tensor = np.full((2, 2), math.nan)
+    sheared = [math.nan, math.nan]
+    for answer in flows:
+        tensor[:, answer.axis] = answer.permeability
+        sheared[answer.axis] = answer.sheared_gap
+    thinnest = float(np.nanstd(result.pair.initial_gap)) / _THINNEST
+    step = LeakageStep(
+        load=result.load,
+        contact_area=result.contact_area,
+        saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
+        mean_gap=result.mean_gap,
+        permeability=(tuple(tensor[0].tolist()), tuple(tensor[1].tolist())),
+        constriction=(places[0], places[1]),
+        unbalanced=max(result.unbalanced for result in flows),
+        steps=sum(result.steps for result in flows),
+        gas_factor=(factors[0], factors[1]),
+        sheared_gap=(sheared[0], sheared[1]),
+        inverse_gap=float((1 / gap[gap > thinnest]).sum() / gap.size),
+    )
+    return step, flows
+
+
+def flow_gap(result: ContactResult) -> Array:
+    """Return the gap that fluid may flow through [m], 0 where the bodies touch, shape (ny, nx)."""
+    return np.where(result.contact, 0.0, np.fmax(result.gap, 0.0))
+
+
+def _axes(direction: str | None) -> tuple[int, ...]:
+    if direction is None:
+        return 0, 1
+    if direction not in AXES:
+        raise input_error("flow_axis", direction, "must be 'y' or 'x', or left out for both")
+    return (AXES.index(direction),)
+
+
+def seal_of(
+    viscosity: Quantity | None,
+    pressure_difference: Quantity | None,
+    seal_width: Quantity | None,
+    seal_length: Quantity | None,
+    ring: Quantity | None,
+    gas: str | None,
+    inlet: Quantity | None,
+    outlet: Quantity | None,
+    temperature: Quantity | None,
+) -> Seal | None:
+    """Return what leaks, or refuse what is only half of it."""
+    specified = {
+        "viscosity": (viscosity, "viscosity"),
+        "pressure_difference": (pressure_difference, "pressure"),
+        "seal_width": (seal_width, "length"),
+        "seal_length": (seal_length, "length"),
+        "ring": (ring, "length"),
+        "inlet": (inlet, "pressure"),
+        "outlet": (outlet, "pressure"),
+    }
+    known = {
+        name: positive(value, dimension, name)
+        for name, (value, dimension) in specified.items()
+        if value is not None
+    }
+    if not known and gas is None:
+        return None
+    face = known.get("seal_width"), known.get("seal_length"), known.get("ring")
+    _check_ring(*face)
+    if gas is None:
+        for name in ("inlet", "outlet"):
+            if name in known:
+                raise InputError("needs ", ArgumentRef("gas", "helium"), argument=name)
+        _require(known, {"viscosity": "'1 mPa s'", "pressure_difference": "'1 bar'"})
+        return Seal(known["viscosity"], known["pressure_difference"], *face)
+    for name in ("viscosity", "pressure_difference"):
+        if name in known:
+            raise InputError("goes without ", ArgumentRef("gas"), argument=name)
+    _require(known, {"inlet": "'2 bar'", "outlet": "'1 mbar'"})
+    state = _gas_state(gas, known["inlet"], known["outlet"], temperature)
+    return Seal(state.viscosity, state.inlet - state.outlet, *face, state)
+
+
+def _gas_state(name: str, inlet: float, outlet: float, temperature: Quantity | None) -> GasState:
+    gas = fluids.gas(name)
+    if not outlet < inlet:
+        raise input_error("outlet", outlet, "must be below the inlet pressure")
+    warmth = warmth_of(temperature)
+    viscosity = gas.viscosity_at(warmth)
+    return GasState(name, gas.molar_mass.value, viscosity, warmth, inlet, outlet)
+
+
+def _require(known: dict[str, float], examples: dict[str, str]) -> None:
+    for name, example in examples.items():
+        if name not in known:
+            raise InputError(f"is needed for a leak rate, such as {example}", argument=name)
+
+
+def _check_ring(width: float | None, length: float | None, ring: float | None) -> None:
+    if ring is None:
+        return
+    if width is not None:
+        raise InputError("goes without ", ArgumentRef("ring"), argument="seal_width")
+    if length is not None and not length < ring:
+        raise input_error("seal_length", length, "must be below the diameter of the ring")

@@ -1,0 +1,452 @@
+"""Report of a leakage result."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from roughcontact.analyses.leak.figures import flow_factors, leak
+from roughcontact.analyses.leak.model import AXES, LIFTS, THRESHOLD, Leakage
+from roughcontact.errors import ArgumentRef, Sentence
+from roughcontact.references import cited
+from roughcontact.report import contact_fields, phrases, uncertainty
+from roughcontact.report.assumptions import Assumption
+from roughcontact.report.contact_fields import PAIR
+from roughcontact.report.figures import FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.kind import (
+    CAUTIONS,
+    TRUST,
+    CellTable,
+    Column,
+    Columns,
+    Kind,
+    Quantity,
+    Table,
+)
+from roughcontact.report.page import WIDE
+from roughcontact.uncertainty.intervals import Interval
+from roughcontact.units import changed_by, engineering, percent, plain, tiny
+
+
+def _seal(result: Leakage) -> str:
+    seal = result.seal
+    if seal is None:
+        return ""
+    sides = [
+        f"{name} {'of the map' if side is None else engineering(side, 'm')}"
+        for name, side in (("width", seal.width), ("length", seal.length))
+    ]
+    if seal.ring is not None:
+        sides[0] = f"ring of {engineering(seal.ring, 'm')}"
+    if seal.gas is None:
+        fluid = f"Δp {engineering(seal.pressure_difference, 'Pa')}"
+    else:
+        inlet, outlet = (engineering(p, "Pa") for p in (seal.gas.inlet, seal.gas.outlet))
+        fluid = f"{seal.gas.name} at {seal.gas.temperature:.4g} K, {inlet} to {outlet}"
+    return f"η {engineering(seal.viscosity, 'Pa s')}, {fluid}, {', '.join(sides)}"
+
+
+def _is_gas(result: Leakage) -> bool:
+    return result.seal is not None and result.seal.gas is not None
+
+
+def _coarser(result: Leakage) -> str:
+    assert result.coarser is not None
+    parts = [
+        f"k along {name} {changed_by(change)}"
+        for name, change in zip(AXES, result.coarser.permeability, strict=True)
+        if not math.isnan(change)
+    ]
+    return f"pixels of {engineering(result.coarser.pixel, 'm')}: {', '.join(parts) or 'no flow'}"
+
+
+def _narrowest(axis: int) -> Callable[[Leakage], dict[str, float] | None]:
+    def constriction(result: Leakage) -> dict[str, float] | None:
+        place = result.steps[-1].constriction[axis]
+        if place is None:
+            return None
+        y, x = (
+            (index + 0.5) * edge
+            for index, edge in zip(place.place, result.largest.pair.pixel, strict=True)
+        )
+        return {"gap": place.gap, "y": y, "x": x}
+
+    return constriction
+
+
+def _place(axis: int) -> Callable[[Leakage], str]:
+    def shown(result: Leakage) -> str:
+        place = _narrowest(axis)(result)
+        if place is None:
+            return "no way through"
+        y, x = (engineering(place[name], "m") for name in ("y", "x"))
+        return f"{engineering(place['gap'], 'm')} at y {y}, x {x}"
+
+    return shown
+
+
+def _has_axis(axis: int) -> Callable[[Leakage], bool]:
+    return lambda result: axis in result.axes
+
+
+def _digits(unit: str, values: Callable[[Leakage], Any]) -> Callable[[Leakage], list[str]]:
+    def shown(result: Leakage) -> list[str]:
+        return [
+            f"{value:.3g} {unit}".rstrip() if value else "0" for value in values(result).tolist()
+        ]
+
+    return shown
+
+
+_FLOWS = (
+    ("throughput", "Pa m³/s"), ("throughput_mbar", "mbar l/s"), ("mass_flow", "kg/s"),
+    ("standard_flow", "sccm"),
+)  # fmt: skip
+"""Names of the leak rate of a gas in its units."""
+
+_SHOWN_FLOW = "throughput_mbar"
+
+
+def _gas_column(axis: int, key: str, unit: str) -> Column:
+    name, requested = AXES[axis], _has_axis(axis)
+    return Column(
+        f"{key}_{name}", f"leak along {name}" if key == _SHOWN_FLOW else "", unit=unit,
+        of=lambda r: r.throughput(axis, unit).tolist(),
+        shown=_digits(unit, lambda r: r.throughput(axis, unit)),
+        when=lambda r: requested(r) and _is_gas(r),
+    )  # fmt: skip
+
+
+def _along(axis: int) -> Columns:
+    """Return the columns of a direction; shown is the rate of a fluid, or the permeability."""
+    name, requested = AXES[axis], _has_axis(axis)
+    return (
+        Column(
+            f"permeability_{name}", f"k along {name}", unit="m³", when=requested,
+            of=lambda r: r.permeability(axis).tolist(), brief=False,
+            shown=_digits("m³", lambda r: r.permeability(axis)),
+        ),
+        Column(
+            f"flow_factor_{name}", f"φ along {name}", unit="1", when=requested,
+            of=lambda r: r.flow_factor(axis).tolist(),
+            shown=_digits("", lambda r: r.flow_factor(axis)),
+        ),
+        Column(
+            f"critical_gap_{name}", f"narrowest along {name}", unit="m", when=requested,
+            of=lambda r: r.critical_gap(axis).tolist(), brief=False,
+        ),
+        Column(
+            f"leak_rate_{name}", f"leak along {name}", unit="m³/s",
+            of=lambda r: r.rate(axis).tolist(), shown=_digits("m³/s", lambda r: r.rate(axis)),
+            when=lambda r: requested(r) and r.seal is not None and not _is_gas(r),
+        ),
+        Column(
+            f"shear_flow_factor_{name}", unit="1", brief=False,
+            of=lambda r: r.shear_flow_factor(axis).tolist(),
+            when=lambda r: requested(r) and r.largest.counter_surface is None,
+        ),
+        *(_gas_column(axis, key, unit) for key, unit in _FLOWS),
+        Column(
+            f"gas_factor_{name}", unit="1", brief=False,
+            of=lambda r: [step.gas_factor[axis] for step in r.steps],
+            when=lambda r: requested(r) and _is_gas(r),
+        ),
+        # Without a fluid the console tells the permeability.
+        Column(
+            f"permeability_{name}", f"k along {name}", unit="m³", stored=False,
+            of=lambda r: r.permeability(axis).tolist(),
+            shown=_digits("m³", lambda r: r.permeability(axis)),
+            when=lambda r: requested(r) and r.seal is None,
+        ),
+    )  # fmt: skip
+
+
+_TABLE: Table = (
+    *PAIR,
+    Quantity("nominal_area", unit="m²"),
+    Quantity("roughness", "roughness", "σ", unit="m"),
+    Quantity(
+        "sealing", "fluid", of=lambda r: r.seal and asdict(r.seal), text=_seal,
+        when=lambda r: r.seal is not None,
+    ),
+    *(
+        Quantity(
+            f"narrowest_{name}", f"narrowest place along {name}", of=_narrowest(axis),
+            text=_place(axis), when=_has_axis(axis),
+        )
+        for axis, name in enumerate(AXES)
+    ),
+    Quantity(
+        "permeability_tensor", unit="m³",
+        of=lambda r: [[list(row) for row in step.permeability] for step in r.steps],
+    ),
+    Quantity(
+        "coarser", "on a coarser grid", of=lambda r: r.coarser and asdict(r.coarser),
+        text=_coarser, when=lambda r: r.coarser is not None,
+    ),
+    Quantity("leak_class", of=lambda r: r.leak_class and r.leak_class[0]),
+    Quantity("fluid_load", unit="N"),
+    Quantity("calibrated", of=lambda r: r.calibrated and asdict(r.calibrated)),
+    Quantity("draws", of=lambda r: [asdict(mean) for mean in r.draws]),
+    Quantity("intervals", of=lambda r: [_interval(r, axis).summary() for axis in r.axes]),
+    Quantity(
+        "unbalanced", "flow out of balance", form=tiny, part=TRUST,
+        of=lambda r: float(np.max(r.column("unbalanced"))),
+    ),
+    *CAUTIONS,
+)  # fmt: skip
+
+_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("contact_area", "contact", unit="m²", shown=contact_fields.shares("contact_area")),
+    Column("saturated_area", unit="m²", brief=False),
+    Column("mean_gap", "mean gap", unit="m", brief=False),
+    Column("gap_ratio", "ū/σ", unit="1", of=lambda r: r.gap_ratio.tolist()),
+    Column(
+        "shear_stress_factor", unit="1", of=lambda r: r.shear_stress_factor.tolist(), brief=False,
+    ),
+    *_along(0),
+    *_along(1),
+    Column(
+        "permeability_yx", unit="m³", of=lambda r: r.permeability(0, 1).tolist(),
+        when=lambda r: not np.isnan(r.permeability(0, 1)).all(), brief=False,
+    ),
+    Column(
+        "fluid_share", unit="1", of=lambda r: r.fluid_share.tolist(), brief=False,
+        when=lambda r: r.seal is not None,
+    ),
+    Column("unbalanced", unit="1", brief=False),
+)  # fmt: skip
+
+
+def _sides(result: Leakage) -> str:
+    periodic_axes = result.largest.boundary.periodic_axes
+    if all(axis in periodic_axes for axis in result.axes):
+        return (
+            "The pressure falls by the same amount over each period of the map; it leads through "
+            "where a way leads on from each period to the next."
+        )
+    return (
+        "Where the map ends the pressure is given at two opposite sides, and nothing flows "
+        "through the other two. The gap along the sides of a free map is that of a body that ends "
+        "there: as part of a larger face give it a periodic boundary."
+    )
+
+
+def _sentences(result: Leakage) -> tuple[str, ...]:
+    fluid = (
+        "The gas flows from viscous to free molecular by the local Knudsen number, walls reflect "
+        "its molecules diffusely, and its temperature is constant."
+        if _is_gas(result)
+        else "The rate is k Δp w/(12 η l) of a liquid; of a gas that does not slip it is the "
+        "volume at the mean of the pressures at inlet and outlet."
+    )
+    return (
+        "Reynolds' equation of a thin film in the gap: nothing flows through contact. The mean "
+        "pressure of the fluid is taken off the load where it carries more than "
+        f"{100 * LIFTS:.0f} % of it.",
+        _sides(result),
+        *((fluid,) if result.seal is not None else ()),
+        "The flow factor φ is k over the cube of the mean gap ū, 1 between smooth plates; closed "
+        "points count in ū with zero.",
+        "The leak rate depends on the narrowest constrictions, and so on single summits. Another "
+        "part of the same face may differ by a factor, near sealing most of all.",
+    )
+
+
+# --- What is said first ---
+
+# From this many m³/s on a rate is told per second, in cubic millimeters.
+_PER_SECOND = 1e-9
+
+
+def _rate(value: float) -> str:
+    if value >= _PER_SECOND:
+        return f"{plain(value * 1e9, 3)} mm³/s"
+    return f"{plain(value * 3.6e12, 3)} mm³/h"
+
+
+def _flows(result: Leakage, axis: int) -> bool:
+    return bool(result.permeability(axis)[-1])
+
+
+def _interval(result: Leakage, axis: int) -> Interval:
+    """Return the interval of a permeability under the largest load."""
+    coarser = math.nan if result.coarser is None else result.coarser.permeability[axis]
+    value = float(result.permeability(axis)[-1])
+    return uncertainty.of_joint(
+        result, f"permeability_{AXES[axis]}", value, axis, coarser, *result.draws[axis:][:1]
+    )
+
+
+def _rate_of(result: Leakage, axis: int) -> Callable[[float], str]:
+    """Return what tells the leak rate of a permeability [m³]."""
+    flow = result.throughput(axis, "mbar l/s") if _is_gas(result) else result.rate(axis)
+    factor = float(flow[-1] / result.permeability(axis)[-1])
+    form = _gas_rate if _is_gas(result) else _rate
+    return lambda permeability: form(factor * permeability)
+
+
+def _gas_rate(throughput: float) -> str:
+    return f"{throughput:.3g} mbar l/s"
+
+
+def _answer(result: Leakage) -> str:
+    """Return what leaks under the largest load, or that nothing does."""
+    at = phrases.load(result.largest)
+    closed = [AXES[axis] for axis in result.axes if not _flows(result, axis)]
+    if len(closed) == len(result.axes):
+        return f"Sealed at {at} on this map: no open path along {' or '.join(closed)}."
+    texts = " and ".join(
+        _with_interval(result, axis) for axis in result.axes if _flows(result, axis)
+    )
+    if result.seal is None:
+        return f"At {at} the permeability is {texts}."
+    if result.seal.gas is None:
+        return f"It leaks {texts} at {at}."
+    gas = result.seal.gas.name.capitalize()
+    return f"{gas} leaks {texts} at {at}.{_class(result)}"
+
+
+def _class(result: Leakage) -> str:
+    """Return the class of a leak rate as a sentence."""
+    if result.leak_class is None:
+        return ""
+    name, limit = result.leak_class
+    bound = f" (below {10 * limit:.0e} mbar l/s)".replace("e-0", "e-") if limit < math.inf else ""
+    return f" Class: {name}{bound}."
+
+
+def _with_interval(result: Leakage, axis: int) -> str:
+    """Return the leak rate or the permeability along an axis, with its interval."""
+    form = "{:.3g} m³".format if result.seal is None else _rate_of(result, axis)
+    return f"{uncertainty.with_ends(_interval(result, axis), form)} along {AXES[axis]}"
+
+
+def _numbers(result: Leakage) -> CellTable:
+    """Return contact, gap, rate and flow factor of each load."""
+    heads = ["pressure", "contact", "mean gap"]
+    columns = [
+        [phrases.size(load / result.nominal_area, "Pa") for load in result.column("load")],
+        contact_fields.shares("contact_area")(result),
+        [phrases.size(gap, "m") for gap in result.column("mean_gap")],
+    ]
+    for axis in result.axes:
+        if result.seal is None:
+            heads.append(f"k along {AXES[axis]}")
+            columns.append([f"{value:.3g} m³" for value in result.permeability(axis)])
+        else:
+            heads.append(f"leak along {AXES[axis]}")
+            columns.append(
+                [_gas_rate(value) for value in result.throughput(axis, "mbar l/s")]
+                if _is_gas(result)
+                else [_rate(value) for value in result.rate(axis)]
+            )
+    for axis in result.axes:
+        heads.append(f"φ {AXES[axis]}")
+        columns.append([f"{value:.3g}" for value in result.flow_factor(axis)])
+    return tuple(heads), list(zip(*columns, strict=True))
+
+
+def _remarks(result: Leakage) -> tuple[str, ...]:
+    """Return what scales the rate, the narrowest place, and how exactly it is solved."""
+    lines: list[str] = []
+    seal = result.seal
+    if seal is not None and (seal.length is None or (seal.width is None and seal.ring is None)):
+        edges = f"{ArgumentRef('seal_width')}, {ArgumentRef('seal_length')}"
+        lines.append(Sentence(f"Rate scales with width/length of the land: {edges}"))
+    lines += _fluid_lines(result)
+    places = [f"{phrases.size(place.gap, 'm')} (along {AXES[axis]})"
+              for axis, place in enumerate(result.steps[-1].constriction)
+              if place is not None and axis in result.axes]  # fmt: skip
+    narrowest = f"Narrowest constriction at the largest load: {', '.join(places)}"
+    if places:
+        lines.append(narrowest)
+    flowing = [axis for axis in result.axes if _flows(result, axis)]
+    lines += [f"Along {AXES[axis]}: {uncertainty.under_calibrated(result, axis)}"
+              for axis in flowing[:1] if result.calibrated is not None]  # fmt: skip
+    lines += [uncertainty.sources(_interval(result, axis), hint=False) for axis in flowing[:1]]
+    lines += phrases.drawn(result.draws)
+    return (*lines, phrases.status(result.largest))
+
+
+def _fluid_lines(result: Leakage) -> Iterator[str]:
+    """Yield the gas flow in other units, its regime, and the share of the load on the fluid."""
+    seal = result.seal
+    flowing = [axis for axis in result.axes if _flows(result, axis)]
+    if seal is None or not flowing:
+        return
+    axis = flowing[0]
+    if (gas := seal.gas) is not None:
+        rates = (
+            f"{result.throughput(axis, unit)[-1]:.3g} {unit}"
+            for key, unit in _FLOWS
+            if key != _SHOWN_FLOW
+        )
+        yield f"Along {AXES[axis]}: {', '.join(rates)}"
+        gap = float(result.critical_gap(axis)[-1])
+        low, high = (gas.knudsen(gap, p) for p in (gas.inlet, gas.outlet))
+        yield (
+            f"Kn at the narrowest constriction: {low:.2g} (inlet) to {high:.2g} (outlet), "
+            f"{result.steps[-1].gas_factor[axis]:.3g} times the viscous flow"
+        )
+    largest = float(np.max(result.fluid_share))
+    smallest = "smallest " * (len(result.steps) > 1)
+    effect = "included" if result.fluid_load else "neglected"
+    yield f"Fluid pressure carries {percent(largest)} of the {smallest}load ({effect})"
+
+
+_FIGURES: Illustrations = (
+    Illustration(
+        "leak", leak,
+        "Open gap with the contact, and flow density over its mean (logarithmic) in each "
+        "direction. The cross marks the narrowest constriction: most of the pressure falls there.",
+        FRONT, WIDE,
+    ),
+    Illustration(
+        "flow-factors", flow_factors,
+        "Flow factors over mean gap / roughness (left); mean gap and critical gap of the narrowest "
+        "constriction over load (right).",
+        RESULTS, WIDE, lambda result: len(result.steps) > 1,
+    ),
+)  # fmt: skip
+
+
+def _question(result: Leakage) -> str:
+    source, loads = phrases.source(result.largest.share.provenance), phrases.load_range(result)
+    if result.seal is None:
+        return f"How permeable is the gap of {source} {loads}?"
+    return f"How much leaks past {source} {loads}?"
+
+
+_ASSUMPTIONS = (
+    Assumption("Thin film (Reynolds)",
+               lambda r: "gas from viscous to free molecular" if _is_gas(r) else "viscous fluid",
+               "the fluid pressure is near the nominal pressure"),
+    Assumption("One map is typical",
+               lambda r: f"{percent(r.largest.contact_fraction)} in contact under the largest load",
+               f"near {percent(THRESHOLD)} single constrictions decide"),
+)  # fmt: skip
+
+KIND = Kind(
+    Leakage, _TABLE, _COLUMNS, listed=True, question=_question, assumptions=_ASSUMPTIONS,
+    sentences=_sentences, figures=_FIGURES, plots=(leak, flow_factors),
+    contact=attrgetter("largest"), answer=_answer, numbers=_numbers, remarks=_remarks,
+    problem=lambda result: phrases.problem_of_loads(result.largest, result.column("load").tolist()),
+    works=lambda result: (
+        cited("flow through the gap", "Patir1978"),
+        *(
+            (cited("gas of any rarefaction", "Cercignani1963", "Fukui1990"),
+             cited("classes of leak rates", "Rottlaender2016"))
+            if _is_gas(result) else (cited("gas that slips", "Burgdorfer1959"),)
+        ),
+        cited("pressure of the fluid", "Kuznetsov1985"),
+        cited("equations of the flow", "Notay2010"),
+        cited("narrowest place of the gap", "Persson2008", "Dapp2012"),
+    ),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Repeated passes over a yielding body."""

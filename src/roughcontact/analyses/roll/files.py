@@ -1,0 +1,37 @@
+"""Files of repeated passes."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from roughcontact._tools.files import require_suffix, write
+from roughcontact.analyses.roll.model import RollingResult
+from roughcontact.formats.export import Kind, Target, writer_of
+from roughcontact.formats.vtk import save_vtk, save_vtr
+
+
+def save_rolling(rolling: RollingResult, path: Target) -> None:
+    """Write repeated passes in the format that the suffix of the file names."""
+    writer_of(Kind.ROLLING, path)(rolling, path)
+
+
+def save_pvd(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
+    """Write every step that is kept of repeated passes as a series for ParaView."""
+    require_suffix(path, ".pvd")
+    target = Path(path)
+    folder = target.with_suffix("")
+    lines = []
+    for time, (_, _, state) in enumerate(rolling.states(), 1):
+        folder.mkdir(exist_ok=True)
+        for part, (suffix, save) in enumerate(((".vtr", save_vtr), (".vti", save_vtk))):
+            name = f"step-{time:04d}{suffix}"
+            save(state, folder / name)
+            place = quoteattr(f"{folder.name}/{name}")
+            lines.append(f'    <DataSet timestep="{time}" part="{part}" file={place}/>\n')
+    write(
+        path,
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+        f"{''.join(lines)}  </Collection>\n</VTKFile>\n",
+    )

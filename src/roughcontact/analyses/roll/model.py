@@ -1,0 +1,702 @@
+"""Repeated passes of a counter-body over bodies that yield, and whether they shake down."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.deprecated import Renamed
+from roughcontact.analyses.history.model import indented
+from roughcontact.cautions import Caution, ordered
+from roughcontact.contact import archive as contact_archive
+from roughcontact.contact.pair import CounterSurface, Pair
+from roughcontact.elastoplastic import archive, plausibility
+from roughcontact.elastoplastic.plastic_body import PlasticBody
+from roughcontact.elastoplastic.result import ElastoplasticResult, PathPoint
+from roughcontact.elastoplastic.solve import TOLERANCE, solve_elastoplastic
+from roughcontact.errors import InputError, input_error, require_count
+from roughcontact.halfspace import tensors
+from roughcontact.material.hardening import Perfect
+from roughcontact.material.material import RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Progress, Tell
+from roughcontact.surface.roughness import core_parameters, material_ratio_curve, rms_height
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, quantity
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[Any]
+
+
+def _nothing() -> Array:
+    return np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class Pass(Renamed):
+    """What one pass did."""
+
+    strain_added: (
+        float  # Largest equivalent plastic strain that it added anywhere, there and back counted
+    )
+    strain_net: float  # Largest equivalent of the plastic strain that is left of that
+    max_pressure: float  # Largest pressure on the way [Pa]
+    max_plastic_strain: float  # Largest accumulated plastic strain after it
+    max_residual_stress: float  # Largest von Mises stress by the plastic strain alone after it [Pa]
+    max_residual_displacement: float  # [m]
+    steps: int = 0  # Increments that it took
+    contact_area: float = 0.0  # Largest during the pass [m²]
+    approach: float = 0.0  # Largest during the pass [m]
+    Sq: float = 0.0  # Of the heights after it [m]
+    Spk: float = 0.0  # Of the heights after it [m]
+    shear: Array = field(default_factory=_nothing, compare=False, repr=False)  # (bodies, nz)
+    residual_along: Array = field(default_factory=_nothing, compare=False, repr=False)
+    residual_across: Array = field(default_factory=_nothing, compare=False, repr=False)
+
+    @property
+    def largest_shear(self) -> float:
+        """The largest of ``shear``, with its sign."""
+        return _largest(self.shear)
+
+    @property
+    def in_plane_stress(self) -> float:
+        """The largest of ``residual_along`` and ``residual_across`` [Pa]; tension is positive."""
+        return _largest(np.concatenate([self.residual_along, self.residual_across]))
+
+
+def pass_result(
+    result: ElastoplasticResult, before: ElastoplasticResult | None, direction: float
+) -> Pass:
+    """Return what the pass between two states did."""
+    flow = gain = 0.0
+    shear: list[Array] = []
+    along: list[Array] = []
+    across: list[Array] = []
+    for number, body in enumerate(result.whole_bodies):
+        old = None if before is None else before.whole_bodies[number]
+        flow = max(flow, float((body.accumulated - _on_layers(old, body, "accumulated")).max()))
+        strain = body.plastic_strain - _on_layers(old, body, "plastic_strain")
+        gain = max(gain, 2 / 3 * float(tensors.equivalent(strain.swapaxes(0, 1)).max()))
+        # A step aside of what lies above is a shear into the body.
+        shear.append(_over_depth(result, body, -_shear(strain, direction)))
+        for answer, angle in ((along, direction), (across, direction + 90)):
+            answer.append(_over_depth(result, body, _normal(body, angle)))
+    steps = result.increments[0 if before is None else len(before.increments) :]
+    heights = rolled_surface(result).heights
+    return Pass(
+        strain_added=flow,
+        strain_net=gain,
+        max_pressure=max(step.max_pressure for step in steps),
+        max_plastic_strain=result.max_plastic_strain,
+        max_residual_stress=max(float(b.residual_von_mises.max()) for b in result.whole_bodies),
+        max_residual_displacement=float(result.residual_displacement.max()),
+        steps=len(steps),
+        contact_area=max(step.contact_area for step in steps),
+        approach=max(step.approach for step in steps),
+        Sq=rms_height(heights),
+        Spk=core_parameters(*material_ratio_curve(heights))["Spk"],
+        shear=np.array(shear),
+        residual_along=np.array(along),
+        residual_across=np.array(across),
+    )
+
+
+def rolled_surface(result: ElastoplasticResult) -> Surface:
+    """Return the heights of the rough body after a path, free of load."""
+    return indented(result.solution.surface, result.residual_displacement)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A picture of a step."""
+
+    number: int  # Of the pass
+    step: int  # Of the pass
+    pressure: Array  # (ny, nx) Contact pressure [Pa]
+    strain: Array  # (nz, n)
+
+
+def frame(result: ElastoplasticResult, number: int, step: int, along: str) -> Frame:
+    """Return the picture of a state, in seven digits."""
+    body = result.whole_bodies[0]
+    strain = _on_map(result, body, body.accumulated).max(axis=1 if along == "x" else 2)
+    return Frame(
+        number, step, result.solution.pressure.astype(np.float32), strain.astype(np.float32)
+    )
+
+
+def _on_layers(old: PlasticBody | None, new: PlasticBody, name: str) -> Array:
+    """Return a field of a state before, on the layers and points that there are by now."""
+    wide: Array = np.zeros_like(getattr(new, name))
+    if old is not None:
+        values = getattr(old, name)
+        ny, nx = values.shape[-2:]
+        top, left = ((n - m) // 2 for n, m in zip(wide.shape[-2:], (ny, nx), strict=True))
+        wide[: len(values), ..., top : top + ny, left : left + nx] = values
+    return wide
+
+
+def _shear(strain: Array, direction: float) -> Array:
+    """Return γ between the depth and a direction, shape (nz, ny, nx)."""
+    angle = math.radians(direction)
+    return 2 * (strain[:, 3] * math.cos(angle) + strain[:, 4] * math.sin(angle))
+
+
+def _normal(body: PlasticBody, direction: float) -> Array:
+    """Return the residual stress normal to planes across a direction [Pa]."""
+    angle, stress = math.radians(2 * direction), body.residual_stress
+    mean: Array = body.mean_residual_stress - stress[:, 0] / 2
+    return mean + stress[:, 1] * math.cos(angle) + stress[:, 2] * math.sin(angle)
+
+
+def _on_map(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+    ny, nx = result.solution.pressure.shape
+    first = body.margin
+    return values[..., first : first + ny, first : first + nx]
+
+
+def _over_depth(result: ElastoplasticResult, body: PlasticBody, values: Array) -> Array:
+    """Return one value a layer: the mean along periodic axes, the largest along others."""
+    axes = tuple(1 + axis for axis in result.solution.boundary.periodic_axes)
+    mean = _on_map(result, body, values).mean(axis=axes, keepdims=True, dtype=float)
+    lines = mean.reshape(len(values), -1)
+    return lines[np.arange(len(lines)), np.abs(lines).argmax(axis=1)]
+
+
+def _largest(values: Array) -> float:
+    return float(values.ravel()[np.abs(values).argmax()]) if values.size else 0.0
+
+
+# --- Repeated passes of a counter-body over bodies that yield, and whether they shake down ---
+
+
+# Strain that a pass adds, over the yield strain σ_Y/3μ, up to which it counts as none; and what is
+# left of it after the pass, over it, up to which it has gone to and fro.
+_NONE, _LEFT = 0.01, 0.02
+# Change from one pass to the next up to which they count as alike.
+_ALIKE = 0.1
+
+
+class Shakedown(StrEnum):
+    """What repeated passes come to."""
+
+    ELASTIC = "elastic"
+    ELASTIC_SHAKEDOWN = "elastic shakedown"
+    PLASTIC_SHAKEDOWN = "plastic shakedown"
+    RATCHETING = "ratcheting"
+    NOT_SETTLED = "not settled"
+    NOT_RESOLVED = "not resolved"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RollingResult(Result):
+    """Bodies after repeated passes.
+
+    Parameters
+    ----------
+    result : ElastoplasticResult
+        The state at the end of the last pass.
+    passes : tuple of Pass
+        One after the other.
+    direction : float
+        Where the counter-body moved on the first of them [degrees].
+    reciprocating : bool
+        Whether every other pass went back.
+    folder : path, optional
+        Where the state after every step is kept.
+    step : float
+        Distance between the places of a pass [m]; 0 where it is not known.
+    axis : float, optional
+        Where the axis of a nominal cylinder lies that passes [degrees].
+    requested : int
+        How many passes were requested; they end with one that adds no plastic strain.
+    """
+
+    result: ElastoplasticResult
+    passes: tuple[Pass, ...]
+    direction: float = 0.0
+    reciprocating: bool = False
+    folder: Path | None = None
+    step: float = 0.0
+    axis: float | None = None
+    requested: int = 0
+
+    @property
+    def shakedown(self) -> Shakedown:
+        """Response to repeated passes.
+
+        Shaken down where the last pass adds less than 1 % of the yield strain σ_Y/3μ. Alternating
+        where it adds as much as that before, to 10 %, and less than 2 % of that is left, or 1 % of
+        the yield strain; ratcheting where more is left, and as much as of that before. Not
+        resolved where the steps of a pass are longer than the half-width of the contact.
+        """
+        minimum = self.strain_threshold
+        flows, gains = (
+            [getattr(p, name) for p in self.passes] for name in ("strain_added", "strain_net")
+        )
+        if not any(flows):
+            return Shakedown.ELASTIC
+        if plausibility.too_long(self.result, self.step, self.direction):
+            return Shakedown.NOT_RESOLVED
+        if flows[-1] <= minimum:
+            return Shakedown.ELASTIC_SHAKEDOWN
+        if not _alike(flows):
+            return Shakedown.NOT_SETTLED
+        if gains[-1] <= max(minimum, _LEFT * flows[-1]):
+            return Shakedown.PLASTIC_SHAKEDOWN
+        return Shakedown.RATCHETING if _alike(gains) else Shakedown.NOT_SETTLED
+
+    @property
+    def settled_after(self) -> int | None:
+        """Number of passes after which none adds plastic strain.
+
+        ``None`` if the last one does, or the steps are too long.
+        """
+        if self.shakedown is Shakedown.NOT_RESOLVED:
+            return None
+        minimum = self.strain_threshold
+        quiet = 0
+        while quiet < len(self.passes) and self.passes[-1 - quiet].strain_added <= minimum:
+            quiet += 1
+        return len(self.passes) - quiet if quiet else None
+
+    @property
+    def strain_threshold(self) -> float:
+        """Plastic strain that a pass adds up to which it counts as none."""
+        return _NONE * min(map(_yield_strain, self.result.whole_bodies))
+
+    @property
+    def outcome_text(self) -> str:
+        """The ``shakedown`` as text, with its number."""
+        kind = self.shakedown
+        if kind is Shakedown.ELASTIC_SHAKEDOWN:
+            count = self.settled_after
+            return f"shaken down after {count} {'pass' if count == 1 else 'passes'}"
+        if kind is Shakedown.RATCHETING:
+            return f"ratchets by a plastic strain of {self.passes[-1].strain_net:.2g} a pass"
+        if kind is Shakedown.NOT_SETTLED:
+            return f"not settled after {len(self.passes)}: ask for more passes"
+        if kind is Shakedown.NOT_RESOLVED:
+            return "not told: the steps are longer than the half-width of the contact"
+        return str(kind)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the last pass was followed to its end."""
+        return self.result.converged
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        own = plausibility.rolling_cautions(
+            self.result, self.step, self.passes[-1].steps, self.direction, self.axis
+        )
+        return ordered([*own, *self.result.cautions])
+
+    @property
+    def rolled_surface(self) -> Surface:
+        """Heights of the rough body after the passes; see `rolling.rolled_surface`."""
+        return rolled_surface(self.result)
+
+    def states(self) -> Iterator[tuple[int, int, ElastoplasticResult]]:
+        """Yield number of the pass, number of the step and state of each step that is kept whole.
+
+        Those are the last ones of passes, and all of them where ``on_step`` of `roll` was given.
+
+        Raises
+        ------
+        InputError
+            If nothing is kept.
+        """
+        if self.folder is None:
+            raise InputError("is needed: the steps of the passes are kept there", argument="folder")
+        for number in range(1, len(self.passes) + 1):
+            files = sorted(_place(self.folder, number).glob("step-*.nc"))
+            for file in files:
+                yield number, int(file.stem[5:]), archive.load_elastoplastic(file)
+
+
+@checked
+def roll(
+    surface: Surface,
+    *,
+    counter_surface: CounterSurface,
+    material: Material,
+    load: Quantity,
+    passes: int,
+    steps: int = 32,
+    travel: Quantity | None = None,
+    direction: float = 0.0,
+    reciprocating: bool = False,
+    start_at_center: bool = False,
+    friction: float = 0.0,
+    counter_material: Material = RIGID,
+    boundary: str = "free",
+    depth: Quantity | None = None,
+    layers: Quantities | ArrayLike | None = None,
+    tolerance: float = TOLERANCE,
+    max_iterations: int = 150,
+    precision: str = "single",
+    folder: str | os.PathLike[str] | None = None,
+    progress: Tell = None,
+    on_step: Callable[[int, int, ElastoplasticResult], object] | None = None,
+) -> RollingResult:
+    """Move a counter-body repeatedly over a body; both may yield.
+
+    Parameters
+    ----------
+    surface, boundary, depth, layers, tolerance, max_iterations, precision, progress
+        As for `roughcontact.solve_elastoplastic`.
+    material, counter_material : Material
+        A body without a law of hardening is perfectly plastic, whatever its hardness.
+    counter_surface : Surface or nominal body
+        Heights of the counter-body at the start of a pass, or its form.
+    load : float, str or quantity of pint
+        Normal load during the whole pass [N].
+    passes : int
+        Maximum number; forward and backward count as two. Passes end with the first that adds no
+        plastic strain, or with the second in a row if reciprocating.
+    steps : int
+        Steps of a pass.
+    travel : float, str or quantity of pint
+        Length of a pass [m]; by default one period of the map along ``direction``.
+    direction : float
+        Travel direction of the counter-body [degrees], counterclockwise from x as seen in the
+        map.
+    reciprocating : bool
+        Whether the travel direction alternates, instead of each pass starting again.
+    start_at_center : bool
+        Whether the counter-surface starts at the center of the travel, instead of its start.
+    friction : float
+        Coefficient μ of full sliding; the traction on the rough body points in the travel
+        direction.
+    folder : path, optional
+        Folder for the state after every step, one folder per pass; the same call resumes from
+        there and ends with the same numbers.
+    on_step : callable, optional
+        ``on_step(number, step, state)`` is called after each step of each pass, and for the
+        complete states of an earlier run. The folder then keeps every state complete.
+
+    Returns
+    -------
+    Rolling
+        The last state, and a summary of each pass.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or no way is given on a map that ends along the direction.
+    ConvergenceError, CapacityError, InsufficientMemoryError, FormatError
+        As for `roughcontact.solve_elastoplastic`.
+
+    References
+    ----------
+    Johnson, Contact Mechanics (1985), sections 9.2 and 9.3; Boucly, Nélias and Green, J. Tribol.
+    129 (2007) 235
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import roughcontact as rc
+    >>> flat = rc.Surface(np.zeros((8, 24)), pixel=(1e-6, 1e-6))
+    >>> steel = rc.Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> rolled = roll(
+    ...     flat, counter_surface=rc.cylinder("0.5 mm", angle=90), material=steel, load=0.02,
+    ...     passes=1, steps=4, boundary="periodic",
+    ... )
+    >>> rolled.outcome_text
+    'elastic'
+    """
+    require_count(1, memory.STEPS, passes=passes, steps=steps)
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    length, tell = _length(travel, pair, direction), _labelled(progress, passes, steps)
+    stops, force = _stops(length, steps, start_at_center), quantity(load, "force", "load")
+    ways = _ways(_pass(force, stops, direction, friction), passes, direction, reciprocating)
+    solved = partial(
+        solve_elastoplastic, surface, counter_surface=pair.counter_surface, boundary=boundary,
+        material=_flows(material), counter_material=_flows(counter_material),
+        tolerance=tolerance, max_iterations=max_iterations, precision=precision,
+    )  # fmt: skip
+    result, done = _rolled(solved, {"depth": depth, "layers": layers}, ways, folder, tell, on_step)
+    return RollingResult(
+        result, done, float(direction), reciprocating, None if folder is None else Path(folder),
+        length / steps, plausibility.axis_of(pair.origins[-1]), passes,
+    )  # fmt: skip
+
+
+def _flows(body: Material) -> Material:
+    """Return a body that does not harden unless a law was given: one that hardens shakes down."""
+    if body.yield_strength is None or body.hardening is not None:
+        return body
+    return replace(body, hardening=Perfect(body.yield_strength))
+
+
+def _ways(
+    there: list[PathPoint], passes: int, direction: float, reciprocating: bool
+) -> list[list[PathPoint]]:
+    """Return the points of all passes, of which every other may go back."""
+    both = there, [replace(point, direction=direction + 180) for point in reversed(there)]
+    return [both[n % 2 * reciprocating] for n in range(passes)]
+
+
+def _rolled(
+    solved: Callable[..., ElastoplasticResult],
+    volume: Mapping[str, Any],
+    ways: Sequence[Sequence[PathPoint]],
+    folder: str | os.PathLike[str] | None,
+    tell: Callable[[int], Tell],
+    each: Callable[[int, int, ElastoplasticResult], object] | None,
+) -> tuple[ElastoplasticResult, tuple[Pass, ...]]:
+    """Go the passes one after the other; the first needs to know its volume."""
+    result: ElastoplasticResult | None = None
+    done: list[Pass] = []
+    alike = len({path[0].direction for path in ways})
+    seconds = 0.0
+    for number, path in enumerate(ways, 1):
+        before = result
+        result = solved(
+            path=path,
+            start=before,
+            folder=None if folder is None else _place(folder, number),
+            progress=tell(number),
+            on_step=None if each is None else partial(each, number),
+            **({} if before else volume),
+        )
+        seconds += result.seconds
+        done.append(pass_result(result, before, ways[0][0].direction))
+        # Of those to and fro the way back may flow where the way there does not.
+        if not any(item.strain_added for item in done[-alike:]) and len(done) >= alike:
+            break
+    assert result is not None
+    return replace(result, seconds=seconds), tuple(done)
+
+
+def _labelled(progress: Tell, count: int, steps: int) -> Callable[[int], Tell]:
+    """Return a function from the number of a pass to its progress callback."""
+
+    def tell(number: int, state: Progress) -> None:
+        assert callable(progress)
+        done, label = (number - 1) * steps, f"pass {number} of {count}"
+        progress(replace(state, number=done + state.number, count=count * steps, label=label))
+
+    return lambda number: partial(tell, number) if callable(progress) else progress
+
+
+def _place(folder: str | os.PathLike[str], number: int) -> Path:
+    """Return where the steps of a pass are kept."""
+    return Path(folder, f"pass-{number:04d}")
+
+
+def _length(travel: Quantity | None, pair: Pair, direction: float) -> float:
+    """Return the length of a pass [m]."""
+    if travel is not None:
+        length: float = quantity(travel, "length", "travel")
+        if not 0 < length < math.inf:
+            raise input_error("travel", length, "must be positive and finite [m]")
+        return length
+    axis = {0.0: 1, 90.0: 0}.get(round(direction % 180, 9))
+    if axis is None or axis not in pair.boundary.periodic_axes:
+        raise InputError(
+            "is needed where the map is not periodic along the direction: give the length of a "
+            "pass [m]",
+            argument="travel",
+        )
+    return pair.size[axis]
+
+
+def _stops(length: float, steps: int, centered: bool) -> list[float]:
+    """Return the places of a pass [m]; half a step lies before and behind a way with two ends."""
+    first = (0.5 / steps - 0.5) * centered
+    return [length * (step / steps + first) for step in range(steps)]
+
+
+def _pass(
+    load: float, stops: Sequence[float], direction: float, friction: float
+) -> list[PathPoint]:
+    # It refuses what is not finite.
+    start = PathPoint(load, (0.0, 0.0), friction, direction)
+    angle = math.radians(direction)
+    y, x = round(math.sin(angle), 15), round(math.cos(angle), 15)
+    return [replace(start, offset=(y * stop, x * stop)) for stop in stops]
+
+
+def _alike(values: list[float]) -> bool:
+    return len(values) > 1 and abs(values[-1] - values[-2]) <= _ALIKE * values[-1]
+
+
+def _yield_strain(body: PlasticBody) -> float:
+    modulus = body.material.young / (2 * (1 + body.material.poisson))
+    return body.material.law.initial / (3 * modulus)
+
+
+@checked
+def shakedown_load(
+    surface: Surface,
+    *,
+    low: Quantity,
+    high: Quantity,
+    rel_tol: float = 0.03,
+    passes: int = 6,
+    **options: Any,
+) -> tuple[float, float]:
+    """Return a bracket of the largest load of elastic shakedown.
+
+    Parameters
+    ----------
+    surface : Surface
+        Heights of the rough body.
+    low, high : float, str or quantity of pint
+        Loads [N] between which the limit is sought.
+    rel_tol : float
+        Width of the bracket over its middle at which the search ends.
+    passes : int
+        Of each trial.
+    **options
+        What else `roll` takes.
+
+    Returns
+    -------
+    (float, float)
+        Loads [N]: the passes shake down under the first, or stay elastic, and not under the second.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, the limit is not between the loads, or the steps of a pass
+        are longer than the half-width of the contact.
+    """
+    ends = [float(quantity(end, "force", name)) for end, name in ((low, "low"), (high, "high"))]
+    if not 0 < ends[0] < ends[1] < math.inf:
+        raise InputError(f"must be positive and below high, got {ends}", argument="low", value=low)
+    if not rel_tol > 0:
+        raise input_error("rel_tol", rel_tol, "must be positive")
+
+    def shakes(load: float) -> bool:
+        rolled = roll(surface, load=load, passes=passes, **options)
+        if rolled.shakedown is Shakedown.NOT_RESOLVED:
+            raise InputError(
+                f"must be more: at {load:.4g} N they are longer than the half-width of the contact",
+                argument="steps",
+            )
+        return rolled.shakedown in (Shakedown.ELASTIC, Shakedown.ELASTIC_SHAKEDOWN)
+
+    for end, expected, name in zip(ends, (True, False), ("low", "high"), strict=True):
+        if shakes(end) is not expected:
+            raise InputError(
+                f"= {end:.4g} N {'does not shake' if expected else 'still shakes'} down in "
+                f"{passes} passes: give a {'smaller' if expected else 'larger'} load",
+                argument=name,
+            )
+    while ends[1] - ends[0] > rel_tol * (ends[0] + ends[1]) / 2:
+        middle = math.sqrt(ends[0] * ends[1])
+        ends[0 if shakes(middle) else 1] = middle
+    return ends[0], ends[1]
+
+
+# --- Repeated passes on disk: the last state, and what each pass did ---
+
+
+_NUMBERS = {
+    "strain_added": ("1", "largest plastic strain that the pass added, there and back counted"),
+    "strain_net": ("1", "largest plastic strain that is left of it"),
+    "max_pressure": ("Pa", "largest contact pressure on the way"),
+    "max_plastic_strain": ("1", "largest accumulated plastic strain after the pass"),
+    "max_residual_stress": ("Pa", "largest von Mises stress by the plastic strain alone"),
+    "max_residual_displacement": ("m", "deepest residual displacement"),
+    "steps": ("1", "increments"),
+    "contact_area": ("m2", "largest contact area on the way"),
+    "approach": ("m", "largest approach on the way"),
+    "Sq": ("m", "root-mean-square height of the rough body after the pass"),
+    "Spk": ("m", "reduced peak height of the rough body after the pass"),
+}
+# What files of 0.2 call it, and so all.
+_STORED = {"strain_added": "flow", "strain_net": "gain"}
+_PROFILES = {
+    "shear": ("1", "shear strain along the first pass that the pass added"),
+    "residual_along": ("Pa", "normal stress by the plastic strain alone, along the pass"),
+    "residual_across": ("Pa", "normal stress by the plastic strain alone, across the pass"),
+}
+
+
+def save_rolling(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
+    """Write passes and their last state to a NetCDF file; `load_rolling` reads it."""
+    dataset, packed = to_dataset(rolling)
+    netcdf.write(dataset, path, packed)
+
+
+def to_dataset(rolling: RollingResult) -> tuple[netcdf.Dataset, dict[str, Any]]:
+    """Return passes and their last state as a dataset, and how its variables are packed."""
+    dataset, packed = archive.to_dataset(rolling.result)
+    for name, (unit, text) in _NUMBERS.items():
+        values = np.array([getattr(item, name) for item in rolling.passes])
+        dataset[f"pass_{_STORED.get(name, name)}"] = (
+            "pass",
+            values,
+            {"units": unit, "long_name": text},
+        )
+    layers = rolling.result.bodies[0].thickness.size
+    for name, (unit, text) in _PROFILES.items():
+        # The volume may have become deeper on the way.
+        profiles = np.zeros((len(rolling.passes), len(rolling.result.bodies), layers))
+        for number, item in enumerate(rolling.passes):
+            values = getattr(item, name)
+            profiles[number, :, : values.shape[1]] = values
+        about = {"units": unit, "long_name": f"{text}, layer by layer"}
+        dataset[f"pass_{name}"] = (("pass", "yielding_body", "layer"), profiles, about)
+    dataset.attrs |= {
+        "rolling_direction": rolling.direction,
+        "rolling_to_and_fro": int(rolling.reciprocating),
+        "rolling_step": rolling.step,
+        "rolling_requested": rolling.requested,
+    }
+    if rolling.axis is not None:
+        dataset.attrs["rolling_axis"] = rolling.axis
+    return dataset, packed
+
+
+def load_rolling(
+    path: str | os.PathLike[str], dataset: xarray.Dataset | None = None
+) -> RollingResult:
+    """Read passes that ``RollingResult.save`` wrote."""
+    dataset = contact_archive.opened(path) if dataset is None else dataset
+    with contact_archive.refused(Path(path), "Rolling"):
+        columns = {
+            name: np.array(dataset[f"pass_{_STORED.get(name, name)}"].values)
+            for name in (*_NUMBERS, *_PROFILES)
+        }
+        steps = columns["steps"].tolist()
+        rows = zip(*(columns[name].tolist() for name in _NUMBERS), strict=True)
+        passes = tuple(
+            replace(
+                Pass(**dict(zip(_NUMBERS, row, strict=True))),
+                **{name: columns[name][number] for name in _PROFILES},
+            )
+            for number, row in enumerate(rows)
+        )
+        result, axis = archive.from_dataset(dataset), dataset.attrs.get("rolling_axis")
+        # The passes of a resumed run come first.
+        if not 0 < sum(steps) <= len(result.increments):
+            raise InputError("must be those of the increments", argument="steps")
+        return RollingResult(
+            result=result,
+            passes=passes,
+            direction=float(dataset.attrs["rolling_direction"]),
+            reciprocating=bool(dataset.attrs["rolling_to_and_fro"]),
+            # Earlier files tell none of them.
+            requested=int(dataset.attrs.get("rolling_requested", 0)),
+            step=float(dataset.attrs.get("rolling_step", 0.0)),
+            axis=None if axis is None else float(axis),
+        )

@@ -1,0 +1,315 @@
+"""What is shown of repeated passes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from roughcontact._version import __version__
+from roughcontact.analyses.roll import figures as plots, files as roll_files
+from roughcontact.analyses.roll.model import RollingResult, Shakedown, to_dataset
+from roughcontact.elastoplastic import plausibility
+from roughcontact.references import cited
+from roughcontact.report import (
+    assumptions,
+    chapters,
+    citations,
+    elastoplastic,
+    figures,
+    phrases,
+    python_script,
+)
+from roughcontact.report.figures import FILES, FRONT, RESULTS, Illustration, Illustrations
+from roughcontact.report.kind import (
+    PROBLEM,
+    CellTable,
+    Column,
+    Columns,
+    Kind,
+    Quantity,
+    Table,
+    Use,
+    some,
+    stored_columns,
+)
+from roughcontact.report.page import WIDE, Block
+from roughcontact.units import counted, engineering, tiny
+
+
+def _passes(rolling: RollingResult) -> str:
+    """Return how many passes there were, in words."""
+    count = len(rolling.passes)
+    return f"{count} {'pass' if count == 1 else 'passes'}"
+
+
+def _way(rolling: RollingResult) -> str:
+    steps = max(item.steps for item in rolling.passes)
+    way = "reciprocating" if rolling.reciprocating else "each from the same start"
+    ended = ""
+    if len(rolling.passes) < rolling.requested:
+        ended = f", ended: the last adds no plastic strain ({rolling.requested} requested)"
+    return f"{_passes(rolling)}, {way}, {steps} steps each at most{ended}"
+
+
+_SMALL, _TINY = 1e-4, 1e-5
+
+
+def strain(value: float) -> str:
+    """Return a strain in per cent, of which those of shakedown are small."""
+    if 0 < abs(value) < _TINY:
+        return "<0.001 %"
+    return f"{100 * value:.{2 if abs(value) < _SMALL else 3}g} %"
+
+
+def _last(key: str) -> Callable[[RollingResult], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key)
+
+
+def _profile(key: str) -> Callable[[RollingResult], Any]:
+    return lambda rolling: getattr(rolling.passes[-1], key).tolist()
+
+
+def _ran_in(key: str) -> Callable[[RollingResult], str]:
+    def text(rolling: RollingResult) -> str:
+        surface = rolling.result.solution.surface
+        before, after = (
+            engineering(value, "m", 3)
+            for value in (surface.roughness()[key], getattr(rolling.passes[-1], key))
+        )
+        return f"{before} before, {after} after"
+
+    return text
+
+
+def _friction(rolling: RollingResult) -> float:
+    return rolling.result.increments[-1].friction
+
+
+ROLLING: Table = (
+    Quantity("passes", "passes", of=lambda r: len(r.passes), text=_way, part=PROBLEM),
+    Quantity(
+        "direction", "direction", unit="degree", form=lambda v: f"{v:g}°", part=PROBLEM,
+        meaning="where the counter-body moves, from x, counter-clockwise",
+    ),
+    Quantity(
+        "friction", "friction", symbol="μ", of=_friction, part=PROBLEM,
+        meaning="of full sliding", when=lambda r: bool(_friction(r)),
+    ),
+    Quantity("requested", of=lambda r: r.requested or len(r.passes)),
+    Quantity("reciprocating"),
+    Quantity(
+        "shakedown", "passes come to", of=lambda r: str(r.shakedown), text=lambda r: r.outcome_text,
+    ),
+    Quantity("settled_after"),
+    Quantity(
+        "strain_added", "strain by the last pass", of=_last("strain_added"), form=strain,
+        meaning="plastic, largest, forward and backward added",
+    ),
+    Quantity("strain_net", "left of it", of=_last("strain_net"), form=strain, meaning="largest"),
+    Quantity(
+        "shear", "shear by the last pass", symbol="γ", of=_last("largest_shear"), form=strain,
+        meaning="largest of all layers, towards where the counter-body moved on the first pass",
+    ),
+    Quantity("strain_threshold", "counts as none", form=strain, meaning="1 % of the yield strain"),
+    Quantity(
+        "in_plane_stress", "residual stress in the plane", unit="Pa", of=_last("in_plane_stress"),
+        meaning="largest of all layers along and across the pass; tension is positive",
+    ),
+    Quantity("Sq", "Sq", unit="m", of=_last("Sq"), text=_ran_in("Sq")),
+    Quantity("Spk", "Spk", unit="m", of=_last("Spk"), text=_ran_in("Spk")),
+    Quantity("depth", unit="m", of=lambda r: r.result.bodies[0].depth.tolist()),
+    Quantity("shear_over_depth", of=_profile("shear")),
+    Quantity("residual_along", unit="Pa", of=_profile("residual_along")),
+    Quantity("residual_across", unit="Pa", of=_profile("residual_across")),
+    Quantity("each", of=lambda r: stored_columns(PASSES, r)),
+    Quantity("volume", of=lambda r: r.result.summary()),
+    Quantity("warnings", of=lambda r: [caution.text for caution in r.cautions]),
+    Quantity("cautions", of=lambda r: [caution.summary() for caution in r.cautions]),
+    Quantity("version", of=lambda _: __version__),
+)  # fmt: skip
+"""Of a `RollingResult`."""
+
+
+def _column(key: str, name: str = "", unit: str = "1", **text: Any) -> Column:
+    return Column(key, name, unit=unit, steps="passes", **text)
+
+
+PASSES: Columns = (
+    Column("number", "pass", of=lambda r: range(1, len(r.passes) + 1)),
+    _column("strain_added", "strain", form=strain),
+    _column("strain_net", "left of it", form=strain),
+    _column("largest_shear", "shear", form=strain),
+    _column("max_plastic_strain", "in all", form=strain, brief=False),
+    _column("max_pressure", "largest pressure", "Pa", digits=3),
+    _column("contact_area", "contact area", "m²", brief=False),
+    _column("approach", "approach", "m", brief=False),
+    _column("max_residual_stress", "residual von Mises stress", "Pa", brief=False),
+    _column("in_plane_stress", "residual stress", "Pa", digits=3),
+    _column("Sq", "Sq", "m", digits=3),
+    _column("Spk", "Spk", "m", digits=3),
+    _column("max_residual_displacement", "deepest", "m", brief=False),
+    _column("steps", "steps", brief=False),
+)  # fmt: skip
+"""Of the passes of a `RollingResult`."""
+
+
+_CRITERIA = {
+    Shakedown.ELASTIC: "No pass added any plastic strain.",
+    Shakedown.ELASTIC_SHAKEDOWN: (
+        "The last pass added less than {least}, 1 % of the yield strain σ_Y/(3μ): residual stress "
+        "and hardening carry the load without yielding."
+    ),
+    Shakedown.PLASTIC_SHAKEDOWN: (
+        "The last pass added as much plastic strain as that before, to 10 %, and less than 2 % of "
+        "it is left: the metal yields forward and backward: expect fatigue."
+    ),
+    Shakedown.RATCHETING: (
+        "The last pass added as much plastic strain as that before, and what is left of it is "
+        "alike, both to 10 %: each pass drags the metal on."
+    ),
+    Shakedown.NOT_SETTLED: (
+        "The strain that passes add still changes by more than 10 % from one to the next, and is "
+        "above {least}, 1 % of the yield strain σ_Y/(3μ)."
+    ),
+    Shakedown.NOT_RESOLVED: (
+        "The steps of a pass are longer than the half-width of the contact: the strain is not "
+        "that of a roller in continuous motion. Use more steps."
+    ),
+}
+
+
+def criterion(rolling: RollingResult) -> str:
+    """Return by what the passes are judged, in one sentence."""
+    return _CRITERIA[rolling.shakedown].format(least=strain(rolling.strain_threshold))
+
+
+def _of_last_state(entry: Illustration) -> Illustration:
+    chapter = RESULTS if entry is figures.SECTION else FILES
+    moved = replace(entry, chapter=chapter)
+    return figures.within_scene(lambda rolling: figures.VolumeScene(rolling.result), moved)
+
+
+FIGURES: Illustrations = (
+    Illustration(
+        "passes", plots.passes,
+        "Pass by pass: plastic strain added and net, mean shear, maximum pressure and contact "
+        "area, Sq and Spk of the unloaded body. Look whether the strain added falls.",
+        FRONT, WIDE,
+    ),
+    Illustration(
+        "depths", plots.depths,
+        "Over the depth: shear strain added by the passes; residual normal stress along and across "
+        "the pass. Tension is positive.",
+        RESULTS, WIDE,
+    ),
+    Illustration(
+        "heights", plots.heights,
+        "Heights of the unloaded body before and after the passes, through the deepest residual "
+        "displacement.",
+        RESULTS, WIDE,
+    ),
+    *map(_of_last_state, figures.VOLUME),
+)  # fmt: skip
+"""Of a `RollingResult`, and of its last state."""
+
+
+# --- What is shown of repeated passes ---
+
+
+def question(rolling: RollingResult) -> str:
+    """Return the question that repeated passes answer."""
+    name = phrases.source(rolling.result.solution.surface.provenance)
+    return f"Does {name} shake down in {_passes(rolling)}?"
+
+
+def _inputs(rolling: RollingResult, drawn: bool) -> list[Block]:
+    state = elastoplastic.KIND.rows(rolling.result, PROBLEM)
+    kept = [row for row in state if row.key not in ("turns", "increments")]
+    specified = [*KIND.rows(rolling, PROBLEM), *kept]
+    return elastoplastic.inputs_of(rolling.result, specified, drawn)
+
+
+def _checked(rolling: RollingResult) -> tuple[str, ...]:
+    state = plausibility.checked(rolling.result)
+    return ("steps, pixel and direction of the passes", *state)
+
+
+def _method(rolling: RollingResult) -> list[Block]:
+    state = elastoplastic.KIND
+    return [*elastoplastic.method(rolling.result), *chapters.trust(state, rolling.result, ())]
+
+
+def _works(rolling: RollingResult) -> Iterator[Use]:
+    yield from citations.of_volume(rolling.result)
+    yield cited("passes and shakedown", "Johnson1985", "Boucly2007")
+
+
+# --- What is said first ---
+
+
+def _problem(rolling: RollingResult) -> str:
+    return phrases.problem(rolling.result.solution)
+
+
+def _answer(rolling: RollingResult) -> str:
+    """Return whether the passes come to an end of plastic strain."""
+    count, last = len(rolling.passes), rolling.passes[-1]
+    added = strain(last.strain_added)
+    match rolling.shakedown:
+        case Shakedown.ELASTIC:
+            return "Nothing yields: no pass adds plastic strain."
+        case Shakedown.ELASTIC_SHAKEDOWN:
+            settled = counted(rolling.settled_after or 0, "pass")
+            return f"Shakes down after {settled}: the last one adds {added} plastic strain."
+        case Shakedown.PLASTIC_SHAKEDOWN:
+            return f"Plastic shakedown: each pass strains by {added} and back. Expect fatigue."
+        case Shakedown.RATCHETING:
+            net = strain(last.strain_net)
+            return f"Ratchets: each pass adds {net} of net plastic strain."
+        case Shakedown.NOT_SETTLED:
+            return f"Not settled after {counted(count, 'pass')}: the last one adds {added}."
+    return "Not resolved: the steps are longer than the half-width of the contact."
+
+
+def _numbers(rolling: RollingResult) -> CellTable:
+    """Return what each pass adds, of many the first and the last ones."""
+    rows = [
+        (
+            str(number), strain(item.strain_added),
+            strain(item.strain_net), phrases.size(item.max_pressure, "Pa"),
+            phrases.size(item.in_plane_stress, "Pa"), phrases.size(item.Sq, "m"),
+        )
+        for number, item in enumerate(rolling.passes, 1)
+    ]  # fmt: skip
+    heads = ("pass", "strain added", "net strain", "peak pressure", "residual stress", "Sq")
+    return heads, some(rows)
+
+
+def _remarks(rolling: RollingResult) -> tuple[str, ...]:
+    """Return what counts as no strain, and how exactly the passes are solved."""
+    state = rolling.result
+    count = counted(len(state.increments), "increment")
+    least = strain(rolling.strain_threshold)
+    return (
+        f"No strain added: below {least} (1 % of the yield strain)",
+        f"Solved: residual {tiny(state.residual)} (limit {state.tolerance:.0e}), {count}",
+    )
+
+
+def _save(rolling: RollingResult, path: str | os.PathLike[str]) -> None:
+    of_passes = Path(path).suffix.lower() in (".csv", ".json")
+    (KIND.write if of_passes else roll_files.save_rolling)(rolling, path)
+
+
+KIND = Kind(
+    RollingResult, ROLLING, PASSES, figures=FIGURES,
+    plots=(plots.passes, plots.depths, plots.heights), works=_works, save=_save,
+    dataset=lambda rolling: to_dataset(rolling)[0],
+    problem=_problem, answer=_answer, numbers=_numbers, remarks=_remarks,
+    question=question, meaning=criterion, inputs=_inputs,
+    case=lambda rolling: assumptions.of_volume(rolling.result), method=_method, checked=_checked,
+    script=lambda rolling: python_script.repeating_volume(rolling.result),
+)  # fmt: skip

@@ -1,0 +1,220 @@
+"""The task ``roll``: repeated passes of a counter-body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from roughcontact._tools import memory as limits
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import options, parsing
+from roughcontact.request.options import (
+    LENGTH,
+    ONE_OF,
+    TABLES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    files,
+    flag,
+)
+from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+from roughcontact.solvers.progress import Forecast, Progress
+from roughcontact.units import rounded_time
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.roll.model import Frame
+
+LOAD = Option(
+    "load", Panel.BODIES, "LOAD",
+    'Load of every step: "1 N", "20 MPa" or "600 N/mm"; or --hertz.', parsing.load, None,
+)  # fmt: skip
+PASSES = Option(
+    "passes", Panel.BODIES, "NUMBER",
+    "Maximum number of passes (forward and back count as two); default: 5.",
+    parsing.counted(1, limits.STEPS), 5,
+)  # fmt: skip
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER",
+    "Positions per pass; default: 32.",
+    parsing.counted(1, limits.STEPS), 32,
+)  # fmt: skip
+TRAVEL = Option(
+    "travel", Panel.BODIES, "LENGTH",
+    'Travel per pass, centered: "80 um"; default: one period of the map.', LENGTH, None,
+)  # fmt: skip
+DIRECTION = Option(
+    "direction", Panel.BODIES, "DEGREES",
+    "Travel direction, degrees counterclockwise from x; default: 0.", parsing.number, 0.0,
+)  # fmt: skip
+RECIPROCATING = flag("reciprocating", Panel.BODIES, "Reciprocate: alternate the travel direction.")
+FRICTION = Option(
+    "friction", Panel.BODIES, "NUMBER",
+    "Friction coefficient in full sliding, in travel direction; default: 0.", parsing.number, 0.0,
+)  # fmt: skip
+TOLERANCE = Option(
+    "tolerance", Panel.SOLVER, "NUMBER",
+    "Plastic strain residual limit; default: 1e-4.", parsing.number, None,
+)  # fmt: skip
+MAX_ITERATIONS = Option(
+    "max-iterations", Panel.SOLVER, "NUMBER", "Maximum iterations per step; default: 150.",
+    options.ITERATIONS, None, "Maximum iterations",
+)  # fmt: skip
+PRECISION = Option(
+    "precision", Panel.SOLVER, "double|single",
+    "Precision of the elastoplastic model, double or single; default: single.",
+    parsing.choice("double", "single"), None,
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Passes: {export.format_list_text(Kind.ROLLING)}, .csv table, .json numbers; repeatable.",
+    (*export.suffixes(Kind.ROLLING), *TABLES),
+)
+FOLDER = file("folder", "FOLDER", "Folder for finished steps; the same command resumes.")
+MOVIE = file(
+    "movie", "FILE.gif", "Animated GIF of pressure and plastic strain.",
+    (".gif",),
+)  # fmt: skip
+YES = flag("yes", Panel.OUTPUT, "Run for more than a day.", whole_map=False)
+_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
+
+# A run that takes longer [s] than this has to be wanted.
+_LONG = 86400.0
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    """Pass the counter-body as often as a request asks for."""
+    from roughcontact.analyses.roll.figures import along_of
+    from roughcontact.analyses.roll.model import frame, roll
+
+    force, specified = request.force(work.maps, *request.load)
+    arguments = request.arguments(work.maps, *_SOLVER)
+    del arguments["ceiling"]
+    frames: list[Frame] = []
+    along = along_of(request[DIRECTION])
+
+    def picture(number: int, step: int, state: Any) -> None:
+        if request[MOVIE] is not None:
+            frames.append(frame(state, number, step, along))
+
+    # What is shown is kept whole, as a series for ParaView needs it.
+    shown = request[MOVIE] is not None or _leaves_series(request)
+    with work.keeping("pass-*/step-*.nc", "step") as (watch, reused):
+        result = roll(
+            work.maps[0],
+            **arguments,
+            load=force,
+            passes=request[PASSES],
+            steps=request[STEPS],
+            travel=request[TRAVEL],
+            direction=request[DIRECTION],
+            reciprocating=request[RECIPROCATING],
+            start_at_center=request[TRAVEL] is not None,
+            friction=request[FRICTION],
+            folder=request[FOLDER],
+            progress=watch if request[YES] else _limited(watch),
+            on_step=picture if shown else None,
+        )
+    last = replace(
+        result.result.solution, specified_load=specified, extra_cautions=work.extra_cautions
+    )
+    result = replace(result, result=replace(result.result, solution=last))
+    extras = {"frames": tuple(frames), "reused": max(reused, default=0)}
+    return Outcome(request, result, last, extras)
+
+
+def _limited(look: Look) -> Look:
+    """Return what stops a run after its first step where the whole would take long."""
+    forecast = Forecast()
+
+    def watch(state: Progress) -> None:
+        seconds = forecast(state)
+        if seconds > _LONG:
+            took = f"{state.count} steps take about {rounded_time(seconds)}"
+            raise InputError(
+                f"is needed: {took}. Crop, coarsen (", ArgumentRef("pixel"), ") or reduce ",
+                ArgumentRef("passes"), argument="yes",
+            )  # fmt: skip
+        look(state)
+
+    return watch
+
+
+def _leaves_series(request: Request) -> bool:
+    return any(path.suffix == ".pvd" for path in request[OUTPUT])
+
+
+def _check(request: Request) -> None:
+    if not any(map(request.is_given, (options.COUNTER_BODY, options.COUNTER_SURFACE))):
+        raise InputError(
+            "is needed: what passes over the body, such as ",
+            ArgumentRef("counter_body", "cylinder 5 mm 90 deg"), "; or a ",
+            ArgumentRef("counter_surface"), argument="counter_body",
+        )  # fmt: skip
+    request.require_yield(ArgumentRef("task", request.task.name))
+    if not 0 <= request[FRICTION] < math.inf:
+        raise InputError(
+            f"must not be negative, got {request.specified[FRICTION.name]!r}", argument="friction"
+        )
+    if request[FOLDER] is None and _leaves_series(request):
+        raise InputError("is needed for .pvd, which holds its steps", argument="folder")
+
+
+def _movie(outcome: Outcome, path: Path) -> None:
+    from roughcontact.analyses.roll import figures as rolling
+
+    rolling.save(outcome.result, outcome.extras["frames"], path)
+
+
+def _figures(_: Request) -> tuple[str, ...]:
+    from roughcontact.analyses.roll import report as rolling
+    from roughcontact.report import figures
+
+    return figures.names(rolling.FIGURES)
+
+
+TASK = Task(
+    "roll",
+    """Simulate repeated rolling; report shakedown or ratcheting.
+
+An elastoplastic step takes seconds, or minutes on large maps. With --folder every step is saved;
+the same command resumes.
+
+\b
+Example:
+roughcontact roll ground.x3p --counter-body "cylinder 5 mm 90 deg" \\
+    --hertz "2.5 GPa" --boundary periodic --passes 5 --material 100Cr6 \\
+    --report rolled.html
+""",
+    (
+        *options.MAP, LOAD, options.HERTZ, PASSES, STEPS, TRAVEL, DIRECTION, RECIPROCATING,
+        FRICTION, *options.MATERIALS, *options.SHAPES, options.HARDENING, options.BOUNDARY,
+        *_SOLVER, YES, OUTPUT, FOLDER, MOVIE, options.FIGURES, *options.OUTPUT,
+    ),
+    (
+        options.HERTZ, options.COUNTER_BODY, PASSES, TRAVEL, options.MATERIAL, options.HARDENING,
+        FRICTION, options.MISSING, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(Rule(ONE_OF, LOAD, options.HERTZ, text="1 N"),),
+    check=_check,
+    memory=Request.require_volume,
+    writes=((MOVIE, _movie),),
+    figures=_figures,
+    questions=(
+        Question(
+            "Repeated passes",
+            "A counter-body passes over the map: plastic strain, shakedown, roughness. Seconds a "
+            "step.",
+            (PASSES, STEPS, TRAVEL, RECIPROCATING, FRICTION),
+            first=((PASSES, "2"), (STEPS, "8")),
+        ),
+    ),
+)  # fmt: skip

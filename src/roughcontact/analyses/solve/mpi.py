@@ -1,0 +1,130 @@
+"""Carry out a request on several ranks: one map that all share, or a volume with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from roughcontact._tools.ranks import Ranks
+from roughcontact.analyses.solve import task as solve
+from roughcontact.errors import InputError, RoughcontactError
+from roughcontact.request import options, outputs, run as runs
+from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outputs import Say
+from roughcontact.request.request import Request
+
+if TYPE_CHECKING:
+    from roughcontact.contact.share import Slab
+    from roughcontact.surface.surface import Surface
+
+
+def run(request: Request, ranks: Ranks, say: Say, look: Look) -> Outcome:
+    """Read, prepare, solve, and write a request; all ranks call it."""
+    is_volume = request.get(solve.MODEL) == solve.VOLUME_MODEL
+    _check(request, is_volume)
+    outcome, work = (_volume if is_volume else _map)(request, ranks, say, look)
+    if not outcome.converged:
+        return outcome
+    try:
+        if not is_volume:
+            return replace(outcome, written=tuple(outputs.write(runs.files(outcome, work), say)))
+        # The fields by all, pictures and report by the first, which has the maps whole.
+        fields = [(path, outcome.result.save) for path in request.outputs]
+
+        def drawn() -> list[Path]:
+            tasks = (task for task in runs.files(outcome, work) if task[0] not in request.outputs)
+            return outputs.write(tasks, say)
+
+        written = (*outputs.write(fields, say), *ranks.by_first(drawn))
+    except RoughcontactError as error:
+        return replace(outcome, failure=error)
+    return replace(outcome, written=written)
+
+
+def _check(request: Request, is_volume: bool) -> None:
+    """Raise `InputError` for what is not known on several ranks."""
+    if is_volume and request[solve.FOLDER] is not None:
+        raise InputError(
+            "keeps the states of one process and is not available on several ranks; leave it out, "
+            "or start without mpiexec",
+            argument="folder",
+        )
+    if not is_volume:
+        _check_map(request)
+    for path in request.outputs:
+        if path.suffix.lower() != ".nc":
+            what = "volume" if is_volume else "map"
+            raise InputError(
+                f"of a {what} on several ranks is written as .nc, got {str(path)!r}",
+                argument="output",
+            )
+
+
+def _check_map(request: Request) -> None:
+    if request.task is not solve.TASK or request[solve.MODEL] != solve.SURFACE_MODEL:
+        raise InputError(
+            "several ranks solve one contact, with a ceiling or with the volume model; start this "
+            "without mpiexec"
+        )
+    if request.file is None:
+        raise InputError("is needed: ranks read their rows of it", argument="file")
+    for option in request.task.options:
+        if option.whole_map and request.is_given(option):
+            raise InputError(
+                "takes a map in one place and is not available on several ranks; prepare the map "
+                "beforehand and save it as .nc or .npy, or start without mpiexec",
+                argument=option.argument,
+            )
+    for option, known in (
+        (options.LEVEL, ("plane", "none")), (options.MISSING, ("error", "mask")),
+    ):  # fmt: skip
+        if request[option] not in known:
+            raise InputError(
+                f"must be {' or '.join(known)} on several ranks, got {request[option]!r}; prepare "
+                "the map beforehand",
+                argument=option.argument,
+            )
+
+
+def _map(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome, Work]:
+    """Read, level and solve a map of which each rank holds some rows."""
+    from roughcontact.contact import solve as solving
+
+    # The others need not see where the first writes.
+    ranks.agreed(lambda: request.check_places() if ranks.first else None)
+    slab = _read(request, ranks, say)
+    result = solving.solve(
+        slab,
+        **request.arguments((), *options.SOLVER),
+        load=request.load[0],
+        approach=request[options.APPROACH],
+        on_failure="return",
+        progress=look,
+    )
+    return Outcome(request, result, result), Work(request, lambda: (), say, look)
+
+
+def _volume(request: Request, ranks: Ranks, say: Say, look: Look) -> tuple[Outcome, Work]:
+    """Solve the elastoplastic model, whose layers the ranks share."""
+
+    def prepared() -> list[Surface]:
+        request.check_places()
+        return runs.prepared(request, say)
+
+    # The others need not see what the first reads, nor where it writes.
+    maps = ranks.by_first(prepared)
+    work = Work(request, lambda: maps, say, look, ranks=ranks)
+    return request.task.run(request, work), work
+
+
+def _read(request: Request, ranks: Ranks, say: Say) -> Slab:
+    from roughcontact.formats.slab import read_slab
+
+    assert request.file is not None
+    say(f"reading {request.file.name}")
+    slab = read_slab(
+        request.file, ranks, request[options.CHANNEL], request[options.UNIT], request[options.SIZE],
+        request[options.OVERRIDE_SIZE], mask_missing=request[options.MISSING] == "mask",
+    )  # fmt: skip
+    return slab if request[options.LEVEL] == "none" else slab.leveled()

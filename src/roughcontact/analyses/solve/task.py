@@ -1,0 +1,316 @@
+"""The task ``solve``: one contact, with a ceiling or with plastic strain in the volume."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from roughcontact._tools.memory import STEPS
+from roughcontact.errors import ArgumentRef
+from roughcontact.formats import export
+from roughcontact.formats.export import Kind
+from roughcontact.request import measurement, options, outputs, parsing
+from roughcontact.request.options import (
+    EXCLUDES,
+    NEEDS,
+    Option,
+    Panel,
+    Rule,
+    file,
+    files,
+    flag,
+)
+from roughcontact.request.outcome import Look, Outcome, Work
+from roughcontact.request.outputs import Say
+from roughcontact.request.request import Request
+from roughcontact.request.task import Pieces, Question, Task
+
+if TYPE_CHECKING:
+    from roughcontact.contact.result import ContactResult
+    from roughcontact.uncertainty.resolution import ResolutionStudy
+
+
+SURFACE_MODEL, VOLUME_MODEL = "ceiling", "elastoplastic"
+RESULTS = {
+    SURFACE_MODEL: export.suffixes(Kind.CONTACT), VOLUME_MODEL: export.suffixes(Kind.VOLUME),
+}  # fmt: skip
+"""How files of results may end, by model."""
+
+UNCALIBRATED = flag(
+    "uncalibrated", Panel.BODIES,
+    "Omit the second column (calibrated ceiling).",
+)  # fmt: skip
+MODEL = Option(
+    "model", Panel.BODIES, f"{SURFACE_MODEL}|{VOLUME_MODEL}",
+    "ceiling (fast) or elastoplastic (minutes); default: ceiling.",
+    parsing.choice(SURFACE_MODEL, VOLUME_MODEL),
+    SURFACE_MODEL, whole_map=False,
+)  # fmt: skip
+INCREMENTS: Option[int | str] = Option(
+    "increments", Panel.BODIES, "NUMBER|auto",
+    "Load steps of the elastoplastic model, e.g. 8; default: auto (error below 1 %).",
+    parsing.counted_or_auto(1, STEPS), "auto",
+)  # fmt: skip
+UNLOAD = flag(
+    "unload", Panel.BODIES,
+    "Unload at the end; report residual shape and stress.",
+)  # fmt: skip
+TOLERANCE = Option(
+    "tolerance", Panel.SOLVER, "NUMBER",
+    "Certificate limit; default: 1e-6 (single precision and elastoplastic: 1e-4).",
+    parsing.number, None,
+    whole_map=False,
+)  # fmt: skip
+MAX_ITERATIONS = Option(
+    "max-iterations", Panel.SOLVER, "NUMBER",
+    "Maximum convolutions per grid; default: 2000 (elastoplastic: 150 iterations per load).",
+    options.ITERATIONS, None, "Maximum convolutions", whole_map=False,
+)  # fmt: skip
+PRECISION = Option(
+    "precision", Panel.SOLVER, "double|single",
+    "double or single (two thirds of the memory); default: double (elastoplastic: single).",
+    parsing.choice("double", "single"), None, whole_map=False,
+)  # fmt: skip
+OUTPUT = files(
+    "output",
+    f"Result: {export.format_list_text(Kind.CONTACT, Kind.VOLUME)}; repeatable.",
+    export.suffixes(Kind.CONTACT, Kind.VOLUME),
+    whole_map=False,
+)
+FOLDER = file(
+    "folder", "FOLDER", "Folder for finished elastoplastic steps; the same command resumes."
+)
+STUDY = flag(
+    "study", Panel.SOLVER,
+    "Check dependence on grid, filter and ceiling.",
+)  # fmt: skip
+_SOLVER = (TOLERANCE, MAX_ITERATIONS, PRECISION)
+_STUDY_SOLVER = (options.TOLERANCE, options.PRECISION)
+
+
+def contact(
+    request: Request, work: Work, *, calibrated: bool, load: tuple[Any, str] | None = None
+) -> ContactResult:
+    """Return the contact that a request asks for, or the best found; under another load if given.
+
+    A load comes with the argument that it is from.
+    """
+    from roughcontact.contact.solve import solve, with_calibrated
+
+    force, specified = request.force(work.maps, *(load or request.load))
+    point = request[options.LOAD_POINT]
+    arguments = request.arguments(work.maps, *_SOLVER)
+    result = solve(
+        work.maps[0],
+        **arguments,
+        load=force,
+        approach=request[options.APPROACH],
+        moments=None if point is None else (force * point[0], force * point[1]),
+        calibrated=False,
+        on_failure="return",
+        progress=work.look,
+    )
+    result = replace(result, specified_load=specified)
+    if not calibrated or result.ceiling is None:
+        return result
+    work.show(result)
+    iterations = request.solver(MAX_ITERATIONS)
+    return with_calibrated(result, arguments["ceiling"], **iterations, progress=work.look)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    if request[MODEL] == VOLUME_MODEL:
+        return _volume(request, work)
+    result = contact(request, work, calibrated=not request[UNCALIBRATED])
+    extra_cautions, extras = work.extra_cautions, {}
+    if request[STUDY] and result.converged:
+        study = studied(request, work, result.load)
+        extra_cautions, extras = (
+            (*extra_cautions, *study.cautions),
+            {STUDY.name: study},
+        )
+    if request[measurement.UNCERTAINTY] and result.converged:
+        result = measurement.measured(request, result, work.look)
+    result = replace(result, extra_cautions=extra_cautions)
+    return Outcome(request, result, result, extras)
+
+
+def _volume(request: Request, work: Work) -> Outcome:
+    from roughcontact.elastoplastic.increments import AUTO, between
+    from roughcontact.elastoplastic.result import PathPoint
+    from roughcontact.elastoplastic.solve import solve_elastoplastic
+
+    load, specified = request.force(work.maps, *request.load)
+    steps = request[INCREMENTS]
+    way = between(PathPoint(0.0), PathPoint(load), 1 if steps == AUTO else int(steps))
+    loads = [point.load for point in way]
+    loads += [0.0] * request[UNLOAD]
+    arguments = request.arguments(work.maps, *_SOLVER)
+    del arguments["ceiling"]
+    with work.keeping("step-*.nc", "load") as (watch, reused):
+        result = solve_elastoplastic(
+            work.maps[0],
+            **arguments,
+            loads=loads,
+            increments=steps,
+            on_failure="return",
+            folder=request[FOLDER],
+            progress=watch,
+            ranks=work.ranks,
+        )
+    solution = replace(
+        result.solution, specified_load=specified, extra_cautions=work.extra_cautions
+    )
+    # The last of the reused is told of.
+    extras = {"reused": max(reused, default=0)}
+    return Outcome(request, replace(result, solution=solution), solution, extras)
+
+
+def _check(request: Request) -> None:
+    model = request[MODEL]
+    if model == VOLUME_MODEL:
+        request.require_yield(ArgumentRef("model", VOLUME_MODEL))
+    other = next(name for name in RESULTS if name != model)
+    for path in request[OUTPUT]:
+        suffix = path.suffix.lower()
+        fits_other = ("; ", suffix, " needs ", ArgumentRef("model", other))
+        outputs.check_suffix(
+            path, OUTPUT, RESULTS[model], fits_other if suffix in RESULTS[other] else ()
+        )
+
+
+def record(outcome: Outcome) -> dict[str, Any]:
+    """Return all numbers of a contact by name, in SI units."""
+    from roughcontact.formats import tables
+    from roughcontact.uncertainty import intervals as uncertainty
+
+    record = tables.record(outcome.result)
+    study = outcome.extras.get(STUDY.name)
+    if study is not None:
+        record["study"] = study.summary()
+    if outcome.contact is not None and outcome.result is outcome.contact:
+        result = uncertainty.uncertainty_intervals(outcome.contact, study)
+        record["intervals"] = {interval.name: interval.summary() for interval in result}
+    return record
+
+
+def _figures(request: Request) -> tuple[str, ...]:
+    from roughcontact.report import figures
+
+    is_volume = request[MODEL] == VOLUME_MODEL
+    return figures.names(figures.VOLUME if is_volume else figures.CONTACT)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    if request[MODEL] == VOLUME_MODEL:
+        request.require_volume(shape)
+    else:
+        request.require_contact(shape)
+
+
+# --- A contact on other grids, with other filters and ceilings ---
+
+
+def studied(request: Request, work: Work, load: float) -> ResolutionStudy:
+    """Return the study of a contact under a load [N], of its pieces where these are known."""
+    from roughcontact.uncertainty import resolution as resolution_study
+
+    if work.known:
+        return resolution_study.together([work.known[word] for word in part_names(request)])
+    return resolution_study.resolution_study(
+        work.maps[0],
+        **request.arguments(work.maps, *_STUDY_SOLVER),
+        load=load,
+        progress=lambda state: work.look(replace(state, label=f"study: {state.label}")),
+    )
+
+
+def part_names(request: Request) -> tuple[str, ...]:
+    """Return a word for each part of the study that can be solved by itself; none for no study."""
+    from roughcontact.contact.result import CALIBRATED
+
+    later = request.load[0] is None or request[options.CEILING] == CALIBRATED
+    if later or not request[STUDY]:
+        return ()
+    from roughcontact.uncertainty.resolution import PARTS
+
+    return PARTS
+
+
+def found_of(request: Request, word: str, say: Say, look: Look) -> ResolutionStudy:
+    """Return one part of the study, from maps that are read for it; see `studied`."""
+    from roughcontact.contact.load_case import LoadCase
+    from roughcontact.request.maps import surfaces
+    from roughcontact.uncertainty.resolution import part_of
+
+    maps = surfaces(request, say)
+    load, _ = request.force(maps, *request.load)
+    terms = LoadCase(load, ceiling=request[options.CEILING], **request.solver(*_STUDY_SOLVER))
+    return part_of(word, request.pair(maps), terms, look)
+
+
+# --- The task ---
+
+
+TASK = Task(
+    "solve",
+    """Compute pressure, real contact area and gap under one load.
+
+\b
+Example:
+roughcontact solve ground.x3p --load "100 MPa" --boundary periodic \\
+    --material 42CrMo4 --report ground.html
+""",
+    (
+        *options.MAP, *options.LOADS, *options.MATERIALS, *options.COATINGS,
+        *options.SHAPES, options.CEILING,
+        UNCALIBRATED, MODEL, INCREMENTS, UNLOAD, options.HARDENING, options.BOUNDARY, *_SOLVER,
+        STUDY, *measurement.OPTIONS, OUTPUT, FOLDER, options.REPORT, options.FIGURES,
+        *options.SHOWN,
+    ),
+    (
+        options.LOAD, options.BOUNDARY, *options.BODY_CONSTANTS, options.CEILING, options.MISSING,
+        OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(
+        *options.LOAD_RULES,
+        *measurement.RULES,
+        Rule(EXCLUDES, options.LOAD_POINT, measurement.UNCERTAINTY),
+        Rule(EXCLUDES, options.LOAD_POINT, STUDY),
+        *(
+            Rule(NEEDS, option, MODEL, value=SURFACE_MODEL)
+            for option in (
+                options.APPROACH, options.LOAD_POINT, options.CEILING, UNCALIBRATED,
+                STUDY, measurement.UNCERTAINTY,
+            )
+        ),
+        *(
+            Rule(NEEDS, option, MODEL, value=VOLUME_MODEL)
+            for option in (INCREMENTS, UNLOAD, FOLDER)
+        ),
+    ),
+    check=_check,
+    record=record,
+    memory=_memory,
+    figures=_figures,
+    questions=(
+        Question(
+            "Resolution study",
+            "The same contact on coarser and finer grids, with filters and other ceilings.",
+            fixed=((STUDY, True),),
+        ),
+        Question(
+            "Calibrated ceiling",
+            "Ceiling that reproduces the contact area of the elastoplastic model.",
+            fixed=((options.CEILING, "calibrated"),),
+        ),
+        Question(
+            "Elastoplastic model",
+            "Plastic strain below the surface instead of a ceiling; takes seconds to minutes.",
+            (INCREMENTS, UNLOAD, options.HARDENING),
+            fixed=((MODEL, VOLUME_MODEL),),
+        ),
+    ),
+    pieces=Pieces(part_names, found_of),
+)  # fmt: skip

@@ -1,0 +1,680 @@
+"""The elastic stress below a contact: what was found, and its file."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._tools import memory, netcdf
+from roughcontact._tools.arguments import checked
+from roughcontact._version import __version__
+from roughcontact.cautions import Caution, Kind, as_caution, as_warning, ordered
+from roughcontact.contact import archive
+from roughcontact.contact.load_case import LoadCase
+from roughcontact.contact.memory import overhead
+from roughcontact.contact.pair import BODIES, CounterSurface, Pair
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.validation import row
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    input_error,
+    require_positive,
+)
+from roughcontact.halfspace import coating_stress, stress_summary
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.halfspace.fft import Workspace, default_workers
+from roughcontact.halfspace.stress import checked_traction, graded_depths
+from roughcontact.halfspace.tensors import COMPONENTS, von_mises
+from roughcontact.material.material import CEILING_FACTOR, RIGID, Material
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Tell, each_part, shows_progress_bar
+from roughcontact.surface.surface import Surface
+from roughcontact.units import Quantities, Quantity, engineering, quantity
+
+
+class Part(NamedTuple):
+    """A layer of a coated body, or its base."""
+
+    name: str
+    max_von_mises: float  # [Pa]
+    depth: float  # Of it [m]
+    strength: float | None  # Yield strength, or a third of the hardness [Pa]
+    of_hardness: bool  # Whether it is a third of the hardness
+
+    @property
+    def use(self) -> float:
+        """Largest von Mises stress over the strength; NaN where that is unknown."""
+        return math.nan if self.strength is None else self.max_von_mises / self.strength
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StressResult(Result):
+    """Elastic stress below a contact, with everything that went in.
+
+    Arrays are read-only and in SI units; tensors hold xx, yy, zz, yz, xz, xy along their first
+    axis, tension positive, z from the surface into the body.
+
+    Parameters
+    ----------
+    solution : ContactResult
+        The contact.
+    body : {"body", "counter_body"}
+        The body that was looked into.
+    friction : float
+        Coefficient μ of the traction μ p on the rough body in ``direction``; the
+        counter-body has the opposite traction.
+    direction : float
+        Angle from x [degrees], counter-clockwise as seen in the map.
+    traction : ndarray, shape (2, ny, nx), optional
+        Traction on the rough body instead [Pa], components (y, x).
+    precision : {"double", "single"}
+        Arithmetic of the transforms.
+    profile : stress_summary.Summary
+        Largest stresses over the depths, their places, what exceeds the yield strength.
+    section_x : ndarray, shape (6, nz, nx)
+        Tensors on the plane along x through the largest von Mises stress [Pa].
+    section_y : ndarray, shape (6, nz, ny)
+        Tensors on the plane along y through it [Pa].
+    version : str
+        Version of the program.
+    faces : tuple of coating_stress.Face
+        Of a coated body: the largest stresses of its surface and of both sides of its interfaces.
+    """
+
+    solution: ContactResult
+    body: str
+    friction: float
+    direction: float
+    precision: str
+    profile: stress_summary.Summary
+    section_x: NDArray[Any]
+    section_y: NDArray[Any]
+    version: str = field(default="")
+    traction: NDArray[Any] | None = None
+    faces: tuple[coating_stress.Face, ...] = ()  # Of the layers of a coated body
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        held = (*vars(self.profile).values(), self.section_x, self.section_y, self.traction)
+        for array in held:
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+
+    @property
+    def contact(self) -> ContactResult:
+        """The ``solution``, by its old name."""
+        return self.solution
+
+    @property
+    def material(self) -> Material:
+        """Material of the body."""
+        return self.solution.pair.material_of(self.body)
+
+    @property
+    def max_von_mises(self) -> float:
+        """Largest von Mises stress [Pa]."""
+        return self.profile.max_von_mises
+
+    @property
+    def max_von_mises_at(self) -> tuple[float, float, float]:
+        """Where it is: depth, y and x of its pixel [m], counted from the corner of the map."""
+        return self.profile.depth_of_max, *self.center(self.profile.pixel_of_max)
+
+    def center(self, pixel: tuple[int, int]) -> tuple[float, float]:
+        """Return y and x of the center of a pixel [m], counted from the corner of the map."""
+        (row, column), (dy, dx) = pixel, self.solution.surface.pixel
+        return (row + 0.5) * dy, (column + 0.5) * dx
+
+    @property
+    def max_tension(self) -> float | None:
+        """Largest principal stress in the surface [Pa]; ``None`` where the depths leave it out."""
+        return self.profile.max_tension
+
+    @property
+    def max_tension_at(self) -> tuple[float, float]:
+        """Where it is: y and x of its pixel [m], counted from the corner of the map."""
+        return self.center(self.profile.tension_pixel)
+
+    @cached_property
+    def parts(self) -> tuple[Part, ...]:
+        """The layers of a coated body, the outermost first, and its base; else none."""
+        body, depths = self.material, self.profile.depths
+        if not body.coating:
+            return ()
+        of = np.array([coating_stress.part_of(body, depth) for depth in depths.tolist()])
+        result = []
+        items = [layer.bulk for layer in body.coating]
+        for number, item in enumerate([*items, body.uncoated]):
+            within = np.flatnonzero(of == number)
+            if within.size:
+                place = within[self.profile.von_mises[within].argmax()]
+                strength, hard = item.yield_strength, item.hardness
+                by_hardness = strength is None and hard is not None
+                if strength is None and hard is not None:
+                    strength = hard / CEILING_FACTOR
+                usual = "base" if number == len(body.coating) else f"layer {number + 1}"
+                name = item.name or usual
+                largest = float(self.profile.von_mises[place])
+                result.append(Part(name, largest, float(depths[place]), strength, by_hardness))
+        return tuple(result)
+
+    @property
+    def yield_factor(self) -> float | None:
+        """Yield strength over the largest von Mises stress; ``None`` if it is unknown.
+
+        The whole pressure may grow by this factor until the first point yields. The load may
+        only where the contact area is unchanged; see `first_yield_load`.
+        """
+        return self.profile.yield_factor
+
+    @property
+    def yielded_volume(self) -> float | None:
+        """Volume where the von Mises stress exceeds the yield strength [m³]."""
+        return self.profile.yielded_volume
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.solution.cautions, *self.own_cautions])
+
+    @property
+    def own_cautions(self) -> tuple[Caution, ...]:
+        """Those of the stress itself."""
+        result = []
+        if self.yielded_volume:
+            result.append(
+                as_caution(
+                    Kind.YIELDED,
+                    "Material yields: this elastic stress is an upper bound. For plastic depth "
+                    "use the elastoplastic model.",
+                    volume=self.yielded_volume,
+                )
+            )
+        if self.max_von_mises > 0:
+            result += self._placed()
+        edge = max(self.solution.pair.pixel[self.solution.pair.is_profile :])
+        thinnest = min((layer.thickness for layer in self.material.coating), default=math.inf)
+        if edge > thinnest / 4:
+            result.append(
+                as_caution(
+                    Kind.STRESS_PIXEL,
+                    f"Pixel {engineering(edge, 'm', 3)} exceeds a quarter of a layer "
+                    f"({engineering(thinnest, 'm', 3)}): its stress depends on the grid.",
+                    depth=thinnest,
+                )
+            )
+        return tuple(result)
+
+    def _placed(self) -> Iterator[Caution]:
+        """Yield that the largest stress is where the depths, or the pixels, end."""
+        depth, depths = self.profile.depth_of_max, self.profile.depths
+        text = engineering(depth, "m", 3)
+        if depth == depths[-1]:
+            yield as_warning(
+                Kind.STRESS_DEPTH,
+                f"Maximum stress is at the deepest layer ({text}). Extend {ArgumentRef('depths')}.",
+                depth=depth,
+            )
+        if depth == 0:
+            yield as_caution(
+                Kind.STRESS_PIXEL,
+                "Maximum stress is at a sliding spot edge: error 1 % above 20 pixels per radius, "
+                "6 % at 6.",
+                depth=depth,
+            )
+        elif depth < 2 * max(self.solution.pair.pixel[self.solution.pair.is_profile :]):
+            yield as_caution(
+                Kind.STRESS_PIXEL,
+                f"Maximum stress is {text} deep, below 2 pixels: it depends on the grid.",
+                depth=depth,
+            )
+        elif depth == depths[0] != depths[-1]:
+            yield as_warning(
+                Kind.STRESS_DEPTH,
+                f"Maximum stress is at the shallowest layer ({text}). Add smaller "
+                f"{ArgumentRef('depths')}.",
+                depth=depth,
+            )
+
+    def von_mises_section(self, along: str) -> NDArray[Any]:
+        """Return the von Mises stress on a plane through its maximum.
+
+        Parameters
+        ----------
+        along : {"x", "y"}
+            The horizontal axis of the plane.
+
+        Returns
+        -------
+        ndarray, shape (nz, nx) or (nz, ny)
+            Equivalent stress [Pa].
+
+        Raises
+        ------
+        InputError
+            If ``along`` is something else.
+        """
+        if along not in ("x", "y"):
+            raise input_error("along", along, "must be 'x' or 'y'")
+        return von_mises(self.section_x if along == "x" else self.section_y)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write everything to a NetCDF file.
+
+        Parameters
+        ----------
+        path : str or path
+            File to write, ``.nc``; it appears only once it is complete. The dataset is that of
+            `to_dataset`.
+
+        Raises
+        ------
+        InputError
+            If the suffix is not ``.nc``.
+        OSError
+            If the file cannot be written; an old file survives.
+        """
+        packed = dict.fromkeys(archive.PACKED, netcdf.PACKED)
+        netcdf.write(to_dataset(self), path, packed)
+
+
+def to_dataset(result: StressResult) -> netcdf.Dataset:
+    """Return a stress result as a dataset."""
+    dataset = archive.to_dataset(result.solution)
+    add_profile(dataset, result.profile)
+    for axis, section in (("x", result.section_x), ("y", result.section_y)):
+        dataset[f"section_{axis}"] = _variable(
+            ("component", "depth", axis), section, "Pa",
+            f"stress on the plane along {axis} through the largest von Mises stress",
+        )  # fmt: skip
+    if result.traction is not None:
+        for axis, values in zip("yx", result.traction, strict=True):
+            dataset[f"traction_{axis}"] = _variable(
+                ("y", "x"), values, "Pa", f"tangential traction on the rough body along {axis}"
+            )
+    depth, y, x = result.max_von_mises_at
+    if result.faces:
+        dataset.attrs["faces"] = json.dumps([asdict(face) for face in result.faces])
+    dataset.attrs |= {
+        "title": "Stress below a contact of rough surfaces",
+        "body": result.body,
+        "friction": result.friction,
+        "direction": result.direction,
+        "direction_units": "degree",
+        "stress_precision": result.precision,
+        "max_von_mises": result.max_von_mises,
+        "max_von_mises_units": "Pa",
+        "max_von_mises_depth": depth,
+        "max_von_mises_y": y,
+        "max_von_mises_x": x,
+        "warnings": "\n".join(result.warnings),
+    }
+    return dataset
+
+
+def add_profile(dataset: netcdf.Dataset, profile: stress_summary.Summary) -> None:
+    """Add the largest stresses over the depth, and over the map."""
+    about = {"units": "m", "long_name": "depth below the surface"}
+    dataset["depth"] = ("depth", profile.depths, about)
+    dataset["component"] = ("component", list(COMPONENTS))
+    dataset["pass"] = ("pass", ["y", "x"])
+    over_depth = {
+        "von_mises": (profile.von_mises, "Pa", "largest von Mises stress"),
+        "tresca": (profile.tresca, "Pa", "largest Tresca stress"),
+        "row": (profile.pixels[:, 0], "1", "row of the largest von Mises stress"),
+        "column": (profile.pixels[:, 1], "1", "column of the largest von Mises stress"),
+    }
+    for name, described in over_depth.items():
+        dataset[name] = _variable(("depth",), *described)
+    dataset["orthogonal_shear"] = _variable(
+        ("depth", "pass"), profile.orthogonal_shear, "Pa",
+        "largest amplitude of the orthogonal shear stress in a pass along an axis",
+    )  # fmt: skip
+    if profile.yielded_area is not None:
+        # Of a profile the pixels are one metre wide.
+        extent, unit = ("length", "m") if profile.peak.shape[0] == 1 else ("area", "m2")
+        dataset["yielded_area"] = _variable(
+            ("depth",), profile.yielded_area, unit,
+            f"{extent} where the von Mises stress exceeds the yield strength",
+        )  # fmt: skip
+    dataset["peak_von_mises"] = _variable(
+        ("y", "x"), profile.peak, "Pa", "largest von Mises stress over depth"
+    )
+
+
+def _variable(
+    axes: tuple[str, ...], values: NDArray[Any], unit: str, long_name: str
+) -> tuple[tuple[str, ...], NDArray[Any], dict[str, str]]:
+    return axes, values, {"units": unit, "long_name": long_name}
+
+
+# Stress below a solved contact: where each body is strained most, and when it first yields.
+
+
+# Bytes of the blocks that a thread works on, beyond those of a solve.
+_THREAD = 2**23
+
+
+@shows_progress_bar
+@checked
+def subsurface_stress(
+    result: ContactResult,
+    depths: Quantities | ArrayLike | None = None,
+    *,
+    in_body: str = "body",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    traction: ArrayLike | None = None,
+    precision: str = "single",
+    progress: Tell = None,
+) -> StressResult:
+    """Return the elastic stress below a solved contact.
+
+    Parameters
+    ----------
+    result : ContactResult
+        The contact; its boundary is kept.
+    depths : array_like, or sequence of str or quantity of pint, optional
+        Depths z > 0 [m]; by default the surface and from half a pixel to three contact radii, with
+        more around the largest stress (`stress_summary.summarize`).
+    in_body : {"body", "counter_body"}
+        The rough body, or its counter-body. Both have the same pressure; the stress differs by
+        Poisson's ratio and by the sign of the friction.
+    friction : float
+        Coefficient μ of the traction μ p on the rough body. That it alters the pressure a little
+        between unlike bodies is neglected.
+    direction : float
+        Angle of that traction from x [degrees], counter-clockwise as seen in the map, whose first
+        row is drawn on top: 90 points to smaller y.
+    traction : array_like, shape (2, ny, nx), optional
+        Traction on the rough body instead [Pa], components (y, x): that of a partial slip.
+    precision : {"double", "single"}
+        Arithmetic of the transforms; single is good to 1e-6 of the largest pressure.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is called with a `Progress`, the number
+        of the depth.
+
+    Returns
+    -------
+    StressResult
+        Largest stresses, their places, and the planes through the largest.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, the body is rigid, or there is no pressure.
+    InsufficientMemoryError
+        If the memory that is free does not hold a few layers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from roughcontact import Material, Surface, solve
+    >>> y, x = np.mgrid[-31.5:32, -31.5:32] * 1e-6
+    >>> ball = Surface(-(x**2 + y**2) / (2 * 0.01), pixel=(1e-6, 1e-6))
+    >>> steel = Material(young=210e9, poisson=0.3, yield_strength=1e9)
+    >>> found = subsurface_stress(solve(ball, material=steel, load=0.1))
+    >>> round(found.max_von_mises / found.solution.max_pressure, 2)
+    0.62
+    """
+    material = result.pair.material_of(in_body)
+    if math.isinf(material.young) and not material.coating:
+        raise InputError(f"the {BODIES[in_body]} is rigid: there is no stress in it to compute")
+    wanted = quantity(depths, "length", "depths")
+    _check_depths(wanted)
+    require_memory(
+        result.surface.shape, boundary=result.boundary, precision=precision, friction=friction,
+        partial_slip=traction is not None,
+    )  # fmt: skip
+    options = {**loading(result.pair, in_body, friction, direction), "precision": precision}
+    if traction is not None:
+        traction = checked_traction(traction, result.pressure.shape, friction).copy()
+        options["traction"] = traction if in_body == "body" else -traction
+    options["tell"] = each_part(progress, "stress below the surface")
+    found, faces = (_in_layers if material.coating else _in_bulk)(result, material, wanted, options)
+    return StressResult(
+        result, in_body, friction, direction, precision, found[0], found[1], found[2],
+        __version__, traction, faces,
+    )  # fmt: skip
+
+
+def _in_bulk(
+    result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
+) -> tuple[Any, tuple[coating_stress.Face, ...]]:
+    """Return the summary of a body with its sections; it has no faces."""
+    return stress_summary.summarize_with_sections(
+        result.pressure, result.pair.pixel, material.poisson,
+        depths=depths, yield_strength=material.yield_strength, **options,
+    ), ()  # fmt: skip
+
+
+def _in_layers(
+    result: ContactResult, material: Material, depths: Any, options: dict[str, Any]
+) -> tuple[Any, tuple[coating_stress.Face, ...]]:
+    """Return the summary of a coated body with its sections, and what its faces bear."""
+    if options["friction"] or "traction" in options:
+        raise InputError("is not available for a coated body; leave it out", argument="friction")
+    pressure, pixel, boundary = result.pressure, result.pair.pixel, result.boundary
+    if result.pair.is_profile and boundary.free_axes:
+        raise InputError(
+            f"= {str(boundary)!r} is not available for layers below a profile; solve with "
+            f"{str(Boundary.PERIODIC)!r}", argument="boundary", value=boundary,
+        )  # fmt: skip
+    # What layers change is computed on a larger map.
+    larger = (2 * pressure.shape[0], 2 * pressure.shape[1])
+    require_memory(larger, boundary=boundary, precision=options["precision"])
+    stress = coating_stress.field_of(
+        pressure, pixel, material, boundary, options["precision"], Workspace()
+    )
+    if depths is None:
+        depths = graded_depths(pressure, pixel, boundary=boundary)
+    listed = coating_stress.depths_with_faces(material, np.asarray(depths, dtype=np.float64))
+    summary = stress_summary.summarize_field(
+        stress, pressure, listed, pixel[0] * pixel[1], options["tell"]
+    )
+    return summary, coating_stress.faces(stress, material)
+
+
+def _check_depths(depths: ArrayLike | None) -> None:
+    if depths is None:
+        return
+    minimum = float(row(depths, "depths").min())
+    if minimum <= 0:
+        raise InputError(
+            f"must lie below the surface, got {minimum!r} m; the "
+            "surface itself is `stress.slices` at 0",
+            argument="depths",
+            value=minimum,
+        )
+
+
+def loading(pair: Pair, body: str, friction: float, direction: float) -> dict[str, Any]:
+    """Return the surface loads of a body in the form of `halfspace.stress`."""
+    return {
+        "boundary": pair.boundary,
+        "friction": friction if body == "body" else -friction,
+        # A map is drawn with y downwards. Zero minus zero has no sign.
+        "direction": math.radians(0.0 - direction),
+    }
+
+
+def memory_estimate(
+    shape: tuple[int, int],
+    *,
+    boundary: str = "free",
+    precision: str = "single",
+    friction: float = 0.0,
+    partial_slip: bool = False,
+) -> int:
+    """Return the memory that `subsurface_stress` needs beyond the contact itself."""
+    ny, nx = shape
+    pixels, real = ny * nx, 4 if precision == "single" else 8
+    # Of a traction map three loads have a spectrum and a place in memory.
+    loads = 3 if partial_slip else 1
+    friction = friction or float(partial_slip)
+    # Scaled pressure and largest stress over depth; row spectra of six components.
+    maps = 8 * (3 * loads - 2) * pixels + real * pixels + overhead() + _THREAD * default_workers()
+    if friction != 0:
+        # For the rims: scaled pressure, displacement, and the stress along the surface.
+        maps += (8 + 8 + 3 * real) * pixels
+        maps += max(Boundary(boundary).operator_memory(shape, "double") - 6 * real * pixels, 0)
+    if not Boundary(boundary).free_axes:
+        return maps + (6 + loads) * real * ny * (nx + 2)
+    padded = (2 * ny) * (2 * nx + 2)
+    # Spectra of the pressure, the second with room to blend kernels; samples of the kernels.
+    spectra = real * padded + (real * padded * 25 // 16 if precision == "single" else 0)
+    spectra *= loads
+    kernels = 6 if friction == 0 else 12
+    return maps + 6 * real * padded // 2 + spectra + kernels * real * (ny + 1) * (nx + 1)
+
+
+def require_memory(
+    shape: tuple[int, int],
+    *,
+    boundary: str = "free",
+    precision: str = "single",
+    friction: float = 0.0,
+    partial_slip: bool = False,
+) -> None:
+    """Raise `InsufficientMemoryError` unless the stress below a map fits into what is free."""
+    needed = memory_estimate(
+        shape, boundary=boundary, precision=precision, friction=friction, partial_slip=partial_slip
+    )
+    memory.require(
+        needed,
+        f"the stress below {shape[0]} × {shape[1]} points needs",
+        advice=("solve the contact on a part of the map, surface.cropped(...)",),
+    )
+
+
+# --- First yield below a contact: the load at which the first point of a body yields ---
+
+
+# Largest step of the search for first yield, and most contacts that it solves.
+_STEP = 1000.0
+_SOLVES = 40
+
+
+@checked
+def first_yield_load(
+    surface: Surface,
+    *,
+    material: Material,
+    counter_material: Material = RIGID,
+    counter_surface: CounterSurface | None = None,
+    body: str = "body",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    boundary: str = "free",
+    initial_load: Quantity | None = None,
+    tolerance: float = 1e-3,
+) -> StressResult:
+    """Return the contact and the stress at the load of first yield.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, boundary
+        As for `contact.solve`; the contact is elastic, without a ceiling.
+    body, friction, direction
+        As for `subsurface_stress`.
+    initial_load : float, optional
+        Load to begin with [N]; by default that of one pixel at 1.6 times the yield strength.
+    tolerance : float
+        How close the largest von Mises stress must come to the yield strength, relatively.
+
+    Returns
+    -------
+    StressResult
+        Its ``solution.load`` is the load of first yield.
+
+    Raises
+    ------
+    InputError
+        If the body is rigid or has no yield strength, or an argument cannot be used.
+    ConvergenceError
+        If no such load is found.
+
+    Notes
+    -----
+    The largest stress grows with the load as a power that is 1/3 for a sphere and depends on the
+    shape else, so each step is a secant of their logarithms, kept between the loads known to be
+    too light and too heavy. A surface that is rough down to the pixel yields at its sharpest summit
+    under next to no load: the answer then is one of the resolution.
+    """
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    return onset(pair, body, friction, direction, start=initial_load, tolerance=tolerance)
+
+
+def onset(
+    pair: Pair,
+    body: str = "body",
+    friction: float = 0.0,
+    direction: float = 0.0,
+    *,
+    start: Quantity | None = None,
+    tolerance: float = 1e-3,
+) -> StressResult:
+    """Return the contact of two bodies at which the first point of one yields."""
+    require_positive(tolerance=tolerance)
+    pair.require_uncoated("the stress below the surface")
+    if not pair.is_profile:
+        pair.boundary.require_stress()
+    first = quantity(start, "force", "start")
+    if first is not None:
+        require_positive(start=first)
+    strength = _yield_strength(pair, body)
+    load: float = first or 1.6 * strength * pair.pixel[0] * pair.pixel[1]
+    known: list[tuple[float, float]] = []
+    last: ContactResult | None = None
+    for _ in range(_SOLVES):
+        last = press(pair, LoadCase(load=load, ceiling=None), start=last)
+        profile = stress_summary.summarize(
+            last.pressure, pair.pixel, pair.material_of(body).poisson,
+            **loading(pair, body, friction, direction),
+        )  # fmt: skip
+        excess = math.log(profile.max_von_mises / strength)
+        if abs(excess) <= tolerance:
+            return subsurface_stress(last, in_body=body, friction=friction, direction=direction)
+        known.append((math.log(load), excess))
+        load = math.exp(_next(known))
+    assert last is not None
+    raise ConvergenceError(
+        f"no load found at which the largest stress is the yield strength: after {_SOLVES} "
+        f"contacts it is {math.exp(known[-1][1]):.4g} of it at {last.load:.6g} {pair.load_unit}",
+        last,
+    )
+
+
+def _yield_strength(pair: Pair, body: str) -> float:
+    material = pair.material_of(body)
+    if material.yield_strength is None or math.isinf(material.young):
+        raise InputError(f"the {BODIES[body]} has no yield strength: give its material one")
+    return material.yield_strength
+
+
+def _next(known: list[tuple[float, float]]) -> float:
+    """Return where an increasing function should vanish, from points of it."""
+    light = max((x for x, y in known if y < 0), default=-math.inf)
+    heavy = min((x for x, y in known if y > 0), default=math.inf)
+    (index, value), *others = sorted(known, key=lambda point: abs(point[1]))
+    slope = 1 / 3
+    if others and others[0][0] != index:
+        slope = max((others[0][1] - value) / (others[0][0] - index), 0.0) or slope
+    maximum = math.log(_STEP)
+    guess = index + min(max(-value / slope, -maximum), maximum)
+    # A secant that leaves the bracket, or creeps along it from one side, is halved instead.
+    stuck = len(known) > 3 and len({y > 0 for _, y in known[-3:]}) == 1
+    if light < heavy < math.inf and light > -math.inf and (stuck or not light < guess < heavy):
+        return 0.5 * (light + heavy)
+    return guess

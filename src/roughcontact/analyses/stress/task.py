@@ -1,0 +1,132 @@
+"""The task ``stress``: the elastic stress below a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+from roughcontact.analyses.solve import task as solve
+from roughcontact.errors import InputError
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import options, parsing
+from roughcontact.request.options import Option, Panel, file, flag
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+IN_BODY = Option(
+    "in-body", Panel.BODIES, "body|counter-body", "Body whose stress is computed; default: body.",
+    parsing.choice("body", "counter-body"), "body",
+)  # fmt: skip
+FRICTION = Option(
+    "friction",
+    Panel.BODIES,
+    "NUMBER",
+    "Friction coefficient in full sliding; default: 0.",
+    parsing.number,
+    0.0,
+)
+DIRECTION = Option(
+    "direction", Panel.BODIES, "DEGREES",
+    "Traction direction, degrees counterclockwise from x; default: 0.",
+    parsing.number, 0.0,
+)  # fmt: skip
+DEPTHS = Option(
+    "depths", Panel.SOLVER, "LENGTHS",
+    'Depths: "1 um, 2 um"; default: automatic.',
+    parsing.lengths, None,
+)  # fmt: skip
+FIRST_YIELD = flag("first-yield", Panel.SOLVER, "Also compute the load of first yield.")
+OUTPUT = file("output", "FILE.nc", "Contact and stress as NetCDF.", (".nc",))
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.stress.model import onset, subsurface_stress
+
+    Boundary(request[options.BOUNDARY]).require_stress()
+    contact = solve.contact(request, work, calibrated=False)
+    solution = replace(contact, extra_cautions=work.extra_cautions)
+    if not contact.converged:
+        return Outcome(request, solution, solution)
+    body = "body" if request[IN_BODY] == "body" else "counter_body"
+    traction: dict[str, Any] = {"friction": request[FRICTION], "direction": request[DIRECTION]}
+    with _naming_body():
+        stress = subsurface_stress(
+            contact, request[DEPTHS], in_body=body, progress=work.look, **traction
+        )
+        extras = {}
+        if request[FIRST_YIELD]:
+            work.say("searching the load of first yield")
+            extras["first_yield"] = onset(contact.pair, body, **traction)
+    return Outcome(request, replace(stress, solution=solution), solution, extras)
+
+
+@contextmanager
+def _naming_body() -> Iterator[None]:
+    """Let errors speak of the option that says which body."""
+    try:
+        yield
+    except InputError as error:
+        error.argument = IN_BODY.argument if error.argument == "body" else error.argument
+        raise
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.stress.model import require_memory
+
+    request.require_contact(shape)
+    boundary = Boundary(request[options.BOUNDARY])
+    require_memory(shape, boundary=boundary, friction=request[FRICTION])
+
+
+def _record(outcome: Outcome) -> dict[str, Any]:
+    from roughcontact.formats import tables
+
+    if outcome.result is outcome.contact:
+        return solve.record(outcome)
+    record = {**tables.record(outcome.result.solution), "stress": outcome.result.summary()}
+    if "first_yield" in outcome.extras:
+        record["first_yield"] = outcome.extras["first_yield"].summary()
+    return record
+
+
+def _figures(_: Request) -> tuple[str, ...]:
+    from roughcontact.analyses.stress import illustrations as stress_illustrations
+    from roughcontact.report import figures
+
+    return figures.names(stress_illustrations.STRESS)
+
+
+TASK = Task(
+    "stress",
+    """Compute subsurface stress and the load of first yield.
+
+\b
+Example:
+roughcontact stress ground.x3p --load "100 MPa" --boundary periodic \\
+    --material 42CrMo4 --output stress.nc --figures out
+""",
+    (
+        *options.MAP, *options.LOADS, *options.BODIES, *options.COATINGS, IN_BODY, FRICTION,
+        DIRECTION, DEPTHS,
+        FIRST_YIELD, *options.SOLVER, OUTPUT, options.REPORT, options.FIGURES, *options.SHOWN,
+    ),
+    (
+        options.LOAD, *options.BODY_CONSTANTS, FRICTION, FIRST_YIELD, options.MISSING, OUTPUT,
+        options.REPORT,
+    ),
+    run=_run,
+    rules=options.LOAD_RULES,
+    record=_record,
+    memory=_memory,
+    figures=_figures,
+    questions=(
+        Question(
+            "Subsurface stress",
+            "Elastic stress below this contact, and the point of first yield.",
+            (IN_BODY, FRICTION, DIRECTION, DEPTHS, FIRST_YIELD),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,1 @@
+"""Contacts under rising loads."""

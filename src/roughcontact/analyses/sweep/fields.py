@@ -1,0 +1,194 @@
+"""Quantities and columns of a load curve, and its works."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from roughcontact.analyses.sweep.model import LoadCurve
+from roughcontact.contact.result import CALIBRATED
+from roughcontact.references import cited
+from roughcontact.report import phrases
+from roughcontact.report.citations import CEILING, RECOMMENDED, Uses, of_maps, solved_of
+from roughcontact.report.contact_fields import BOUNDARY, LOAD, ceiling_stored
+from roughcontact.report.kind import (
+    CAUTIONS,
+    TRUST,
+    Column,
+    Columns,
+    Quantity,
+    Table,
+    pick,
+    quantity_of,
+)
+from roughcontact.units import percent, tiny
+
+
+def share_of(key: str) -> Callable[[Any], list[float]]:
+    """Return an area of each step as a share of the nominal one."""
+    return lambda result: [getattr(step, key) / _nominal(result) for step in result.steps]
+
+
+def _nominal(result: Any) -> float:
+    if isinstance(result, LoadCurve):
+        return result.nominal_area
+    return result.last.nominal_area
+
+
+def _worst(result: Any) -> float:
+    return max(step.certificate for step in result.steps)
+
+
+def certificates_of() -> Quantity:
+    """Return the row of the worst certificate."""
+    return Quantity(
+        "worst_certificate", "certificates", symbol="ε", of=_worst,
+        form=lambda v: f"{v:.1e} at most", part=TRUST, stored=False,
+    )  # fmt: skip
+
+
+def _slope(curve: LoadCurve) -> str:
+    slope = f"{curve.low_load_slope:.4g}"
+    if curve.low_loads.any():
+        return f"{slope}; theory 1.6 (Persson) to 2.5 (Bush, Gibson, Thomas)"
+    return f"{slope} at the smallest load; none is low (5 % of the map) and elastic"
+
+
+def given_loads_of(unit: Callable[[Any], str] = lambda _: "N") -> Quantity:
+    """Return the row of the loads as they were given."""
+    return Quantity(
+        "given_loads", "loads given as",
+        of=lambda r: [item.summary() for item in r.specified_load],
+        text=lambda r: phrases.given_loads(r.specified_load, unit(r)),
+        when=lambda r: bool(r.specified_load),
+    )  # fmt: skip
+
+
+CURVE: Table = (
+    Quantity("source"),
+    Quantity("preparation", of=lambda curve: list(curve.preparation)),
+    Quantity("control"),
+    given_loads_of(lambda curve: "N/m" if curve.is_profile else "N"),
+    Quantity("boundary", of=lambda curve: str(curve.boundary)),
+    Quantity("nominal_area", unit="m²"),
+    Quantity("contact_modulus", unit="Pa"),
+    Quantity("rms_gradient", "root-mean-square slope", symbol="h′"),
+    Quantity("ceiling", unit="Pa", of=ceiling_stored),
+    Quantity(
+        "low_load_slope", "low-load slope", symbol="κ", meaning="of A = κ W/(E* h′)", text=_slope,
+        when=lambda curve: math.isfinite(curve.low_load_slope),
+    ),
+    *CAUTIONS,
+    certificates_of(),
+)  # fmt: skip
+"""Of a `LoadCurve`."""
+
+
+def _ends(curve: LoadCurve, name: str, end: str) -> list[float]:
+    return [getattr(known.of(name), end, math.nan) for known in curve.intervals]
+
+
+def _contact_intervals(curve: LoadCurve) -> list[str]:
+    low, high = (_ends(curve, "contact_fraction", end) for end in ("low", "high"))
+    return [phrases.between(*pair, form=phrases.share) for pair in zip(low, high, strict=True)]
+
+
+_INTERVALS: Columns = (
+    Column(
+        "contact", "95 of 100", shown=_contact_intervals, form=str, stored=False,
+        when=lambda curve: bool(curve.intervals),
+    ),
+    *(
+        Column(
+            f"{name}_{end}", unit=unit, of=partial(_ends, name=name, end=end),
+            when=lambda curve: bool(curve.intervals),
+        )
+        for name, unit in (
+            ("contact_fraction", "1"), ("saturated_fraction", "1"), ("mean_gap", "m"),
+            ("approach", "m"), ("stiffness", "N/m"), ("max_pressure", "Pa"),
+        )
+        for end in ("value", "low", "high")
+    ),
+)  # fmt: skip
+"""Of the intervals of each step of a `LoadCurve`, where it has them."""
+
+
+CURVE_COLUMNS: Columns = (
+    Column("load", "load", unit="N"),
+    Column("approach", "approach", unit="m"),
+    Column("contact_area", "contact", unit="m²", shown=share_of("contact_area"), form=percent),
+    Column("perimeter_corrected_area", unit="m²"),
+    Column(
+        "saturated_area", "saturated", unit="m²", shown=share_of("saturated_area"), form=percent,
+    ),
+    Column("max_pressure", "largest pressure", unit="Pa", brief=False),
+    Column("mean_gap", "mean gap", unit="m"),
+    Column("stiffness", "stiffness", unit="N/m"),
+    Column("unloading_stiffness", unit="N/m"),
+    Column("spots", "spots"),
+    Column("mean_spot_area", unit="m²"),
+    Column("largest_spot_area", unit="m²"),
+    Column("certificate", "certificate", form=tiny, brief=False),
+    Column("load_error"),
+    Column(
+        "pressure_ceiling", "ceiling", unit="Pa", of=lambda c: c.column("ceiling"),
+        when=lambda c: isinstance(c.ceiling, str),
+    ),
+    Column("convolutions"),
+    Column("seconds", unit="s"),
+    Column("constriction_length", unit="m", of=lambda c: c.constriction_length.tolist()),
+    Column("persson_contact_area", unit="m²", of=lambda c: c.persson[0].tolist()),
+    Column("persson_saturated_area", unit="m²", of=lambda c: c.persson[1].tolist()),
+    *_INTERVALS,
+)  # fmt: skip
+"""Of the steps of a `LoadCurve`."""
+
+
+def _column(key: str, new: str = "", **changes: Any) -> Column:
+    result = next(column for column in CURVE_COLUMNS if column.key == key)
+    of = result.of or (lambda curve: [getattr(step, key) for step in curve.steps])
+    return replace(result, key=new or key, of=of, **changes)
+
+
+PROFILE_CURVE: Table = (
+    *pick(CURVE, "source", "preparation", "control", "given_loads"),
+    Quantity("kind", of=lambda _: "profile"),
+    Quantity("boundary", of=lambda curve: BOUNDARY[curve.boundary][0]),
+    Quantity("length", unit="m", of="nominal_area"),
+    *pick(CURVE, "contact_modulus", "rms_gradient", "ceiling", "warnings", "cautions"),
+    quantity_of(CURVE, "worst_certificate"),
+)
+"""Of a `LoadCurve` of profiles."""
+
+
+PROFILE_CURVE_COLUMNS: Columns = (
+    _column("load", unit=LOAD),
+    _column("approach"),
+    _column("contact_area", "contact_length", unit="m", shown=share_of("contact_area")),
+    _column("saturated_area", "saturated_length", unit="m", shown=share_of("saturated_area")),
+    *(_column(key) for key in ("max_pressure", "mean_gap")),
+    *(_column(key, unit="N/m/m") for key in ("stiffness", "unloading_stiffness")),
+    _column("spots", "segments", name="segments"),
+    _column("mean_spot_area", "mean_segment", unit="m"),
+    _column("largest_spot_area", "largest_segment", unit="m"),
+    *(_column(key) for key in ("certificate", "load_error", "pressure_ceiling")),
+    *(_column(key) for key in ("convolutions", "seconds")),
+)
+"""Of the steps of a `LoadCurve` of profiles."""
+
+
+def of_curve(curve: LoadCurve) -> Uses:
+    """Yield the works of a load curve."""
+    known = curve.softer is not None and curve.softer.yield_strength is not None
+    yield from of_maps(curve.origins, curve.is_profile)
+    yield from solved_of(curve.boundary, curve.is_profile, known)
+    if curve.ceiling is not None:
+        yield CEILING
+    if isinstance(curve.ceiling, str) and curve.ceiling == CALIBRATED:
+        yield RECOMMENDED
+    if not curve.is_profile:
+        yield cited("area at small loads", "Bush1975", "Persson2001", "Hyun2004")
+    yield cited("conductance from the stiffness", "Barber2003")

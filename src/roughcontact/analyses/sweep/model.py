@@ -1,0 +1,574 @@
+"""Load curves: the same contact under one load after the other."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from roughcontact._tools import checkpoints
+from roughcontact._tools.arguments import checked
+from roughcontact._tools.checkpoints import Place
+from roughcontact._tools.deprecated import Renamed
+from roughcontact.cautions import Caution, ordered
+from roughcontact.contact.ceiling import resolved_ceiling
+from roughcontact.contact.load_case import GivenLoad, Load, LoadCase, resolve_force
+from roughcontact.contact.pair import CounterSurface, Pair
+from roughcontact.contact.plausibility import over_loads
+from roughcontact.contact.result import CALIBRATED, CalibrationRecord, ContactResult
+from roughcontact.contact.solve import press
+from roughcontact.contact.stiffness import growth, predict_pressure, unloading_stiffness
+from roughcontact.contact.validation import check, check_profile
+from roughcontact.errors import (
+    ArgumentRef,
+    ConvergenceError,
+    InputError,
+    Sentence,
+    input_error,
+)
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.material.material import RIGID, Material, softer
+from roughcontact.result import Result
+from roughcontact.solvers.progress import Progress, Tell, numbered, shows_progress_bar
+from roughcontact.surface import roughness
+from roughcontact.surface.provenance import Provenance
+from roughcontact.surface.surface import Surface
+from roughcontact.theory import persson
+from roughcontact.units import Quantities, Quantity, quantity
+
+Array = NDArray[np.float64]
+
+LOW_LOAD = 0.05
+"""Contact fraction up to which the area is taken as proportional to the load."""
+
+LOW_SATURATION = 0.1
+"""Saturated part of the contact area up to which it is taken for that of an elastic contact."""
+
+
+@dataclass(frozen=True)
+class LoadStep(Renamed):
+    """The scalars of one solved load."""
+
+    load: float  # W [N]
+    approach: float  # ω [m]
+    contact_area: float  # Real contact area [m²]: the pixels with pressure
+    perimeter_corrected_area: float  # The same without the excess of its rim
+    saturated_area: float  # Area at the ceiling [m²]
+    max_pressure: float  # Largest pressure [Pa]
+    mean_gap: float  # Mean open gap [m]
+    stiffness: float  # dW/dω [N/m] as the load grows
+    unloading_stiffness: float  # The same as the load begins to fall [N/m]
+    spots: int  # Number of contact spots
+    mean_spot_area: float  # [m²]
+    largest_spot_area: float  # [m²]
+    certificate: float  # How exactly the step is solved
+    load_error: float  # Relative
+    convolutions: int  # On the full grid
+    seconds: float  # Wall time of the solve
+    ceiling: float = math.nan  # Largest pressure allowed [Pa]
+
+
+_FIELDS = tuple(item.name for item in fields(LoadStep))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LoadCurve(Result):
+    """Contact over load, with the fitted simple laws.
+
+    Parameters
+    ----------
+    steps : tuple of LoadStep
+        The solved loads, ascending.
+    control : {"load", "approach"}
+        Which of the two was given.
+    nominal_area : float
+        Area of the whole map [m²].
+    contact_modulus : float
+        NaN of coated bodies, which no theory here is for.
+        E* [Pa].
+    rms_gradient : float
+        h′ of the gap at first touch.
+    ceiling : float, ndarray of shape (ny, nx), "calibrated" or None
+        Largest pressure allowed [Pa]; where each load has its own, the steps hold it.
+    boundary : Boundary
+        What lies beyond the edges of the map.
+    origins : tuple of Provenance
+        Where the maps came from and what was done to them, the counter-body's last.
+    softer : Material or None
+        The body with the smaller ceiling; None where no strength is known.
+    messages : tuple of Caution
+        What the contacts under these loads give cause for.
+    extra_cautions : tuple of Caution
+        What else is known of the numbers, from the measurement of the maps.
+    is_profile : bool
+        Whether the bodies are profiles: loads are per length [N/m], areas lengths [m].
+    specified_load : tuple of GivenLoad
+        The loads in the form in which they were given, those that were no forces.
+    intervals : tuple of Uncertainty
+        Intervals of each load that include the instrument, where they were computed.
+    _solve_largest : callable, optional
+        Solves the contact under the last load again, for a report.
+    """
+
+    steps: tuple[LoadStep, ...]
+    control: str
+    nominal_area: float
+    contact_modulus: float
+    rms_gradient: float
+    ceiling: float | NDArray[np.float64] | str | None
+    boundary: Boundary
+    origins: tuple[Provenance, ...]
+    softer: Material | None = None
+    messages: tuple[Caution, ...] = ()
+    extra_cautions: tuple[Caution, ...] = ()
+    is_profile: bool = False
+    specified_load: tuple[GivenLoad, ...] = ()
+    intervals: tuple[Any, ...] = ()
+    _solve_largest: Callable[[], ContactResult] | None = field(default=None, repr=False)
+
+    @cached_property
+    def largest(self) -> ContactResult:
+        """The contact under the last load, solved again from its pressure."""
+        if self._solve_largest is None:
+            raise InputError("this load curve does not hold its contacts: sweep again")
+        return self._solve_largest()
+
+    @property
+    def source(self) -> str:
+        """Where the map came from."""
+        return self.origins[0].source
+
+    @property
+    def preparation(self) -> tuple[str, ...]:
+        """What was done to it, one sentence each."""
+        return self.origins[0].steps
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What a reader of the numbers has to know, the severest first."""
+        return ordered([*self.messages, *self.extra_cautions])
+
+    def column(self, name: str) -> Array:
+        """Return one field of all steps, shape (n,); see `LoadStep` for names and units."""
+        if name not in _FIELDS:
+            raise input_error("name", name, f"must be one of {', '.join(_FIELDS)}")
+        return np.array([getattr(step, name) for step in self.steps], dtype=float)
+
+    @property
+    def constriction_length(self) -> Array:
+        """Length 2 (dW/dω)/E* of the whole contact, its saturated pixels included [m], shape (n,).
+
+        Divided by the sum of the resistivities of the two bodies it is the electrical conductance
+        of the contact, and likewise the thermal one (Barber 2003, doi:10.1098/rspa.2002.1038); a
+        circle of radius a has 4 a, elastic or saturated: yielded metal conducts.
+        """
+        return 2 * self.column("unloading_stiffness") / self.contact_modulus
+
+    @cached_property
+    def low_loads(self) -> NDArray[np.bool_]:
+        """Which loads touch no more than a twentieth of the map and hardly saturate, shape (n,)."""
+        area, load = self.column("perimeter_corrected_area"), self.column("load")
+        return (
+            (area <= LOW_LOAD * self.nominal_area)
+            & (self.column("saturated_area") <= LOW_SATURATION * area)
+            & (load > 0)
+        )
+
+    @cached_property
+    def low_load_slope(self) -> float:
+        """κ of A = κ W/(E* h′), where no more than a twentieth of the map touches.
+
+        Least squares through the origin on the corrected contact area of the `low_loads`, at which
+        no more than a tenth of it is saturated; without any, the secant from the origin to the
+        smallest load, which is that of no theory. NaN without load. Theory: √(2π) = 2.5 (Bush,
+        Gibson and Thomas 1975), √(8/π) = 1.6 (Persson 2001); boundary elements: 1.8 to 2.3 (Hyun
+        et al. 2004). It means something where there are many spots.
+        """
+        area, load = self.column("perimeter_corrected_area"), self.column("load")
+        taken = self.low_loads
+        if not taken.any():
+            if not (load > 0).any():
+                return math.nan
+            taken = load == load[load > 0].min()
+        slope = float(area[taken] @ load[taken] / (load[taken] @ load[taken]))
+        return slope * self.contact_modulus * self.rms_gradient
+
+    @property
+    def persson(self) -> tuple[Array, Array]:
+        """Contact and saturated area by Persson's theory [m²], each of shape (n,).
+
+        With a ceiling that differs from pixel to pixel its mean is taken. NaN where the mean
+        pressure exceeds the ceiling.
+        """
+        ceiling = self.ceiling
+        fixed = None if ceiling is None or isinstance(ceiling, str) else float(np.mean(ceiling))
+        pairs = []
+        for step in self.steps:
+            mean = step.load / self.nominal_area
+            limit = step.ceiling if isinstance(ceiling, str) else fixed
+            unknown = math.isnan(self.contact_modulus) or (limit is not None and mean > limit)
+            if mean == 0 or unknown:
+                pairs.append((0.0, 0.0) if mean == 0 else (math.nan, math.nan))
+            else:
+                pairs.append(
+                    persson.persson_fractions(mean, self.contact_modulus, self.rms_gradient, limit)
+                )
+        table = np.array(pairs).reshape(-1, 2) * self.nominal_area
+        return table[:, 0], table[:, 1]
+
+
+# --- Load curves: the same contact under one load after the other ---
+
+
+HELD = 5
+"""Maps held while a step is prepared: pressure and gap of that before, their rates, the start."""
+
+
+@shows_progress_bar
+@checked
+def sweep(
+    surface: Surface,
+    *,
+    material: Material,
+    loads: str | Quantities | Sequence[Quantity | Load] | None = None,
+    approaches: Quantities | None = None,
+    counter_material: Material = RIGID,
+    counter_surface: CounterSurface | None = None,
+    ceiling: Quantity | ArrayLike | None = "auto",
+    boundary: str = "free",
+    tolerance: float | None = None,
+    max_iterations: int = 2000,
+    precision: str = "double",
+    folder: str | os.PathLike[str] | None = None,
+    progress: Tell = None,
+) -> LoadCurve:
+    """Compute a load curve: the contact under ascending loads.
+
+    Parameters
+    ----------
+    surface, material, counter_material, counter_surface, ceiling, boundary, tolerance, \
+max_iterations, precision
+        As for `solve`. With ``"calibrated"`` every load has its own ceiling.
+    loads : sequence of float, str, quantity of pint, or `Load`
+        Normal loads W, ascending: numbers in N, or in any form that `solve` takes, as ``"1 N"`` or
+        ``"20 MPa, 50 MPa"``; give either this or ``approaches``.
+    approaches : sequence of float, str or quantity of pint
+        Approaches ω [m], ascending.
+    folder : path, optional
+        Folder in which every step is saved; created if missing. The same call resumes after the
+        last finished step, with the same numbers.
+    progress : callable or bool, optional
+        ``True`` draws a bar on standard error; a function is
+        called with a `Progress`: the number of the load and the solver's `Step`.
+
+    Returns
+    -------
+    LoadCurve
+        The scalars of every step.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the folder is in use or holds another sweep.
+    FormatError
+        If a step in the folder is damaged, or of another load.
+    CapacityError, InsufficientMemoryError
+        As for `solve`; the largest load is checked before the first step.
+    ConvergenceError
+        If a step did not reach the tolerance; the steps before it stay in the folder.
+
+    Notes
+    -----
+    Each solve starts from the load before it, whose pressure and gap are extrapolated where the
+    stiffness is known. The model keeps no history: every step is the same as if it were solved
+    alone, within its certificate.
+
+    Examples
+    --------
+    >>> import roughcontact as rc
+    >>> heights, pixel = rc.reference_map(64)
+    >>> steel = rc.Material(young=210e9, poisson=0.3)
+    >>> curve = rc.sweep(rc.Surface(heights, pixel), material=steel, loads=[0.1, 1, 10])
+    >>> bool((np.diff(curve.column("contact_area")) > 0).all())
+    True
+    """
+    if (loads is None) == (approaches is None):
+        raise InputError(
+            f"give either {ArgumentRef('loads')} or {ArgumentRef('approaches')}, and only one of "
+            "them"
+        )
+    pair = Pair.of(surface, material, counter_surface, counter_material, boundary)
+    terms = LoadCase(None, None, None, ceiling, tolerance, max_iterations, precision)
+    listed = [] if loads is None else _listed(pair, loads)
+    resolved = [resolve_force(load, pair, "loads") for load in listed]
+    forces = None if loads is None else [force for force, _ in resolved]
+    stated = tuple(specified for _, specified in resolved if specified is not None)
+    control = "load" if approaches is None else "approach"
+    sweep = _Sweep(pair, terms, control, _ascending(pair, forces, approaches), stated)
+    sweep.check()
+    if folder is None:
+        return sweep.curve(_steps(sweep, None, progress))
+    with checkpoints.lock_folder(
+        folder, sweep.record(), kind="sweep", record="sweep.json", pattern="step-*.npz"
+    ) as place:
+        return sweep.curve(_steps(sweep, place, progress))
+
+
+def contact_curve(
+    surface: Surface,
+    loads: list[float],
+    progress: Tell = None,
+    *,
+    material: Material,
+    counter_material: Material = RIGID,
+    boundary: str = "free",
+    **terms: Any,
+) -> LoadCurve:
+    """Return a load curve without stiffnesses, which take more than the contacts; see `sweep`."""
+    pair = Pair.of(surface, material, None, counter_material, boundary)
+    sweep = _Sweep(
+        pair, LoadCase(**terms), "load", _ascending(pair, loads, None), has_stiffness=False
+    )
+    sweep.check()
+    return sweep.curve(_steps(sweep, None, progress))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """The loads or approaches wanted of two bodies."""
+
+    pair: Pair
+    terms: LoadCase
+    control: str
+    values: list[float]
+    specified_load: tuple[GivenLoad, ...] = ()
+    has_stiffness: bool = True
+
+    def terms_at(self, value: float) -> LoadCase:
+        """Return the terms of one load or approach."""
+        if self.control == "load":
+            return replace(self.terms, load=value)
+        return replace(self.terms, approach=value)
+
+    @property
+    def own(self) -> bool:
+        """Whether each load has a ceiling of its own."""
+        ceiling = self.terms.ceiling
+        return isinstance(ceiling, str) and ceiling == CALIBRATED
+
+    def check(self) -> None:
+        """Raise what any step would raise; the largest asks for the most."""
+        check_profile(self.pair, self.terms)
+        largest = self.terms_at(self.values[-1])
+        check(self.pair, largest, held=HELD, series=len(self.values) > 1)
+
+    def record(self) -> dict[str, Any]:
+        """Return what the steps depend on."""
+        ceiling = self.terms.ceiling
+        plain = isinstance(ceiling, str) or ceiling is None
+        return {
+            **self.pair.record(),
+            "ceiling": ceiling if plain else checkpoints.digest(ceiling),
+            "boundary": str(self.pair.boundary),
+            "tolerance": self.terms.tolerance,
+            "max_iterations": self.terms.max_iterations,
+            "precision": self.terms.precision,
+            "control": self.control,
+            "values": self.values,
+        }
+
+    def curve(self, solved: Iterable[tuple[LoadStep, Array]]) -> LoadCurve:
+        """Return the solved steps with what they have in common."""
+        pair, steps, judged = self.pair, [], []
+        for step, pressure in solved:
+            steps.append(step)
+            cautions = self.seen(step, pressure).cautions
+            judged.append((getattr(step, self.control), cautions))
+        return LoadCurve(
+            steps=tuple(steps),
+            control=self.control,
+            nominal_area=pair.size[0] * pair.size[1],
+            contact_modulus=math.nan if pair.is_coated else pair.contact_modulus,
+            rms_gradient=roughness.rms_gradient(pair.initial_gap, pair.pixel),
+            ceiling=CALIBRATED if self.own else resolved_ceiling(self.terms.ceiling, pair),
+            boundary=pair.boundary,
+            origins=pair.origins,
+            softer=pair.softer,
+            is_profile=pair.is_profile,
+            messages=over_loads(judged, pair.load_unit if self.control == "load" else "m"),
+            specified_load=self.specified_load,
+            _solve_largest=partial(press, pair, self.terms_at(self.values[-1]), start=pressure),
+        )
+
+    def seen(self, step: LoadStep, pressure: Array) -> ContactResult:
+        """Return a step as the result that it is judged by; of its gap only the holes count."""
+        return ContactResult(
+            pair=self.pair,
+            ceiling=step.ceiling if self.own else resolved_ceiling(self.terms.ceiling, self.pair),
+            precision=self.terms.precision,
+            tolerance=self.terms.certificate,
+            control=self.control,
+            load=step.load,
+            approach=step.approach,
+            pressure=pressure,
+            gap=self.pair.initial_gap,
+            certificate=step.certificate,
+            load_error=step.load_error,
+            convolutions=step.convolutions,
+            seconds=step.seconds,
+            calibration=self._agreed(step) if self.own else None,
+        )
+
+    def _agreed(self, step: LoadStep) -> CalibrationRecord | None:
+        """Return that the ceiling of a step was recommended; what else was found is not kept."""
+        body = softer(self.pair.material, self.pair.counter_material)
+        if body is None or not body.ceiling or not step.ceiling:
+            return None
+        if math.isclose(step.ceiling, body.ceiling):
+            return None
+        factor = step.ceiling / (body.yield_strength or math.nan)
+        return CalibrationRecord(step.load, math.nan, factor, 0.0, 0, body.ceiling, *[math.nan] * 3)
+
+
+def _steps(sweep: _Sweep, place: Place | None, progress: Tell) -> Iterator[tuple[LoadStep, Array]]:
+    """Yield the steps with their pressures, each read from the folder or solved and kept there."""
+    start: Array | None = None
+    # Steps are named by their number, and each is complete once it is there.
+    for number, value in enumerate(sweep.values, start=1):
+        path = None if place is None else place.folder / f"step-{number:04d}.npz"
+        # What makes a step one of this sweep, at this load.
+        mark = {} if place is None else {"problem": place.problem, "asked": value}
+        if path is not None and path.exists():
+            step, pressure, start = _read_step(path, sweep.pair.shape, mark)
+            if callable(progress):
+                progress(Progress(number, len(sweep.values), None, kept=True))
+        else:
+            try:
+                step, pressure, start = _solved_step(sweep, number, start, progress)
+            except ConvergenceError as error:
+                raise _unsolved(sweep, number, place, error) from None
+            if path is not None:
+                _write_step(path, step, pressure, start, mark)
+        yield step, pressure
+
+
+def _solved_step(
+    sweep: _Sweep, number: int, start: Array | None, progress: Tell
+) -> tuple[LoadStep, Array, Array]:
+    """Return a step and its pressure, and the pressure from which the next one starts."""
+    result = press(
+        sweep.pair,
+        sweep.terms_at(sweep.values[number - 1]),
+        start=start,
+        progress=numbered(progress, number, len(sweep.values)),
+    )
+    if not sweep.has_stiffness:
+        return _step(result, math.nan, None), result.pressure, result.pressure
+    # First, so that what it takes is free again.
+    whole = unloading_stiffness(result) if result.saturated.any() else None
+    grown = growth(result)
+    following = result.pressure
+    if number < len(sweep.values):
+        following = predict_pressure(result, grown, **{sweep.control: sweep.values[number]})
+    return _step(result, grown.stiffness, whole), result.pressure, following
+
+
+def _unsolved(
+    sweep: _Sweep, number: int, place: Place | None, error: ConvergenceError
+) -> ConvergenceError:
+    unit = sweep.pair.load_unit if sweep.control == "load" else "m"
+    label = f"{sweep.control} = {sweep.values[number - 1]:.6g} {unit}"
+    hint = "" if place is None else f"; the steps before it are kept in {place.folder}"
+    return ConvergenceError(
+        Sentence(f"step {number} of {len(sweep.values)}, {label}: ", *error.parts, hint),
+        error.result,
+    )
+
+
+def _listed(pair: Pair, loads: Any) -> list[Any]:
+    """Return loads one by one; a text or a quantity of pint may hold all of them."""
+    if isinstance(loads, str):
+        return [part.strip() for part in loads.split(",")]
+    if not hasattr(loads, "m_as"):
+        return list(loads)
+    return list(quantity(loads, pair.load_dimension, "loads"))
+
+
+def _ascending(pair: Pair, loads: Quantities | None, approaches: Quantities | None) -> list[float]:
+    name, dimension = "approaches", "length"
+    if loads is not None:
+        name, dimension = "loads", pair.load_dimension
+    specified: list[Any] = list(quantity(approaches if loads is None else loads, dimension, name))
+    if not specified:
+        raise InputError("is empty: give at least one value", argument=name)
+    if not all(isinstance(value, Real) and 0 < float(value) < math.inf for value in specified):
+        raise InputError(f"must be positive and finite, got {specified}", argument=name)
+    values = [float(value) for value in specified]
+    if any(second <= first for first, second in pairwise(values)):
+        raise InputError(f"must ascend, got {specified}; sort them", argument=name)
+    return values
+
+
+def _step(result: ContactResult, stiffness: float, unloading: float | None) -> LoadStep:
+    spots = result.spots()
+    return LoadStep(
+        load=result.load,
+        approach=result.approach,
+        contact_area=result.contact_area,
+        perimeter_corrected_area=result.perimeter_corrected_area,
+        saturated_area=result.saturated_fraction * result.pressure.size * result.pixel_area,
+        max_pressure=result.max_pressure,
+        mean_gap=result.mean_gap,
+        stiffness=stiffness,
+        unloading_stiffness=stiffness if unloading is None else unloading,
+        spots=spots.count,
+        mean_spot_area=float(spots.area.mean()) if spots.count else 0.0,
+        largest_spot_area=float(spots.area[0]) if spots.count else 0.0,
+        certificate=result.certificate,
+        load_error=result.load_error,
+        convolutions=result.convolutions,
+        seconds=result.seconds,
+        ceiling=result.ceiling if isinstance(result.ceiling, float) else math.nan,
+    )
+
+
+# Steps on disk
+
+
+def _write_step(
+    path: Path, step: LoadStep, pressure: Array, following: Array, mark: Mapping[str, Any]
+) -> None:
+    index, start = np.flatnonzero(pressure), np.flatnonzero(following)
+    arrays = {
+        "index": index,
+        "pressure": pressure.ravel()[index],
+        "following_index": start,
+        "following": following.ravel()[start],
+        **asdict(step),
+    }
+    checkpoints.write_step(path, arrays, mark)
+
+
+def _read_step(
+    path: Path, shape: tuple[int, int], mark: Mapping[str, Any]
+) -> tuple[LoadStep, Array, Array]:
+    names = [item.name for item in fields(LoadStep)]
+    held = ("index", "pressure", "following_index", "following", *names)
+    arrays = checkpoints.read_step(path, held, mark, "sweep")
+    pressure, following = np.zeros(shape), np.zeros(shape)
+    pressure.ravel()[arrays["index"]] = arrays["pressure"]
+    following.ravel()[arrays["following_index"]] = arrays["following"]
+    values: dict[str, Any] = {
+        item.name: (int if item.type == "int" else float)(arrays[item.name])
+        for item in fields(LoadStep)
+    }
+    return LoadStep(**values), pressure, following

@@ -1,0 +1,160 @@
+"""The task ``sweep``: the contact under one load after the other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from roughcontact.request.measurement import how
+from roughcontact.request.outcome import Look
+
+if TYPE_CHECKING:
+    from roughcontact.analyses.sweep.model import LoadCurve
+
+from dataclasses import replace
+from typing import Any
+
+from roughcontact._tools import memory as limits
+from roughcontact.errors import ArgumentRef, InputError
+from roughcontact.request import measurement, options, parsing
+from roughcontact.request.options import NEEDED, PICTURES, TABLES, Option, Panel, Rule, file
+from roughcontact.request.outcome import Outcome, Work
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+
+FROM = Option(
+    "from", Panel.BODIES, "LOAD|APPROACH",
+    'First load or approach: "10 mN", "1 MPa", "hertz 0.5 GPa" or "0.1 um".',
+    parsing.load_or_approach, None,
+)  # fmt: skip
+TO = Option(
+    "to",
+    Panel.BODIES,
+    "LOAD|APPROACH",
+    "Last load or approach, in the same form.",
+    parsing.load_or_approach,
+    None,
+)
+STEPS = Option(
+    "steps", Panel.BODIES, "NUMBER", "Number of loads; default: 13.",
+    parsing.counted(2, limits.STEPS), 13,
+)  # fmt: skip
+SPACING = Option(
+    "spacing", Panel.BODIES, "log|linear",
+    "log (equal ratios) or linear (equal differences); default: log.",
+    parsing.choice("log", "linear"), "log",
+)  # fmt: skip
+OUTPUT = file("output", "FILE.csv|json", "Table of loads.", TABLES)
+FIGURE = file("figure", "FILE", "Figure of the curve (PNG, SVG or PDF).", PICTURES)
+_RANGE = (FROM, TO, STEPS, SPACING)
+
+
+def _steps(request: Request) -> tuple[str, list[Any]]:
+    """Return whether a sweep is over loads or approaches, and which, in the form of its ends."""
+    from roughcontact.contact.load_case import spaced
+
+    (control, first), (_, last) = _ends(request)
+    form, ends = type(first), (first, last)
+    if form is not float:
+        ends = first.value, last.value
+    return control, [form(value) for value in spaced(*ends, request[STEPS], request[SPACING])]
+
+
+def _ends(request: Request) -> tuple[tuple[str, Any], tuple[str, Any]]:
+    return request.needed(FROM), request.needed(TO)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.sweep.model import sweep
+
+    control, values = _steps(request)
+    if control == "load":
+        request.force(work.maps, values[-1], "from")
+    with work.keeping("step-*.npz", "load") as (watch, reused):
+        curve = sweep(
+            work.maps[0],
+            **request.arguments(work.maps, *options.SOLVER),
+            loads=values if control == "load" else None,
+            approaches=values if control == "approach" else None,
+            folder=request[options.FOLDER],
+            progress=watch,
+        )
+    if request[measurement.UNCERTAINTY]:
+        curve = measured_curve(request, curve, work.look)
+    curve = replace(curve, extra_cautions=work.extra_cautions)
+    return Outcome(request, curve, extras={"reused": len(reused)})
+
+
+def _check(request: Request) -> None:
+    first, last = _ends(request)
+    if (first[0], type(first[1])) != (last[0], type(last[1])):
+        raise InputError(
+            ArgumentRef("from"), " and ", ArgumentRef("to"),
+            " must both be loads of one form or both approaches, got "
+            f"{request.specified[FROM.name]!r} and {request.specified[TO.name]!r}",
+        )  # fmt: skip
+    _steps(request)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.sweep.model import HELD
+
+    request.require_contact(shape, HELD)
+
+
+def _last(outcome: Outcome) -> dict[str, Any]:
+    curve = outcome.result
+    step, area = curve.steps[-1], curve.nominal_area
+    return {
+        "load": step.load,
+        "max_pressure": step.max_pressure,
+        "contact_fraction": step.contact_area / area,
+        "saturated_fraction": step.saturated_area / area,
+        "certificate": step.certificate,
+        "ceiling": None if curve.ceiling is None else "given",
+    }
+
+
+TASK = Task(
+    "sweep",
+    """Compute the load curve: area, gap and stiffness over many loads.
+
+With --folder every step is saved; the same command resumes.
+
+\b
+Example:
+roughcontact sweep ground.x3p --from "10 MPa" --to "300 MPa" \\
+    --boundary periodic --material 42CrMo4 --output curve.csv
+""",
+    (
+        *options.MAP, *_RANGE, *options.BODIES, *options.COATINGS,
+        *options.SOLVER, *measurement.OPTIONS, OUTPUT, options.FOLDER,
+        options.REPORT, FIGURE, *options.SHOWN,
+    ),
+    (FROM, TO, STEPS, *options.BODY_CONSTANTS, options.MISSING, OUTPUT, options.REPORT),
+    run=_run,
+    rules=(
+        *(
+            Rule(NEEDED, end, text="a load such as '1 N' or an approach such as '1 um'")
+            for end in (FROM, TO)
+        ),
+        *measurement.RULES,
+    ),
+    check=_check,
+    last=_last,
+    memory=_memory,
+    questions=(
+        Question(
+            "Load curve",
+            "Contact area, gap, stiffness and spots from a small load to a large one.",
+            _RANGE,
+            first=((FROM, "1 MPa"), (TO, "100 MPa")),
+        ),
+    ),
+)  # fmt: skip
+
+
+def measured_curve(request: Request, curve: LoadCurve, look: Look) -> LoadCurve:
+    """Return a load curve with the intervals of each load."""
+    from roughcontact.analyses.sweep.uncertainty import curve_uncertainty
+
+    return curve_uncertainty(curve, **how(request), progress=look)

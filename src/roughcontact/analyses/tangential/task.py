@@ -1,0 +1,147 @@
+"""The task ``tangential``: stick, slip and stiffness under a tangential force."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.stress.task import DIRECTION
+from roughcontact.errors import InputError
+from roughcontact.halfspace.boundary import Boundary
+from roughcontact.request import options, parsing
+from roughcontact.request.contacts import FRICTION
+from roughcontact.request.options import (
+    LENGTH,
+    NEEDED,
+    ONE_OF,
+    PICTURES,
+    Option,
+    Panel,
+    Rule,
+    file,
+    flag,
+)
+from roughcontact.request.outcome import Outcome, Work, last_contact
+from roughcontact.request.request import Request
+from roughcontact.request.task import Question, Task
+from roughcontact.units import parse
+
+if TYPE_CHECKING:
+    from roughcontact.contact.load_case import Load
+
+# Maps that the tangential solver needs in addition to the contact: two spectra, two sets of
+# symbols, the symbols of coarser grids, some fields.
+_HELD = 21
+
+
+def _force(text: str, argument: str) -> str:
+    """Return a force, or a line load of a profile, as a text that has been read once."""
+    with suppress(InputError):
+        parse(text, "line load", argument, positive=False)
+        return text
+    parse(text, "force", argument, positive=False)
+    return text
+
+
+def _forces(text: str, argument: str) -> tuple[str, ...]:
+    return tuple(_force(part.strip(), argument) for part in text.split(","))
+
+
+def _stages(text: str, argument: str) -> tuple[tuple[float | Load, str], ...]:
+    """Return loads, each with its tangential force."""
+    result = []
+    for part in text.split(","):
+        load, colon, force = part.partition(":")
+        if not colon:
+            raise InputError(
+                f"needs a load and a force in each stage, such as '1 N: 50 mN', got {part!r}",
+                argument=argument, value=text,
+            )  # fmt: skip
+        result.append((parsing.load(load.strip(), argument), _force(force.strip(), argument)))
+    return tuple(result)
+
+
+FORCE = Option(
+    "force", Panel.BODIES, "FORCES",
+    'Tangential force, or several in turn: "0.05 N, -0.05 N".', _forces, None,
+)  # fmt: skip
+SHIFT = Option(
+    "shift", Panel.BODIES, "LENGTH", 'Rigid tangential shift, instead of a force: "20 nm".',
+    LENGTH, None,
+)  # fmt: skip
+STAGES = Option(
+    "stages", Panel.BODIES, "STAGES",
+    'Loads and forces together, from no contact on: "1 N: 0 N, 2 N: 0.1 N".', _stages, None,
+)  # fmt: skip
+OUTPUT = file(
+    "output", "FILE.nc|csv|json", "Maps (NetCDF) or table of the steps.", (".nc", ".csv", ".json")
+)
+FIGURE = file("figure", "FILE", "Figure of traction, slip and curve (PNG, SVG or PDF).", PICTURES)
+STRESS = flag("stress", Panel.BODIES, "Also compute subsurface stress and Ruiz parameters.")
+_ASKED: tuple[Option[Any], ...] = (FRICTION, FORCE, SHIFT, DIRECTION, STRESS)
+
+
+def _run(request: Request, work: Work) -> Outcome:
+    from roughcontact.analyses.tangential.model import tangential
+
+    if not request.pair(work.maps).is_profile:
+        Boundary(request[options.BOUNDARY]).require_tangential()
+    stages = request[STAGES]
+    load = None if stages is None else (stages[-1][0], STAGES.argument)
+    contact = solve.contact(request, work, calibrated=False, load=load)
+    contact = replace(contact, extra_cautions=work.extra_cautions)
+    if not contact.converged:
+        return Outcome(request, contact, contact)
+    work.say("tangential loading")
+    asked = {option.argument: request[option] for option in (*_ASKED, STAGES)}
+    result = tangential(contact, **asked)
+    return Outcome(request, result, result.solution)
+
+
+def _memory(request: Request, shape: tuple[int, int]) -> None:
+    from roughcontact.analyses.stress.model import require_memory
+
+    request.require_contact(shape, _HELD)
+    if request[STRESS]:
+        require_memory(shape, boundary=request[options.BOUNDARY], partial_slip=True)
+
+
+TASK = Task(
+    "tangential",
+    """Compute stick, slip and shift under a tangential force.
+
+Several forces are applied in turn, such as a cycle of fretting; stages change the load, too.
+
+\b
+Example:
+roughcontact tangential ground.x3p --load "100 MPa" --boundary periodic \\
+    --material 42CrMo4 --friction 0.15 --force "0.05 N" --report slip.html
+""",
+    (
+        *options.MAP, *options.LOADS, *options.BODIES, *_ASKED, STAGES, *options.SOLVER, OUTPUT,
+        options.REPORT, FIGURE, *options.SHOWN,
+    ),
+    (
+        options.LOAD, FRICTION, FORCE, SHIFT, options.MATERIAL, options.COUNTER_MATERIAL,
+        options.BOUNDARY, options.MISSING, OUTPUT, options.REPORT,
+    ),
+    run=_run,
+    rules=(
+        Rule(ONE_OF, *options.LOADS[:-1], STAGES, text="1 N"),
+        *options.LOAD_RULES[1:],
+        Rule(NEEDED, FRICTION, text="a coefficient such as 0.15"),
+        Rule(ONE_OF, FORCE, SHIFT, STAGES, text="0.05 N"),
+    ),
+    last=last_contact,
+    memory=_memory,
+    questions=(
+        Question(
+            "Tangential loading",
+            "Shift, stick and slip of this contact under a tangential force.",
+            _ASKED,
+            first=((FRICTION, "0.15"),),
+        ),
+    ),
+)  # fmt: skip

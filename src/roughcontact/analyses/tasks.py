@@ -1,0 +1,158 @@
+"""All tasks and commands, grouped in the order of the help."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from roughcontact._tools import memory
+from roughcontact.analyses.compare import task as comparison
+from roughcontact.analyses.conductance import task as conductance
+from roughcontact.analyses.estimate import task as estimate
+from roughcontact.analyses.find import task as load_search
+from roughcontact.analyses.generate import task as generation
+from roughcontact.analyses.history import task as load_history
+from roughcontact.analyses.law import task as interface_law
+from roughcontact.analyses.leak import task as leakage
+from roughcontact.analyses.roll import task as rolling
+from roughcontact.analyses.solve import task as solve
+from roughcontact.analyses.stress import task as subsurface_stress
+from roughcontact.analyses.sweep import task as load_curve
+from roughcontact.analyses.tangential import task as tangential
+from roughcontact.request import options, parsing
+from roughcontact.request.options import Option, Panel, file, flag
+from roughcontact.request.request import Request
+from roughcontact.request.task import Command, Given, Task
+
+POINTS = Option(
+    "points", Panel.MAP, "NUMBER", "Points per side; default: 512.",
+    parsing.counted(32, math.isqrt(memory.POINTS)), 512,
+)  # fmt: skip
+FOLDER = Option(
+    "folder", Panel.OUTPUT, "FOLDER", "Folder for the files; default: roughcontact-demo.",
+    parsing.path, Path("roughcontact-demo"),
+)  # fmt: skip
+PROJECTS_FOLDER = file(
+    "folder", "FOLDER",
+    "Folder of projects (kept 30 days); default: user state folder.",
+)  # fmt: skip
+UPLOAD_LIMIT = Option(
+    "upload-limit", Panel.SERVER, "SIZE",
+    'Largest upload: "500 MB"; eight times that in total; default: 1 GiB.',
+    parsing.data, 2**30,
+)  # fmt: skip
+PORT = Option(
+    "port", Panel.SERVER, "NUMBER",
+    "Port; default: 5106, or a free one.",
+    parsing.counted(1, 2**16 - 1), None,
+)  # fmt: skip
+ADDRESS = Option(
+    "address", Panel.SERVER, "ADDRESS",
+    "Listen address; 0.0.0.0 admits other machines (needs --allow-origin); default: 127.0.0.1.",
+    parsing.words, "127.0.0.1",
+)  # fmt: skip
+ALLOW_ORIGIN: Option[tuple[str, ...]] = Option(
+    "allow-origin", Panel.SERVER, "URL",
+    "Address in the browsers of other machines: http://lab-pc:5106; repeatable.",
+    parsing.origins, (), many=True,
+)  # fmt: skip
+NO_BROWSER = flag("no-browser", Panel.SERVER, "Print the address without opening a browser.")
+
+DESK = Command(
+    "desk",
+    """Open the browser app.
+
+The app is served to this machine only. Projects are saved. Ctrl-C ends it.
+""",
+    (PROJECTS_FOLDER, UPLOAD_LIMIT, PORT, ADDRESS, ALLOW_ORIGIN, NO_BROWSER),
+    example="roughcontact desk ground.x3p",
+)
+
+LOCAL, DASK = "local", "dask"
+"""What the contacts of a project run on."""
+
+ENGINE = Option(
+    "engine", Panel.ENGINE, f"{LOCAL}|{DASK}",
+    "Where to run: local or dask; default: local.",
+    parsing.choice(LOCAL, DASK), LOCAL,
+)  # fmt: skip
+SCHEDULER = Option(
+    "scheduler", Panel.ENGINE, "ADDRESS",
+    "Dask scheduler: tls://head:8786 (tcp:// is unprotected); default: start one.",
+    parsing.words, None,
+)  # fmt: skip
+WORKERS = Option(
+    "workers", Panel.ENGINE, "NUMBER",
+    "Local processes; default: one per core.",
+    parsing.counted(1, 2**16), None,
+)  # fmt: skip
+
+RUN = Command(
+    "run",
+    """Run all analyses of a project file.
+
+A failed analysis does not stop the others. The same command continues where it stopped.
+""",
+    (ENGINE, SCHEDULER, WORKERS, *options.SHOWN),
+    example="roughcontact run project.toml",
+)
+
+VERIFY = Command(
+    "verify",
+    """Check that result files are undamaged and solved.
+
+Compares checksums, and recomputes load, gap and certificate from pressure and heights.
+""",
+    options.SHOWN,
+    example="roughcontact verify result.nc",
+)
+INFO = Command(
+    "info",
+    "Show grid, size, roughness and defects of a file.",
+    (*options.READING, options.VERBOSE, options.JSON),
+    reads_map=True,
+    example="roughcontact info ground.x3p",
+)
+MATERIALS = Command(
+    "materials",
+    "List materials, or the sources of one material's data.",
+    (options.JSON,),
+    example="roughcontact materials 'bearing steel'",
+)
+DEMO = Command(
+    "demo",
+    """Solve an example and write all outputs.
+
+The example is a generated steel surface, 0.1 mm × 0.1 mm, under 1 N.
+""",
+    (POINTS, FOLDER),
+    example="roughcontact demo --folder roughcontact-demo",
+)
+GROUPS: dict[str, tuple[Command, ...]] = {
+    "Solve one contact": (
+        solve.TASK, load_curve.TASK, load_history.TASK, load_search.TASK, subsurface_stress.TASK,
+        rolling.TASK,
+    ),
+    "Joints of flat faces": (
+        interface_law.TASK, conductance.TASK, leakage.TASK, tangential.TASK,
+    ),
+    "Several surfaces, no map, many jobs": (
+        comparison.TASK, estimate.TASK, generation.COMMAND, RUN,
+    ),
+    "Tools": (INFO, MATERIALS, VERIFY, DESK, DEMO),
+}  # fmt: skip
+"""The commands under the headings of the help."""
+COMMANDS = {command.name: command for group in GROUPS.values() for command in group}
+TASKS = tuple(command for command in COMMANDS.values() if isinstance(command, Task))
+_TASKS = {task.name: task for task in TASKS}
+PROJECT_TASKS = {task.name: task for task in TASKS if task.in_projects}
+"""What project files may ask for."""
+SHARED_TASKS = {task.name: task for task in TASKS if task.shares_contacts}
+"""Tasks that can be requested together for one contact."""
+
+
+def from_text(
+    name: str, file: Path | None, specified: Given, files: tuple[Path, ...] = ()
+) -> Request:
+    """Return the request that options in words describe; see `Request.from_text`."""
+    return Request.from_text(_TASKS[name], file, specified, files)

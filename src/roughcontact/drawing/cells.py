@@ -1,0 +1,189 @@
+"""What a map shows in cells of several points: classes in their shares, limits of the colours.
+
+`roughcontact.drawing.maps` says what maps in cells are; nothing here knows what draws them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.drawing import style
+from roughcontact.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Share of the contact that lies within the scale of a pressure map.
+_SHOWN = 0.995
+
+
+class Limits(NamedTuple):
+    """Ends of a colour scale, and whether there are values beyond them."""
+
+    low: float
+    high: float
+    below: bool
+    above: bool
+
+
+def height_limits(values: Array) -> Limits:
+    """Return the limits that span the middle 99 % of the heights of cells [m]."""
+    there = values[np.isfinite(values)]
+    low, high = np.percentile(there, (0.5, 99.5)) if there.size else (0.0, 0.0)
+    if not high > low:
+        # A flat map, or one whose few features the percentiles cut away.
+        low, high = float(there.min(initial=0)), float(there.max(initial=0))
+    if not high > low:
+        low, high = -0.5e-9, 0.5e-9
+    return Limits(float(low), float(high), bool((there < low).any()), bool((there > high).any()))
+
+
+def gap_limit(values: Array) -> float:
+    """Return the top of the colours of an open gap [m], given that of cells; NaN where closed."""
+    there = values[np.isfinite(values)]
+    top = float(np.percentile(there, 99.5)) if there.size else 0.0
+    return top or float(there.max(initial=0.0)) or 1e-9
+
+
+def pressure_limit(results: Sequence[ContactResult], limit: float | None = None) -> float:
+    """Return the top of the colours of pressures [Pa]; see `maps.pressure`."""
+    if limit is not None:
+        if not 0 < limit < math.inf:
+            raise InputError(
+                f"must be positive and finite [Pa], got {limit!r}", argument="limit", value=limit
+            )
+        return float(limit)
+    # Where next to nothing is saturated, one spike would leave a single shade for all the rest.
+    reached = [
+        float(np.quantile(r.pressure[r.contact], _SHOWN))
+        for r in results
+        if r.saturated_fraction > 0
+    ]
+    return max(reached or [r.max_pressure for r in results]) or 1.0
+
+
+def pressure_colors() -> Any:
+    """Return the 256 colours of pressures, red, green, blue, opacity along the end."""
+    from matplotlib import colormaps
+
+    # Without the lightest colours, which drown in the ground, and the darkest, which would pass
+    # for what is beyond the scale.
+    return colormaps["inferno_r"](np.linspace(0.17, 0.63, 256))
+
+
+class Shares(NamedTuple):
+    """Shares of the points of each cell."""
+
+    elastic: Array
+    saturated: Array
+    missing: Array
+
+    @property
+    def touching(self) -> Array:
+        """That touch."""
+        return self.elastic + self.saturated
+
+
+def shares(contact: Mask, saturated: Mask, gap: Array, blocks: tuple[int, int]) -> Shares:
+    """Return the shares of each cell that are elastic contact, saturated, missing."""
+    missing = np.isnan(gap) & ~contact
+    return Shares(
+        style.cell_share(contact & ~saturated, blocks),
+        style.cell_share(saturated, blocks),
+        style.cell_share(missing, blocks),
+    )
+
+
+def classes(result: Shares) -> Array:
+    """Return the colours of the classes, in their shares of each cell."""
+    colours = (
+        (style.ELASTIC, result.elastic),
+        (style.SATURATED, result.saturated),
+        (style.MISSING, result.missing),
+    )
+    return style.mixed(colours, style.OPEN)
+
+
+def open_gap(contact: Mask, gap: Array, blocks: tuple[int, int]) -> Array:
+    """Return the mean gap of the open points of each cell [m]; NaN where none is open."""
+    is_open = ~contact & np.isfinite(gap)
+    number = style.reduced(np.add, is_open, blocks, np.float64)
+    total = style.reduced(np.add, np.where(is_open, np.maximum(gap, 0), 0.0), blocks)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+def closed_cover(result: Shares, colour: str) -> Array:
+    """Return what covers an open gap: the colour of closed points and that of missing ones.
+
+    Red, green, blue and opacity along the end; the opacity is their share of a cell.
+    """
+    covered = result.touching + result.missing
+    cover = style.mixed(
+        [(style.MISSING, result.missing / np.where(covered > 0, covered, 1.0))], colour
+    )
+    return np.dstack([cover, np.minimum(covered, 1.0)])
+
+
+# --- Maps that no process holds as a whole, drawn from blocks of their points ---
+
+
+def figures(
+    size: tuple[float, float], heights: Array, pressure: Array, gap: Array
+) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the reduced maps of a contact, by what they show.
+
+    Parameters
+    ----------
+    size : (float, float)
+        Lengths of the sides (y, x) of the map [m].
+    heights, pressure, gap : ndarray
+        Mean height [m], largest pressure [Pa] and mean gap [m] of each block of points.
+    """
+    from matplotlib import colormaps
+
+    heights = heights - np.nanmean(heights)
+    low, high, *_ = height_limits(heights)
+    top = float(pressure.max()) or 1.0
+    viridis = colormaps["viridis"].with_extremes(bad=style.MISSING)
+    open_gap = np.maximum(gap, 0)
+    loaded = np.where(pressure > 0, pressure, np.nan)
+    colours = style.listed(pressure_colors()).with_extremes(bad=style.OPEN)
+    draw = partial(_map, size)
+    return {
+        "Mean height of each block": partial(draw, heights, "height", "m", low, high, viridis),
+        "Largest pressure in each block": partial(draw, loaded, "pressure", "Pa", 0, top, colours),
+        "Mean gap of each block": partial(
+            draw, open_gap, "gap", "m", 0, gap_limit(open_gap), viridis
+        ),
+    }
+
+
+def _map(
+    size: tuple[float, float],
+    values: Array,
+    name: str,
+    unit: str,
+    low: float,
+    high: float,
+    colours: Colormap,
+) -> Figure:
+    figure, axes = style.single_axes(size, legend=False)
+    factor, named = style.prefixed(max(abs(low), abs(high)), unit)
+    image = style.draw_map(axes, values * factor, size, (1, 1), values.shape)
+    image.set_cmap(colours)
+    image.set_clim(low * factor, high * factor)
+    style.colour_bar(axes, image, f"{name} [{named}]", "neither")
+    style.name_axes(axes, title=name.capitalize())
+    return figure

@@ -1,0 +1,272 @@
+"""Export of figures as PNG, drawn in several processes."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import pickle
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact._tools import memory
+from roughcontact._tools.files import atomic_write
+from roughcontact.drawing.style import DPI
+from roughcontact.errors import InputError, RoughcontactError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+# Of zlib: a tenth larger than its default of 6, in two thirds of the time.
+_COMPRESSION = 3
+
+_OPAQUE = 255
+
+_SUFFIXES = {".png": "png", ".svg": "svg", ".pdf": "pdf"}
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure to a PNG, SVG or PDF file.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    path : str or path
+        File to write, its type told by the suffix; it appears only once it is complete, and a
+        file that was there stays as it was until then.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``.png``, ``.svg``, ``.pdf``, or the folder does not exist.
+    RoughcontactError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    kind = _SUFFIXES.get(target.suffix.lower())
+    if kind is None:
+        raise InputError(
+            f"cannot tell the type of the figure {str(target)!r} from its suffix; "
+            f"use one of {', '.join(_SUFFIXES)}"
+        )
+    if not target.parent.is_dir():
+        raise InputError(
+            f"the folder of the figure {str(target)!r} does not exist; create it first"
+        )
+    try:
+        with atomic_write(target) as stream:
+            if kind == "png":
+                stream.write(png(figure))
+            else:
+                figure.savefig(stream, format=kind, dpi=DPI)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise RoughcontactError(
+            f"the figure {str(target)!r} could not be written: {reason}"
+        ) from error
+
+
+def png(figure: Figure) -> bytes:
+    """Return a figure as the content of a PNG file.
+
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+
+    Returns
+    -------
+    bytes
+        The picture that ``savefig`` makes. That draws every figure twice, the first time only to
+        lay it out; a canvas lays it out as it draws. Without an opacity that is 1 everywhere, it
+        takes three quarters of the time to pack.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    shown_on, dpi = figure.canvas, figure.dpi
+    canvas: Any = FigureCanvasAgg(figure)
+    try:
+        figure.set_dpi(max(dpi, DPI))
+        canvas.draw()
+    finally:
+        figure.set_dpi(dpi)
+        figure.set_canvas(shown_on)
+    dots = np.asarray(canvas.buffer_rgba())
+    picture = Image.fromarray(dots if dots[..., 3].min() < _OPAQUE else dots[..., :3].copy())
+    stream = io.BytesIO()
+    picture.save(stream, "png", compress_level=_COMPRESSION, dpi=(DPI, DPI))
+    return stream.getvalue()
+
+
+# --- Figures as PNG files, shared out to several processes: Matplotlib draws on one core ---
+
+
+Drawing = Callable[[], "Figure"]
+
+# Their numbers are single bytes.
+_MOST = 256
+
+
+def pngs(
+    drawings: Sequence[Drawing],
+    processes: int = 1,
+    tell: Callable[[int, int], None] | None = None,
+) -> list[bytes]:
+    """Draw figures and return each as the content of a PNG file.
+
+    Parameters
+    ----------
+    drawings : sequence of callable
+        What draws each of them.
+    processes : int
+        How many may draw at a time: forks of this one, where there are such and memory for them.
+        They are for a program of its own, which knows its threads; others stay with one.
+    tell : callable, optional
+        ``tell(number, count)`` is called before this process draws the figure of that number.
+
+    Returns
+    -------
+    list of bytes
+        The same bytes with any number of processes.
+    """
+    result: dict[int, bytes] = {}
+    many = min(processes, len(drawings), _affordable() if processes > 1 else 1)
+    if many > 1 and len(drawings) <= _MOST:
+        result = _shared(drawings, many, tell)
+    # What a process has failed in is drawn here, to the same error.
+    for number, draw in enumerate(drawings):
+        if number not in result:
+            if tell is not None:
+                tell(number + 1, len(drawings))
+            result[number] = png(draw())
+    return [result[number] for number in range(len(drawings))]
+
+
+def _affordable() -> int:
+    """Return how many processes may draw, even if each comes to need a copy of all that is here."""
+    # Libraries of macOS do not bear it.
+    if not hasattr(os, "fork") or sys.platform == "darwin":
+        return 1
+    return 1 + memory.free() // memory.held()
+
+
+def _shared(
+    drawings: Sequence[Drawing], processes: int, tell: Callable[[int, int], None] | None
+) -> dict[int, bytes]:
+    """Return what this process and its forks have drawn, by number."""
+    # Before it forks: loaded once.
+    import matplotlib.backends.backend_agg  # noqa: F401 - for what it loads
+
+    queue, numbers = os.pipe()
+    # Closed with this process, however it ends: nobody waits for figures any more.
+    here, alive = os.pipe()
+    # The last figures are the largest ones, and the small ones fill up the end.
+    os.write(numbers, bytes(reversed(range(len(drawings)))))
+    os.close(numbers)
+    helpers: dict[int, int] = {}
+    try:
+        for _ in range(processes - 1):
+            _fork(helpers, queue, (here, alive), drawings)
+        result = _drawn(queue, drawings, tell)
+        for helper, answer in list(helpers.items()):
+            with os.fdopen(answer, "rb", closefd=False) as stream:
+                text = stream.read()
+            del helpers[helper]
+            os.close(answer)
+            if os.waitpid(helper, 0)[1] == 0:
+                result |= pickle.loads(text)
+        return result
+    finally:
+        for end in (queue, here, alive):
+            os.close(end)
+        _end(helpers)
+
+
+def _fork(
+    helpers: dict[int, int], queue: int, life: tuple[int, int], drawings: Sequence[Drawing]
+) -> None:
+    """Begin a process that draws, and keep by its number where it answers."""
+    answer, writer = os.pipe()
+    # Python warns developers of forks beside threads, which may hold a lock that a fork then waits
+    # for. Those that solve are at rest, and what draws has nothing to do with them.
+    with _deaf() as before:
+        helper = os.fork()
+        if helper == 0:
+            _help(queue, writer, life, drawings, before)
+        helpers[helper] = answer
+    os.close(writer)
+
+
+def _help(
+    queue: int,
+    text: int,
+    life: tuple[int, int],
+    drawings: Sequence[Drawing],
+    before: set[signal.Signals],
+) -> None:
+    """Draw in a child process, report each figure, and exit silently."""
+    status = 1
+    try:
+        os.close(life[1])
+        threading.Thread(target=_follow, args=(life[0],), daemon=True).start()
+        # The first process ends it.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for asking in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(asking, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        with os.fdopen(text, "wb") as stream:
+            stream.write(pickle.dumps(_drawn(queue, drawings)))
+        status = 0
+    finally:
+        os._exit(status)
+
+
+def _follow(here: int) -> None:
+    """End with the process that began this one, in the midst of a figure."""
+    os.read(here, 1)
+    os._exit(1)
+
+
+def _drawn(
+    queue: int,
+    drawings: Sequence[Drawing],
+    tell: Callable[[int, int], None] | None = None,
+) -> dict[int, bytes]:
+    """Draw what is left, one after the other; all processes read their numbers from one pipe."""
+    result = {}
+    while number := os.read(queue, 1):
+        if tell is not None:
+            tell(len(drawings) - number[0], len(drawings))
+        result[number[0]] = png(drawings[number[0]]())
+    return result
+
+
+@contextmanager
+def _deaf() -> Iterator[set[signal.Signals]]:
+    """Block the signals that end the program, and yield those blocked before."""
+    asking = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, asking)
+    try:
+        yield {signal.Signals(number) for number in before}
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _end(helpers: Mapping[int, int]) -> None:
+    """End processes whose figures nobody waits for; they write no files."""
+    for helper, answer in helpers.items():
+        os.close(answer)
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(helper, signal.SIGKILL)
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(helper, 0)

@@ -1,0 +1,468 @@
+"""Maps of surfaces and results; they show what is stored and compute nothing new.
+
+Every function returns a `matplotlib.figure.Figure` that belongs to the caller: no pyplot, no
+global state. Maps keep their true aspect, with row 0 at the top as in an image.
+
+A map with more points than a figure has dots is drawn in cells of several points. Where maps tell
+touching from open points, a cell has the colours of both in their shares of its points: area in the
+picture is area of contact. In a map of the pressure a cell shows the largest of its points, so that
+no peak is lost; a note below it says how much of the picture that marks, and how much touches.
+Percentages and areas are always counted on the points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.contact.spots import FEW_PIXELS
+from roughcontact.drawing import style
+from roughcontact.drawing.cells import (
+    classes,
+    closed_cover,
+    gap_limit,
+    height_limits,
+    open_gap,
+    pressure_colors,
+    pressure_limit,
+    shares as cell_shares,
+)
+from roughcontact.drawing.sections import draw_histogram, window
+from roughcontact.errors import InputError, require_positive
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering, percent
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def surface(surface: Surface) -> Figure:
+    """Draw the heights of a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        The map; missing points are drawn grey.
+
+    Returns
+    -------
+    Figure
+        Heights above their mean; the colours span the middle 99 % of them, with arrows where
+        there are more.
+    """
+    figure, axes = style.single_axes(surface.size, legend=surface.missing > 0)
+    drawn = _draw_surface(axes, surface, style.CELLS_ALONE)
+    style.name_axes(
+        axes, title=f"Surface heights, Sq {style.in_unit(surface.Sq, drawn.scale, 'm')}"
+    )
+    style.cell_note(figure, drawn.cell, "the mean height in it")
+    return figure
+
+
+def pressure(result: ContactResult, limit: float | None = None) -> Figure:
+    """Draw the contact pressure.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    limit : float, optional
+        Top of the colour scale [Pa], the same for figures that are to be compared; pressures
+        above it are black. By default the largest pressure; where some pixels are saturated,
+        the pressure that 99.5 % of the contact do not exceed, which is the ceiling unless next
+        to nothing reaches it.
+
+    Returns
+    -------
+    Figure
+        Pressure where there is contact; a neutral light colour elsewhere.
+
+    Raises
+    ------
+    InputError
+        If the limit is not positive and finite.
+    """
+    top = pressure_limit([result], limit)
+    figure, axes = style.single_axes(result.surface.size, legend=False)
+    drawn = _draw_pressure(axes, result, top, style.CELLS_ALONE)
+    _pressure_bar(axes, drawn.image, top, over=result.max_pressure > top)
+    style.name_axes(
+        axes,
+        title=f"Contact pressure at {style.load_text(result)}, largest "
+        f"{style.in_unit(result.max_pressure, drawn.scale, 'Pa')}{style.doubt(result)}",
+    )
+    style.cell_note(figure, drawn.cell, "the largest pressure in it", _marked(result, drawn.cell))
+    return figure
+
+
+def contact(result: ContactResult) -> Figure:
+    """Draw where the bodies touch, and where the pressure is at its ceiling.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Three classes: no contact, elastic contact, saturated; and a fourth for missing points.
+        A cell of several points has their colours in their shares of it; the legend gives the
+        shares of the map, counted on the points.
+    """
+    figure, axes = style.single_axes(result.surface.size, bar=False)
+    drawn = _draw_contact(axes, result, style.CELLS_ALONE)
+    style.name_axes(axes, title=f"Contact at {style.load_text(result)}{style.doubt(result)}")
+    style.cell_note(figure, drawn.cell, _IN_SHARES)
+    return figure
+
+
+def gap(result: ContactResult) -> Figure:
+    """Draw the gap that is left between the bodies.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Open gap, linear from zero up to the 99.5th percentile; closed points (those with
+        pressure) and missing ones have colours of their own. Of a cell of several points it is
+        the mean gap of the open ones, covered with the colour of the closed ones in their share.
+    """
+    figure, axes = style.single_axes(result.surface.size)
+    blocks, scale = draw_gap(axes, result, style.CELLS_ALONE)
+    entries = [(style.CLOSED, f"closed {percent(result.contact_fraction)}")]
+    lost = float(np.count_nonzero(np.isnan(result.gap))) / result.gap.size
+    if lost:
+        entries.append((style.MISSING, f"missing {percent(lost)}"))
+    style.patch_legend(axes, entries)
+    mean = style.in_unit(result.mean_gap, scale, "m")
+    style.name_axes(
+        axes, title=f"Open gap at {style.load_text(result)}, mean {mean}{style.doubt(result)}"
+    )
+    style.cell_note(figure, blocks, "the mean of its open gap, and its closed share")
+    return figure
+
+
+def comparison(
+    results: Sequence[ContactResult], labels: Sequence[str], limit: float | None = None
+) -> Figure:
+    """Draw several results side by side: pressure above, contact below.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+        Solved contacts, for example with and without a ceiling.
+    labels : sequence of str
+        One name a result.
+    limit : float, optional
+        Top of the common colour scale [Pa]; pressures above it are black. By default the highest
+        ceiling that is reached, else the largest pressure.
+
+    Returns
+    -------
+    Figure
+        One column a result, all pressures with the same colours.
+
+    Raises
+    ------
+    InputError
+        If there is no result, the labels do not fit, or the limit is not positive and finite.
+    """
+    names = style.result_names(results, labels)
+    top = pressure_limit(results, limit)
+    aspect = max(style.shown_aspect(result.surface.size) for result in results)
+    width, height = 4.9 * len(results) + 1.0, 8.4 * aspect + 2.7
+    height += 1.4 if aspect <= style.UPRIGHT else 0.0
+    figure, grid = style.panels(width, height, 2, len(results), squeeze=False)
+    over = max(result.max_pressure for result in results) > top
+    cells = []
+    for column, (result, name) in enumerate(zip(results, names, strict=True)):
+        upper, lower = grid[:, column]
+        drawn = _draw_pressure(upper, result, top, style.CELLS_IN_PANEL)
+        largest = style.in_unit(result.max_pressure, drawn.scale, "Pa")
+        load = style.load_text(result)
+        title = f"{name}{style.doubt(result)}\n{load}, largest pressure {largest}"
+        style.name_axes(upper, title=title)
+        if column == len(results) - 1:
+            _pressure_bar(upper, drawn.image, top, over=over)
+        cells.append(_draw_contact(lower, result, style.CELLS_IN_PANEL).cell)
+    style.cell_note(figure, max(cells), _PRESSURE_OR_SHARES)
+    return figure
+
+
+def overview(result: ContactResult) -> Figure:
+    """Draw surface, pressure, contact and pressure distribution of a result on one page.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Four panels under the numbers that matter.
+    """
+    height = 9.6 * max(style.shown_aspect(result.surface.size), 0.6) + 3.2
+    figure, grid = style.panels(12.0, height, 2, 2)
+    top = pressure_limit([result])
+    drawn = _draw_surface(grid[0, 0], result.surface, style.CELLS_IN_PANEL)
+    name = "Surface" if result.counter_surface is None else "Surface of the body"
+    rms = style.in_unit(result.surface.Sq, drawn.scale, "m")
+    style.name_axes(grid[0, 0], title=f"{name}, Sq {rms}")
+    pressures = _draw_pressure(grid[0, 1], result, top, style.CELLS_IN_PANEL)
+    _pressure_bar(grid[0, 1], pressures.image, top, over=result.max_pressure > top)
+    style.name_axes(grid[0, 1], title="Contact pressure")
+    _draw_contact(grid[1, 0], result, style.CELLS_IN_PANEL)
+    style.name_axes(grid[1, 0], title="Contact")
+    draw_histogram(grid[1, 1], [result], [""], "linear")
+    grid[1, 1].set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)
+    certificate = f"certificate {result.certificate:.1e}"
+    saturated = f"saturated {percent(result.saturated_fraction)}"
+    words = [
+        f"load {style.load_text(result)}",
+        f"contact {percent(result.contact_fraction)}",
+        "no ceiling" if result.ceiling is None else saturated,
+        f"largest pressure {engineering(result.max_pressure, 'Pa', 3)}",
+        certificate if result.converged else f"NOT CONVERGED, {certificate}",
+    ]
+    figure.suptitle(
+        "  ·  ".join(words) + f"\nregime: {result.regime}",
+        fontsize=style.TITLE + 1,
+        linespacing=1.4,
+    )
+    shown = f"the mean height, {_PRESSURE_OR_SHARES}"
+    style.cell_note(figure, drawn.cell, shown, _marked(result, pressures.cell))
+    return figure
+
+
+def close_up(result: ContactResult, point: tuple[int, int], width: float) -> Figure:
+    """Draw pressure and contact around a point.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    point : (int, int)
+        Indices ``(y, x)`` of the point in the middle.
+    width : float
+        Side of the square that is drawn [m], around the point but within the map.
+
+    Returns
+    -------
+    Figure
+        Pressure on the left, on the scale of `pressure`; no contact, elastic contact, saturated
+        and missing points on the right, in the colours of `contact`.
+
+    Raises
+    ------
+    InputError
+        If the point does not lie on the map, or the width is not positive and finite.
+    """
+    require_positive(width=width)
+    if not all(0 <= index < points for index, points in zip(point, result.gap.shape, strict=True)):
+        raise InputError(
+            f"must lie on the map of {result.gap.shape} points, got {point!r}",
+            argument="point",
+            value=point,
+        )
+    rows, columns = (
+        slice(*window(point[axis], result.surface.pixel[axis], result.surface.shape[axis], width))
+        for axis in (0, 1)
+    )
+    pixel = result.surface.pixel
+    part = result.pressure[rows, columns]
+    corner = rows.start * pixel[0], columns.start * pixel[1]
+    size = part.shape[0] * pixel[0], part.shape[1] * pixel[1]
+    blocks = style.cell_size(part.shape, size, style.CELLS_IN_PANEL)
+    figure, (left, right) = style.panels(10.8, 4.0 * style.shown_aspect(size) + 2.2, 1, 2)
+    top = pressure_limit([result])
+    values = style.cell_max(part, blocks)
+    factor, _ = style.prefixed(top, "Pa")
+    values = np.where(values > 0, values * factor, np.nan)
+    image = style.draw_map(left, values, size, blocks, part.shape, corner)
+    _colour_pressure(image, top * factor)
+    _pressure_bar(left, image, top, over=bool(part.max() > top))
+    style.name_axes(left, title="Contact pressure")
+    gap = result.gap[rows, columns]
+    shares = cell_shares(part > 0, result.saturated[rows, columns], gap, blocks)
+    style.draw_map(right, classes(shares), size, blocks, part.shape, corner)
+    entries = [
+        (style.OPEN, "no contact"),
+        (style.ELASTIC, "elastic"),
+        (style.SATURATED, "saturated"),
+    ]
+    style.patch_legend(right, entries + [(style.MISSING, "missing")] * bool(np.isnan(gap).any()))
+    style.name_axes(right, title="Contact")
+    figure.suptitle(
+        f"Part of the contact at {style.load_text(result)}{style.doubt(result)}",
+        fontsize=style.TITLE,
+    )
+    style.cell_note(figure, blocks, _PRESSURE_OR_SHARES)
+    return figure
+
+
+def spots(result: ContactResult) -> Figure:
+    """Draw how many contact spots are at least as large as a given area.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+
+    Returns
+    -------
+    Figure
+        Number of spots over area, both logarithmic. Spots of fewer than ten pixels, whose size is
+        the grid's, lie on a shaded ground.
+    """
+    areas = result.spots().area
+    figure, axes = style.panels(7.2, 5.2)
+    pixel = result.pixel_area
+    largest = float(areas.max(initial=pixel))
+    factor, unit = style.prefixed_area(largest)
+    # Equal areas make one point: how many spots are at least that large.
+    sizes, counts = np.unique(areas, return_counts=True)
+    at_least = np.cumsum(counts[::-1])[::-1]
+    axes.axvspan(
+        0.5 * pixel * factor,
+        FEW_PIXELS * pixel * factor,
+        color="#ececec",
+        label=f"fewer than {FEW_PIXELS} pixels: size set by the grid",
+    )
+    axes.plot(sizes * factor, at_least, "o-", color=style.SERIES[0], markersize=4, linewidth=1.2)
+    if areas.size:
+        mean = float(areas.mean())
+        axes.axvline(
+            mean * factor,
+            color=style.SERIES[1],
+            linestyle=(0, (5, 3)),
+            linewidth=1.6,
+            label=f"mean area {style.in_unit(mean, (factor, unit), 'm²')}",
+        )
+    style.log_scale(axes, "x")
+    style.log_scale(axes, "y")
+    axes.set_xlim(0.7 * pixel * factor, max(2 * largest, 2 * FEW_PIXELS * pixel) * factor)
+    axes.set_ylim(0.7, 2.0 * max(areas.size, 5))
+    style.name_axes(axes, f"area A of a spot [{unit}]", "spots of at least that area")
+    noun = "spot" if areas.size == 1 else "spots"
+    style.plain_axes(
+        axes, title=f"{areas.size} contact {noun} at {style.load_text(result)}{style.doubt(result)}"
+    )
+    style.legend_below(axes, columns=2)
+    return figure
+
+
+def draw_gap(
+    axes: Axes, result: ContactResult, cells: int
+) -> tuple[tuple[int, int], tuple[float, str]]:
+    """Draw the open gap of a contact into axes; return the points of a cell, factor and unit."""
+    from matplotlib import colormaps
+
+    size, shape = result.surface.size, result.gap.shape
+    blocks = style.cell_size(shape, size, cells)
+    values = open_gap(result.contact, result.gap, blocks)
+    top = gap_limit(values)
+    factor, unit = style.prefixed(top, "m")
+    image = style.draw_map(axes, values * factor, size, blocks, shape)
+    image.set_cmap(colormaps["Blues"].with_extremes(bad=style.MISSING))
+    image.set_clim(0, top * factor)
+    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
+    style.draw_map(axes, closed_cover(shares, style.CLOSED), size, blocks, shape)
+    extend = "max" if (values > top).any() else "neither"
+    style.colour_bar(axes, image, f"open gap [{unit}]", extend)
+    return blocks, (factor, unit)
+
+
+class _Drawn(NamedTuple):
+    image: AxesImage
+    cell: tuple[int, int]
+    scale: tuple[float, str] = (1.0, "")
+
+
+def _draw_surface(axes: Axes, surface: Surface, cells: int) -> _Drawn:
+    from matplotlib import colormaps
+
+    blocks = style.cell_size(surface.shape, surface.size, cells)
+    values = style.cell_mean(surface.heights, blocks)
+    values -= np.nanmean(surface.heights)
+    low, high, below, above = height_limits(values)
+    factor, unit = style.prefixed(max(abs(low), abs(high)), "m")
+    image = style.draw_map(axes, values * factor, surface.size, blocks, surface.shape)
+    image.set_cmap(colormaps["viridis"].with_extremes(bad=style.MISSING))
+    image.set_clim(low * factor, high * factor)
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    style.colour_bar(axes, image, f"height above mean [{unit}]", extend)
+    if surface.missing:
+        share = percent(surface.missing / surface.heights.size)
+        style.patch_legend(axes, [(style.MISSING, f"missing {share}")])
+    return _Drawn(image, blocks, (factor, unit))
+
+
+def _draw_pressure(axes: Axes, result: ContactResult, top: float, cells: int) -> _Drawn:
+    size, shape = result.surface.size, result.pressure.shape
+    blocks = style.cell_size(shape, size, cells)
+    values = style.cell_max(result.pressure, blocks)
+    factor, unit = style.prefixed(top, "Pa")
+    image = style.draw_map(axes, np.where(values > 0, values * factor, np.nan), size, blocks, shape)
+    _colour_pressure(image, top * factor)
+    return _Drawn(image, blocks, (factor, unit))
+
+
+def _colour_pressure(image: AxesImage, top: float) -> None:
+    image.set_cmap(style.listed(pressure_colors()).with_extremes(bad=style.OPEN, over=style.OVER))
+    image.set_clim(0, top)
+
+
+def _pressure_bar(axes: Axes, image: AxesImage, top: float, over: bool) -> None:
+    style.colour_bar(
+        axes, image, f"pressure [{style.prefixed(top, 'Pa')[1]}]", "max" if over else "neither"
+    )
+
+
+def _draw_contact(axes: Axes, result: ContactResult, cells: int) -> _Drawn:
+    size, shape = result.surface.size, result.pressure.shape
+    blocks = style.cell_size(shape, size, cells)
+    missing = int(np.count_nonzero(np.isnan(result.gap)))
+    shares = cell_shares(result.contact, result.saturated, result.gap, blocks)
+    image = style.draw_map(axes, classes(shares), size, blocks, shape)
+    lost = missing / result.pressure.size
+    touching, saturated = result.contact_fraction, result.saturated_fraction
+    entries = [
+        (style.OPEN, f"no contact\n{percent(1 - touching - lost)}"),
+        (style.ELASTIC, f"elastic\n{percent(touching - saturated)}"),
+        (style.SATURATED, f"saturated\n{percent(saturated)}"),
+    ]
+    if missing:
+        entries.append((style.MISSING, f"missing\n{percent(lost)}"))
+    style.patch_legend(axes, entries)
+    return _Drawn(image, blocks)
+
+
+_IN_SHARES = "the classes in their shares"
+_PRESSURE_OR_SHARES = f"the largest pressure in it or {_IN_SHARES}"
+
+
+def _marked(result: ContactResult, blocks: tuple[int, int]) -> str:
+    """Say how much of a map of the largest pressures is marked, and how much touches."""
+    cells = style.cell_max(result.pressure, blocks) > 0
+    marked = (
+        float(style.cell_points(result.pressure.shape, blocks)[cells].sum()) / result.pressure.size
+    )
+    return (
+        f"That marks {percent(marked)} of the picture of the pressure, where "
+        f"{percent(result.contact_fraction)} of the map touches."
+    )

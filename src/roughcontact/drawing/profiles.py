@@ -1,0 +1,94 @@
+"""Figures of profiles: the trace, the profile under load, load curves per length."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.drawing import style
+from roughcontact.drawing.sections import draw_line_pressure, draw_profile, line_of
+from roughcontact.errors import require_positive
+from roughcontact.surface.surface import Surface
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def heights(surface: Surface) -> Figure:
+    """Draw the heights of a profile.
+
+    Parameters
+    ----------
+    surface : Surface
+        A profile; where points are missing the line ends.
+
+    Returns
+    -------
+    Figure
+        Heights over the position. They are exaggerated.
+    """
+    z, spacing = surface.heights[0], surface.pixel[1]
+    x = spacing * (np.arange(z.size) + 0.5)
+    along, unit_along = style.prefixed(surface.size[1], "m")
+    up, unit_up = style.prefixed(float(np.nanmax(np.abs(z))), "m")
+    figure, axes = style.panels(10.6, 3.8)
+    axes.plot(x * along, z * up, color=style.SERIES[0], linewidth=0.9)
+    axes.set_xlim(0, surface.size[1] * along)
+    style.plain_axes(axes, f"x [{unit_along}]", f"height [{unit_up}]", "Profile")
+    return figure
+
+
+def pressed(result: ContactResult, width: float | None = None, middle: int | None = None) -> Figure:
+    """Draw a profile before and under load, and the pressure on it.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A contact of profiles.
+    width : float, optional
+        Length that is drawn [m]; by default all of the profile.
+    middle : int, optional
+        Point in the middle of it; by default that of the largest pressure.
+
+    Returns
+    -------
+    Figure
+        Zero height is the counter-body. Of two profiles it is the sum of their heights.
+
+    Raises
+    ------
+    InputError
+        If the width is not positive and finite.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    if width is not None:
+        require_positive(width=width)
+    place = 0, int(np.argmax(result.pressure)) if middle is None else middle
+    line = line_of(result, result.initial_gap, place, 1, width or math.inf)
+    first, last = line.limits
+    factor, unit = style.prefixed_window(first, last)
+    tall = float(np.nanmax(np.abs([line.before, line.under])))
+    up, unit_up = style.prefixed(tall, "m")
+    top = float(line.pressure.max())
+    if line.ceiling is not None:
+        top = max([top, *line.ceiling[line.ceiling <= 2 * top]])
+    press, unit_press = style.prefixed(top, "Pa")
+    figure, grid = style.panels(10.6, 6.8, 2, 1, sharex=True, height_ratios=(1.25, 1))
+    draw_profile(grid[0], line, factor, up)
+    draw_line_pressure(grid[1], line, top, factor, press)
+    for axes in grid:
+        axes.xaxis.set_major_locator(MaxNLocator(8))
+        style.plain_axes(axes)
+    what = "height" if result.counter_surface is None else "sum of heights"
+    style.name_axes(grid[0], y=f"{what} [{unit_up}]")
+    grid[1].set_ylim(0, 1.08 * (top or 1.0) * press)
+    style.name_axes(grid[1], f"x [{unit}]", f"pressure [{unit_press}]")
+    grid[1].set_xlim(first * factor, last * factor)
+    style.shared_legend(
+        figure, grid, f"Profile under {style.load_text(result)}{style.doubt(result)}"
+    )
+    return figure

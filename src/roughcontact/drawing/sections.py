@@ -1,0 +1,546 @@
+"""Lines through a result: sections, the bearing curve, the distribution of the pressure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact import hertz_comparison
+from roughcontact.contact.nominal_hertz import LINE, Smooth
+from roughcontact.contact.result import ContactResult
+from roughcontact.drawing import style
+from roughcontact.errors import InputError, require_positive
+from roughcontact.solvers import rigid_tilt
+from roughcontact.surface import roughness
+from roughcontact.surface.surface import Surface
+from roughcontact.units import engineering, percent
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def pressure_histogram(
+    results: ContactResult | Sequence[ContactResult],
+    labels: Sequence[str] | None = None,
+    scale: str = "linear",
+) -> Figure:
+    """Draw how the contact area is spread over the pressure.
+
+    Parameters
+    ----------
+    results : ContactResult or sequence of them
+        One or several solved contacts, drawn over the same bins.
+    labels : sequence of str, optional
+        One name a result.
+    scale : {"linear", "log"}
+        Of the pressure axis. With ``"log"`` the density is per decade of pressure.
+
+    Returns
+    -------
+    Figure
+        Density of contact area over pressure, in percent of the result's contact area. Points
+        at the ceiling, a peak without width, are not drawn but stated in the legend.
+
+    Raises
+    ------
+    InputError
+        If there is no result, the labels do not fit, or the scale is unknown.
+    """
+    if isinstance(results, ContactResult):
+        results = [results]
+    names = style.result_names(results, labels)
+    if scale not in ("linear", "log"):
+        raise InputError(f"must be 'linear' or 'log', got {scale!r}", argument="scale", value=scale)
+    figure, axes = style.panels(7.2, 5.2)
+    draw_histogram(axes, results, names, scale)
+    axes.set_title("Distribution of the contact pressure", fontsize=style.TITLE, pad=24)
+    return figure
+
+
+def section(result: ContactResult, width: float | None = None) -> Figure:
+    """Draw sections through the highest peak: the profile before and under load, the pressure.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact.
+    width : float, optional
+        Length that is drawn [m], around the peak but within the map; by default all of it.
+
+    Returns
+    -------
+    Figure
+        Along x on the left, along y on the right. Zero height is the counter-body: the profile
+        before loading, moved as a whole by approach and tilt, overlaps it; under load it does not,
+        but for the indentation of saturated points. Of two measured bodies it is the sum of their
+        heights. Heights are exaggerated.
+
+    Raises
+    ------
+    InputError
+        If the width is not positive and finite.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    if width is not None:
+        require_positive(width=width)
+    before = result.initial_gap
+    peak = _highest(before)
+    length = min(width or math.inf, max(result.surface.size))
+    lines = [line_of(result, before, peak, axis, width or math.inf) for axis in (1, 0)]
+    far = max(line.limits[1] for line in lines)
+    factor, unit = style.prefixed_window(far - length, far)
+    figure, grid = style.panels(
+        10.6, 7.2, 2, 2, sharex="col", sharey="row", height_ratios=(1.25, 1)
+    )
+    tall = max(_largest(line.before, line.under) for line in lines)
+    height_factor, height_unit = style.prefixed(tall, "m")
+    top = max(_largest(line.pressure) for line in lines)
+    # Ceilings far above all pressures do not stretch the axis.
+    ceilings = [line.ceiling for line in lines if line.ceiling is not None]
+    top = max([top, *(_largest(values[values <= 2 * top]) for values in ceilings)])
+    pressure_factor, pressure_unit = style.prefixed(top, "Pa")
+    for column, (line, name, other) in enumerate(zip(lines, "xy", "yx", strict=True)):
+        upper, lower = grid[:, column]
+        draw_profile(upper, line, factor, height_factor)
+        draw_line_pressure(lower, line, top, factor, pressure_factor)
+        where = style.in_unit(line.across, (factor, unit), "m")
+        style.name_axes(upper, title=f"along {name}, at {other} = {where}")
+        style.name_axes(lower, f"{name} [{unit}]")
+        lower.set_xlim(line.limits[0] * factor, line.limits[1] * factor)
+        for axes in (upper, lower):
+            axes.axvline(line.peak * factor, color=style.NEUTRAL, linewidth=0.9, linestyle=":")
+            axes.xaxis.set_major_locator(MaxNLocator(6))
+            style.plain_axes(axes)
+    what = "height" if result.counter_surface is None else "sum of heights"
+    style.name_axes(grid[0, 0], y=f"{what} [{height_unit}]")
+    style.name_axes(grid[1, 0], y=f"pressure [{pressure_unit}]")
+    grid[1, 0].set_ylim(0, 1.08 * (top or 1.0) * pressure_factor)
+    style.shared_legend(
+        figure,
+        grid,
+        f"Sections through the highest peak at {style.load_text(result)}{style.doubt(result)}",
+    )
+    return figure
+
+
+def bearing_curve(surface: Surface) -> Figure:
+    """Draw the areal material ratio curve of a surface (bearing or Abbott-Firestone curve).
+
+    Parameters
+    ----------
+    surface : Surface
+        The map; missing points are left out.
+
+    Returns
+    -------
+    Figure
+        Height above the mean over the share of the points that lie above it, with the
+        equivalent straight line of the core and the triangles of reduced peaks and dales, see
+        `roughness.core_parameters`.
+    """
+    ratio, height, core, upper = bearing_parts(surface)
+    lower = upper - core["Sk"]
+    scale = factor, unit = style.prefixed(float(np.abs(height).max()), "m")
+    figure, axes = style.panels(7.2, 5.2)
+    first, second = 100 * core["Smr1"], 100 * core["Smr2"]
+    axes.plot(100 * ratio, height * factor, color=style.SERIES[0], linewidth=2.2, zorder=3)
+    axes.fill(
+        [0, 0, first],
+        [upper * factor, (upper + core["Spk"]) * factor, upper * factor],
+        color=style.SERIES[4],
+        label=f"reduced peaks: Spk {style.in_unit(core['Spk'], scale, 'm')}, Smr1 {first:.1f} %",
+    )
+    axes.plot(
+        [0, 100],
+        [upper * factor, lower * factor],
+        color=style.NEUTRAL,
+        linestyle=(0, (5, 3)),
+        linewidth=1.5,
+        label=f"core: Sk {style.in_unit(core['Sk'], scale, 'm')}",
+    )
+    axes.fill(
+        [100, 100, second],
+        [lower * factor, (lower - core["Svk"]) * factor, lower * factor],
+        color=style.SERIES[5],
+        label=f"reduced dales: Svk {style.in_unit(core['Svk'], scale, 'm')}, Smr2 {second:.1f} %",
+    )
+    for value in (upper, lower):
+        axes.axhline(value * factor, color=style.NEUTRAL, linewidth=0.8, linestyle=":")
+    axes.set_xlim(0, 100)
+    style.plain_axes(
+        axes, "material ratio [%]", f"height above mean [{unit}]", "Material ratio curve"
+    )
+    style.legend_below(axes)
+    return figure
+
+
+def bearing_parts(surface: Surface) -> tuple[Array, Array, dict[str, float], float]:
+    """Return ratios and heights [m] of a bearing curve, its core, and where the core begins [m]."""
+    ratio, height = roughness.material_ratio_curve(surface.heights)
+    core = roughness.core_parameters(ratio, height)
+    # The line meets the curve at Smr1 and Smr2, unless it leaves the heights of the map before.
+    if core["Smr1"] > 0:
+        upper = float(np.interp(core["Smr1"], ratio, height))
+    elif core["Smr2"] < 1:
+        upper = float(np.interp(core["Smr2"], ratio, height)) + core["Sk"]
+    else:
+        upper = core["Sk"] / 2
+    return ratio, height, core, upper
+
+
+class Line(NamedTuple):
+    """Points on a section; lengths and heights in metres, heights above the counter-body."""
+
+    place: Array
+    pixel: float
+    peak: float
+    across: float
+    limits: tuple[float, float]
+    before: Array
+    under: Array
+    pressure: Array
+    saturated: Mask
+    ceiling: Array | None
+
+
+def _tilted(result: ContactResult, where: tuple[int | slice, ...]) -> Array:
+    """Return what the tilt adds to the gap on a section [m]."""
+    y, x = rigid_tilt.moment_arms(result.gap.shape, result.surface.pixel)
+    slope_y, slope_x = (slope * max(result.surface.size) for slope in result.tilt)
+    return (slope_y * y + slope_x * x)[where]
+
+
+def _highest(initial_gap: Array) -> tuple[int, int]:
+    y, x = np.unravel_index(np.nanargmin(initial_gap), initial_gap.shape)
+    return int(y), int(x)
+
+
+def window(centre: int, pixel: float, points: int, width: float) -> tuple[int, int]:
+    """Return the first point and the point after the last of a length around a point."""
+    if width >= points * pixel:
+        return 0, points
+    shown = min(max(math.ceil(width / pixel - 1e-9), 2), points)
+    first = min(max(centre - shown // 2, 0), points - shown)
+    return first, first + shown
+
+
+def line_of(
+    result: ContactResult, before: Array, peak: tuple[int, int], axis: int, width: float
+) -> Line:
+    """Return the section along an axis through a point, a length around that point [m]."""
+    here: list[int | slice] = list(peak)
+    pixel, points = result.surface.pixel[axis], result.surface.shape[axis]
+    first, last = window(peak[axis], pixel, points, width)
+    here[axis] = slice(first, last)
+    where = tuple(here)
+    ceiling = result.ceiling
+    return Line(
+        place=pixel * (np.arange(first, last, dtype=np.float64) + 0.5),
+        pixel=pixel,
+        peak=(peak[axis] + 0.5) * pixel,
+        across=(peak[1 - axis] + 0.5) * result.surface.pixel[1 - axis],
+        limits=(first * pixel, last * pixel),
+        before=result.approach - before[where] - _tilted(result, where),
+        under=-result.gap[where],
+        pressure=result.pressure[where],
+        saturated=result.saturated[where],
+        ceiling=None
+        if ceiling is None
+        else np.broadcast_to(ceiling, result.pressure.shape)[where].astype(np.float64),
+    )
+
+
+def _largest(*values: Array) -> float:
+    return max(float(np.nanmax(np.abs(v), initial=0.0)) for v in values)
+
+
+def draw_profile(axes: Axes, line: Line, factor: float, height_factor: float) -> None:
+    """Draw a section before and under load into axes."""
+    place = line.place * factor
+    before, under = line.before * height_factor, line.under * height_factor
+    axes.fill_between(place, under, 0, where=under < 0, color="#dcebf5", label="gap left")
+    axes.plot(place, before, color="#8a8a8a", linewidth=1.1, label="before loading, moved together")
+    axes.axhline(0, color="#000000", linewidth=1.2, label="counter-body")
+    axes.plot(place, under, color=style.SERIES[0], linewidth=1.6, label="under load")
+    if line.saturated.any():
+        sunk = np.where(line.saturated, np.maximum(under, 0), 0.0)
+        axes.fill_between(
+            place, sunk, 0, step="mid", color=style.SATURATED, label="has to flow away (saturated)"
+        )
+
+
+def draw_line_pressure(
+    axes: Axes, line: Line, top: float, factor: float, pressure_factor: float
+) -> None:
+    """Draw the pressure on a section into axes, whose limits are the caller's."""
+    from matplotlib.patches import StepPatch
+
+    edges = np.append(line.place - line.pixel / 2, line.place[-1] + line.pixel / 2) * factor
+    for mask, colour in ((~line.saturated, style.ELASTIC), (line.saturated, style.SATURATED)):
+        values = np.where(mask, line.pressure, 0.0) * pressure_factor
+        # `stairs` would look at every edge as a curve, for limits that are known.
+        axes.add_artist(StepPatch(values, edges, fill=True, color=colour, linewidth=0))
+    if line.ceiling is not None and (line.ceiling <= top).any():
+        axes.plot(
+            line.place * factor,
+            np.where(line.ceiling <= top, line.ceiling, np.nan) * pressure_factor,
+            color=style.NEUTRAL,
+            linestyle=(0, (5, 3)),
+            linewidth=1.3,
+            label="ceiling",
+        )
+
+
+def draw_histogram(
+    axes: Axes, results: Sequence[ContactResult], names: Sequence[str], scale: str
+) -> None:
+    """Draw the distributions of pressures into axes; see `pressure_histogram`."""
+    below = [result.pressure[result.contact & ~result.saturated] for result in results]
+    bins = (_logarithmic if scale == "log" else linear_bins)(results, below)
+    edges, shown, (_, last) = bins
+    factor, unit = style.prefixed(last, "Pa")
+    widths, per = np.diff(edges) * factor, unit
+    if scale == "log":
+        widths, per = np.diff(np.log10(edges)), "decade"
+    for index, (result, name, values) in enumerate(zip(results, names, below, strict=True)):
+        counts, _ = np.histogram(np.clip(values, edges[0], edges[-1]), edges)
+        points = max(int(np.count_nonzero(result.contact)), 1)
+        axes.stairs(
+            100 * counts / points / widths,
+            edges * factor,
+            color=style.SERIES[index % len(style.SERIES)],
+            linewidth=1.8,
+            linestyle=("-", "--", ":")[index // len(style.SERIES) % 3],
+            fill=len(results) == 1,
+            label=histogram_label(result, name, values, bins.limits, (factor, unit)),
+        )
+    for row, ceiling in enumerate(shown):
+        text = f"ceiling {style.in_unit(ceiling, (factor, unit), 'Pa')}"
+        if len(results) == 1 and results[0].saturated_fraction > 0:
+            text = f"{_share_at_ceiling(results[0])} at the {text}"
+        axes.axvline(ceiling * factor, color=style.NEUTRAL, linestyle=(0, (5, 3)), linewidth=1.5)
+        axes.annotate(
+            text,
+            (ceiling * factor, 1),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, 3 + 14 * (row % 2)),
+            textcoords="offset points",
+            ha="right" if ceiling > 0.85 * last else "center",
+            fontsize=style.TICK,
+            color=style.NEUTRAL,
+        )
+    if scale == "log":
+        style.log_scale(axes, "x")
+    else:
+        begin, end = bins.limits
+        axes.set_xlim(begin * factor, (end + 0.03 * (end - begin)) * factor)
+    axes.set_ylim(bottom=0)
+    axes.margins(y=0.1)
+    style.plain_axes(axes, f"pressure [{unit}]", f"density of contact area [% per {per}]")
+    style.legend_below(axes)
+
+
+# A linear axis shows the pressures of the contact between these two parts of it.
+_RARE = 0.005
+# It goes on to a ceiling so far above them, to the largest pressure where that is so near, and
+# begins at zero unless all of them lie higher than this part of its end.
+_NEAR_CEILING, _NEAR_END, _FAR_FROM_ZERO = 1.3, 2.0, 1 / 3
+
+
+class Bins(NamedTuple):
+    """Edges of the bins, ceilings that are drawn, and the limits of the axis [Pa]."""
+
+    edges: Array
+    ceilings: list[float]
+    limits: tuple[float, float]
+
+
+def _number_of_bins(pressures: Sequence[Array], minimum: int) -> float:
+    # Number of bins by Rice's rule.
+    return float(min(max(2 * max(p.size for p in pressures) ** (1 / 3), minimum), 60))
+
+
+def _ceilings(results: Sequence[ContactResult]) -> list[float]:
+    return sorted({_uniform_ceiling(r) for r in results} - {math.inf})
+
+
+def linear_bins(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
+    """Return equal bins where the pressures are, and one more for the rest on each side."""
+    touching = [r.pressure[r.contact] for r in results if r.contact.any()]
+    ends = [np.quantile(p, (_RARE, 1 - _RARE)) for p in touching]
+    largest = max(r.max_pressure for r in results) or 1.0
+    last = max((float(high) for _, high in ends), default=largest)
+    first = min((float(low) for low, _ in ends), default=0.0)
+    last = largest if largest <= _NEAR_END * last else last
+    first = first if _FAR_FROM_ZERO * last < first < (1 - 1e-9) * last else 0.0
+    ceilings = [ceiling for ceiling in _ceilings(results) if ceiling > first]
+    shown = [ceiling for ceiling in ceilings if ceiling <= _NEAR_CEILING * last]
+    last = max([last, *shown])
+    step = (last - first) / _number_of_bins(pressures, 5)
+    # The lowest ceiling is an edge, so that no bin seems to reach beyond it; far below the others
+    # it would take a bin for every multiple of it.
+    if shown and 2 * (shown[0] - first) >= step:
+        step = (shown[0] - first) / max(round((shown[0] - first) / step), 1)
+    equal = first + step * np.arange(math.ceil((last - first) / step - 1e-9) + 1)
+    beyond = {p for p in (*ceilings, largest) if equal[-1] * (1 + 1e-9) < p <= largest}
+    edges = [*[0.0] * (first > 0), *equal.tolist(), *sorted(beyond)]
+    return Bins(np.array(edges, dtype=np.float64), shown, (first, last))
+
+
+def _logarithmic(results: Sequence[ContactResult], pressures: Sequence[Array]) -> Bins:
+    """Return equal bins of the logarithm over the decades of the pressures, four at most."""
+    largest = max(r.max_pressure for r in results) or 1.0
+    # Ceilings far above all pressures are named but do not stretch the axis.
+    shown = [ceiling for ceiling in _ceilings(results) if ceiling <= 2 * largest]
+    top = max([largest, *shown])
+    lowest = min((float(p.min()) for p in pressures if p.size), default=0.1 * top)
+    decades = min(max(math.log10(top / lowest), 0.5), 4.0)
+    step = decades / _number_of_bins(pressures, 10)
+    # The lowest ceiling is an edge.
+    anchor = math.log10(shown[0] if shown else top)
+    before = math.ceil((decades - math.log10(top) + anchor) / step)
+    after = math.ceil((math.log10(top) - anchor) / step - 1e-9)
+    exponents = anchor + step * np.arange(-max(before, 1), after + 1)
+    return Bins(np.asarray(10.0**exponents), shown, (0.0, top))
+
+
+def histogram_label(
+    result: ContactResult,
+    name: str,
+    values: Array,
+    limits: tuple[float, float],
+    scale: tuple[float, str],
+) -> str:
+    """Return what a distribution of pressures says of the contact, in lines."""
+    text = f"{name}: " if name else ""
+    text += f"{percent(result.contact_fraction)} of the map in contact{style.doubt(result)}"
+    if result.ceiling is not None:
+        ceiling = _uniform_ceiling(result)
+        which = "its" if math.isinf(ceiling) else f"the {engineering(ceiling, 'Pa', 3)}"
+        if result.saturated_fraction == 0:
+            text += f",\nnone of it at {which} ceiling"
+        else:
+            text += f",\n{_share_at_ceiling(result)} of it at {which} ceiling (not drawn)"
+    rare = values[(values < limits[0]) | (values > limits[1] * (1 + 1e-9))]
+    if rare.size:
+        share = percent(rare.size / int(np.count_nonzero(result.contact)))
+        end = f"down to {style.in_unit(float(rare.min()), scale, 'Pa')}"
+        if rare.max() > limits[1]:
+            end = f"up to {style.in_unit(float(rare.max()), scale, 'Pa')}"
+        text += f",\n{share} of it {end} (beyond the axis)"
+    return text
+
+
+def _share_at_ceiling(result: ContactResult) -> str:
+    return percent(result.saturated_fraction / result.contact_fraction)
+
+
+def _uniform_ceiling(result: ContactResult) -> float:
+    # Infinite where there is none, or one that differs from point to point.
+    ceiling = result.ceiling
+    return ceiling if isinstance(ceiling, (int, float)) else math.inf
+
+
+# --- The pressure of a rough contact beside Hertz's of its nominal bodies ---
+
+# How far the axis goes beyond Hertz's contact, at least.
+_AROUND = 1.5
+
+
+def versus_hertz(result: ContactResult) -> Figure:
+    """Draw the pressure against the distance from the middle of the contact, here and smooth.
+
+    Parameters
+    ----------
+    result : ContactResult
+        A solved contact of nominal bodies, with pressure.
+
+    Returns
+    -------
+    Figure
+        Mean and largest pressure on lines along a cylinder, or on rings of the shape of Hertz's
+        contact about the centre of pressure, one pixel wide, and Hertz's pressure.
+
+    Raises
+    ------
+    InputError
+        If the bodies have no Hertz contact.
+    """
+    smooth = result.hertz
+    if smooth is None:
+        raise InputError("has no nominal bodies that Hertz's theory knows", argument="result")
+    line = smooth.shape.kind == LINE
+    distance, mean, largest = _mean_lines(result, smooth) if line else _rings(result, smooth)
+    half = smooth.semi_axes[0]
+    ends = _distance_ends(distance, largest, half, line)
+    factor, unit = style.prefixed(max(map(abs, ends)), "m")
+    scale, pressure_unit = style.prefixed(max(float(largest.max()), smooth.max_pressure), "Pa")
+    figure, axes = style.panels(7.2, 5.0)
+    where = "along the axis" if line else "on the ring"
+    axes.plot(
+        distance * factor, largest * scale, color=style.SATURATED, linewidth=1.0,
+        label=f"largest {where}",
+    )  # fmt: skip
+    axes.plot(
+        distance * factor, mean * scale, color=style.ELASTIC, linewidth=2.2, label=f"mean {where}"
+    )
+    position = np.linspace(-half if line else 0.0, half, 400)
+    pressure = smooth.max_pressure * np.sqrt(np.maximum(1 - (position / half) ** 2, 0))
+    axes.plot(position * factor, pressure * scale, color=style.NEUTRAL, linewidth=1.8,
+              linestyle="--", label="Hertz, smooth")  # fmt: skip
+    axes.set_xlim(ends[0] * factor, ends[1] * factor)
+    axes.set_ylim(bottom=0)
+    name = "distance across from the middle" if line else "distance from the middle"
+    if smooth.shape.kind == "ellipse":
+        name += " along the longer side"
+    style.plain_axes(
+        axes,
+        f"{name} [{unit}]",
+        f"pressure [{pressure_unit}]",
+        f"Beside Hertz at {style.load_text(result)}{style.doubt(result)}",
+    )
+    style.legend_below(axes, columns=1)
+    return figure
+
+
+def _mean_lines(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
+    """Return distances across a cylinder, and mean and largest pressure along it."""
+    axis = smooth.shape.axis
+    assert axis is not None
+    across = hertz_comparison.places(result, result.center_of_pressure)[1 - axis].ravel()
+    return across, result.pressure.mean(axis=axis), result.pressure.max(axis=axis)
+
+
+def _rings(result: ContactResult, smooth: Smooth) -> tuple[Array, Array, Array]:
+    """Return distances from the middle, and mean and largest pressure on rings."""
+    a, b = smooth.semi_axes[0], smooth.semi_axes[-1]
+    along, across = hertz_comparison.directions(smooth)
+    y, x = hertz_comparison.places(result, result.center_of_pressure)
+    u, v = (cy * y + cx * x for cy, cx in (along, across))
+    distance = np.sqrt(u**2 + (v * (a / b)) ** 2).ravel()
+    width = max(result.surface.pixel) * (a / b)
+    ring = (distance / width).astype(np.intp)
+    count = np.bincount(ring)
+    mean = np.bincount(ring, result.pressure.ravel()) / np.maximum(count, 1)
+    largest = np.zeros(count.size)
+    np.maximum.at(largest, ring, result.pressure.ravel())
+    filled = count > 0
+    middle = (np.flatnonzero(filled) + 0.5) * width
+    return middle.astype(np.float64), mean[filled], largest[filled]
+
+
+def _distance_ends(distance: Array, largest: Array, half: float, line: bool) -> tuple[float, float]:
+    """Return where the axis begins and ends: around both contacts, within the map."""
+    touched = np.abs(distance[largest > 0])
+    far = max(_AROUND * half, float(touched.max(initial=0.0)) * 1.05)
+    low, high = float(distance.min()), float(distance.max())
+    return (max(-far, low) if line else 0.0), min(far, max(high, half))

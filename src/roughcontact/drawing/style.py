@@ -1,0 +1,448 @@
+"""The house style of figures: sizes, colours, units on axes, maps in cells, bars and legends.
+
+`roughcontact.drawing.maps` says what maps in cells are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.elastoplastic.result import ElastoplasticResult
+from roughcontact.errors import InputError
+from roughcontact.units import engineering
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.transforms import Transform
+
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DPI = 150
+"""Dots per inch of every figure."""
+
+CELLS_ALONE, CELLS_IN_PANEL = 600, 520
+"""Cells along the longer side of a map.
+
+The axes have more dots than that, so that drawing to the nearest cell leaves none out.
+"""
+
+UPRIGHT = 0.45
+"""Height over width of a map up to which the colour bar lies on top of it."""
+
+TITLE, LABEL, TICK, NOTE = 13.0, 12.0, 11.0, 10.5
+"""Sizes of text [points]."""
+
+MISSING, OPEN, CLOSED, OVER, NEUTRAL = "#c4c4c4", "#f1f1ee", "#d55e00", "#000000", "#444444"
+"""Colours of points without a height, without contact, with it, beyond a scale; of remarks."""
+
+ELASTIC, SATURATED = "#4aa3df", "#7f0d1b"
+"""Light, middle and dark grey when printed without colour; blue and dark red for all eyes."""
+
+HALF_A_STEP = 0.5 / 255
+"""Added to colours that are drawn."""
+
+SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+"""Okabe and Ito's colours for all kinds of colour vision, darkest first."""
+
+_PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Return what a quantity is multiplied with for an axis, and the unit with its prefix."""
+    # The rounding keeps 999.9999999 µm, which is a sum of pixels, from missing its prefix.
+    exponent = 3 * math.floor(math.log10(largest * (1 + 1e-9)) / 3) if largest > 0 else 0
+    exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
+    return float(10.0**-exponent), _PREFIXES[exponent] + unit
+
+
+def prefixed_window(first: float, last: float) -> tuple[float, str]:
+    """Return factor and unit for an axis of lengths between two places [m].
+
+    They are those of what is shown, unless that lies so far out that places had too many digits.
+    """
+    return prefixed(max(last - first, 0.1 * abs(last)), "m")
+
+
+def in_unit(value: float, scale: tuple[float, str], symbol: str) -> str:
+    """Return a quantity [SI] with three digits in the unit of an axis: its factor and name.
+
+    The symbol is that of the unit without a prefix; where the value were too small or too large
+    for the axis, it has the prefix that fits.
+    """
+    factor, unit = scale
+    scaled = float(f"{value * factor:.3g}")
+    fits = scaled == 0 or 1e-3 <= abs(scaled) < 1e4
+    return f"{scaled:.7g} {unit}" if fits else engineering(value, symbol, 3)
+
+
+def prefixed_area(largest: float) -> tuple[float, str]:
+    """Return what an area is multiplied with for an axis, and the unit with its prefix."""
+    # From a tenth of the next one on: its steps are of a million.
+    exponent = min(max(3 * math.floor(math.log10(10 * largest * (1 + 1e-9)) / 6), -12), 0)
+    return float(10.0 ** (-2 * exponent)), _PREFIXES[exponent] + "m²"
+
+
+def layout() -> ConstrainedLayoutEngine:
+    """Return the layout engine of figures of several axes."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1)
+
+
+def blank(width: float, height: float) -> Figure:
+    """Return an empty figure of a size [inch]."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, layout=layout())
+
+
+def panels(
+    width: float, height: float, rows: int = 1, columns: int = 1, **more: Any
+) -> tuple[Figure, Any]:
+    """Return a figure of a size [inch], and its axes as ``Figure.subplots`` gives them."""
+    figure = blank(width, height)
+    return figure, figure.subplots(rows, columns, **more)
+
+
+def shown_aspect(size: tuple[float, float]) -> float:
+    """Return the aspect ratio (height/width) of a map (y, x), limited by the page."""
+    return min(max(size[0] / size[1], 0.2), 1.6)
+
+
+def single_axes(
+    size: tuple[float, float], legend: bool = True, bar: bool = True
+) -> tuple[Figure, Axes]:
+    """Return a figure for one map of a size (y, x), and its axes."""
+    # Large enough that the longer side of the map has more dots than the map has cells, and wide
+    # enough for the note whatever the map.
+    aspect = size[0] / size[1]
+    height = max(5.2 * min(aspect, 1.0), 1.0) + (2.6 if legend else 1.8)
+    return panels(7.2, height + (1.0 if bar and aspect <= UPRIGHT else 0.0))
+
+
+def name_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    """Write what axes show along x and y, and their title."""
+    if x:
+        axes.set_xlabel(x, fontsize=LABEL)
+    if y:
+        axes.set_ylabel(y, fontsize=LABEL)
+    if title:
+        axes.set_title(title, fontsize=TITLE)
+
+
+# Ends of an axis over each other up to which 1, 2 and 5 of each decade are named, or every line.
+_FEW_DECADES, _PART_OF_ONE = 300, 6
+
+
+def log_scale(axes: Axes, way: str) -> None:
+    """Make an axis, "x" or "y", logarithmic; name its lines by plain numbers where it is short."""
+    from matplotlib.ticker import FuncFormatter, LogFormatterSciNotation
+
+    axes.set(**{f"{way}scale": "log"})
+    axis = getattr(axes, f"{way}axis")
+    power = LogFormatterSciNotation(labelOnlyBase=True)
+    power.set_axis(axis)
+
+    def named(value: float, _: Any = None) -> str:
+        low, high = sorted(axis.get_view_interval())
+        if not high < _FEW_DECADES * low:
+            return str(power(value))
+        first = f"{value:e}"[0]
+        return f"{value:g}" if first in "125" or high < _PART_OF_ONE * low else ""
+
+    axis.set_major_formatter(FuncFormatter(named))
+    axis.set_minor_formatter(FuncFormatter(named))
+
+
+def plain_axes(axes: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    """Give axes of lines their grid and ticks, and their names."""
+    name_axes(axes, x, y, title)
+    axes.tick_params(which="both", labelsize=TICK)
+    axes.grid(True, color="#dddddd", linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def cell_size(shape: tuple[int, ...], size: tuple[float, float], cells: int) -> tuple[int, int]:
+    """Return the points (y, x) to a cell, given the most cells on the longer side."""
+    longer = max(size)
+    by, bx = (
+        max(math.ceil(points / max(cells * side / longer, 1)), 1)
+        for points, side in zip(shape, size, strict=True)
+    )
+    return by, bx
+
+
+def reduced(
+    ufunc: np.ufunc,
+    values: NDArray[Any],
+    blocks: tuple[int, int],
+    dtype: type[np.generic] | None = None,
+) -> NDArray[Any]:
+    """Return what a ufunc makes of the points of each cell."""
+    result = values if dtype is None else values.astype(dtype, copy=False)
+    for axis, block in enumerate(blocks):
+        if block > 1:
+            result = _reduced(ufunc, np.moveaxis(result, axis, 0), block)
+            result = np.moveaxis(result, 0, axis)
+    return result
+
+
+def _reduced(ufunc: np.ufunc, values: NDArray[Any], block: int) -> NDArray[Any]:
+    """Return a ufunc reduced over blocks of rows; the last block may be shorter."""
+    # The first rows of all blocks, then the second ones: ten times as fast as `reduceat`.
+    result = values[::block].copy()
+    for row in range(1, min(block, len(values))):
+        there = values[row::block]
+        ufunc(result[: len(there)], there, out=result[: len(there)])
+    return result
+
+
+def cell_max(values: Array, blocks: tuple[int, int]) -> Array:
+    """Return the largest value of each cell."""
+    return reduced(np.maximum, values, blocks)
+
+
+def cell_points(shape: tuple[int, ...], blocks: tuple[int, int]) -> Array:
+    """Return how many points each cell has; the last ones may have fewer."""
+    rows, columns = (
+        np.diff([*range(0, points, block), points])
+        for points, block in zip(shape, blocks, strict=True)
+    )
+    return np.outer(rows, columns).astype(np.float64)
+
+
+def cell_share(mask: Mask, blocks: tuple[int, int]) -> Array:
+    """Return the share of the points of each cell that are marked."""
+    marked = np.asarray(reduced(np.add, mask, blocks, np.float64), dtype=np.float64)
+    return marked / cell_points(mask.shape, blocks)
+
+
+def mixed(shares: Sequence[tuple[str, Array]], ground: str) -> Array:
+    """Return colours in their shares of each cell, over a ground: red, green, blue along the end.
+
+    The mean of the picture is then that of the points, whatever the size of the cells.
+    """
+    from matplotlib.colors import to_rgb
+
+    result = np.full((*shares[0][1].shape, 3), to_rgb(ground))
+    for colour, share in shares:
+        result += share[..., None] * (np.array(to_rgb(colour)) - to_rgb(ground))
+    return np.clip(result, 0.0, 1.0)
+
+
+def cell_mean(values: Array, blocks: tuple[int, int]) -> Array:
+    """Return the mean of the points that are there; NaN where half or more are missing."""
+    if blocks == (1, 1):
+        return values.copy()
+    there = np.isfinite(values)
+    count = reduced(np.add, there, blocks, np.float64)
+    total = reduced(np.add, values if there.all() else np.where(there, values, 0.0), blocks)
+    maximum = cell_points(values.shape, blocks)
+    return np.where(2 * count > maximum, total / np.maximum(count, 1), np.nan)
+
+
+def draw_map(
+    axes: Axes,
+    values: Array,
+    size: tuple[float, float],
+    blocks: tuple[int, int],
+    shape: tuple[int, ...],
+    corner: tuple[float, float] = (0.0, 0.0),
+) -> AxesImage:
+    """Draw a map in cells, true to scale, with axes in metres.
+
+    The values of a cell are one that takes a colour of a scale, or red, green, blue and opacity.
+    Size and shape are those of the part that is drawn, which begins at the corner.
+    """
+    far = max(begin + side for begin, side in zip(corner, size, strict=True))
+    factor, unit = prefixed_window(far - max(size), far)
+    height, width = size[0] * factor, size[1] * factor
+    top, left = corner[0] * factor, corner[1] * factor
+    # Cells at the far edges may reach beyond the map; the limits cut them off.
+    bottom = top + values.shape[0] * blocks[0] * height / shape[0]
+    right = left + values.shape[1] * blocks[1] * width / shape[1]
+    # Matplotlib cuts colours off to steps of 1/255, which would shift their mean: half a step more
+    # has them rounded.
+    coloured = values.ndim == 3
+    image = axes.imshow(
+        np.minimum(values + HALF_A_STEP, 1.0) if coloured else np.ma.masked_invalid(values),
+        extent=(left, right, bottom, top),
+        interpolation="nearest",
+        aspect="equal",
+    )
+    axes.set_xlim(left, left + width)
+    axes.set_ylim(top + height, top)
+    name_axes(axes, f"x [{unit}]", f"y [{unit}]")
+    axes.tick_params(which="both", labelsize=TICK)
+    few_ticks(axes, height / width)
+    return image
+
+
+def outline(axes: Axes, mask: Mask, rows: Array, columns: Array, colour: str) -> None:
+    """Draw a line around the cells of a mask, given the edges of its rows and columns."""
+    from matplotlib.collections import LineCollection
+
+    across, down = np.diff(mask, axis=1), np.diff(mask, axis=0)
+    lines = [
+        ((columns[j + 1], rows[i]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(across)
+    ] + [((columns[j], rows[i + 1]), (columns[j + 1], rows[i + 1])) for i, j in np.argwhere(down)]
+    axes.add_collection(LineCollection(lines, colors=colour, linewidths=0.9), autolim=False)
+
+
+def few_ticks(axes: Axes, aspect: float) -> None:
+    """Set as many ticks on a map of this aspect ratio as fit its sides."""
+    from matplotlib.ticker import MaxNLocator
+
+    axes.xaxis.set_major_locator(MaxNLocator(max(round(5 / max(aspect, 1)), 2)))
+    axes.yaxis.set_major_locator(MaxNLocator(max(round(5 * min(aspect, 1)), 1 + (aspect > 0.2))))
+
+
+def colour_bar(axes: Axes, image: AxesImage, label: str, extend: str) -> None:
+    """Add a colour bar that follows the map's own box; wide strips get it on top."""
+    left, right = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    aspect = abs(bottom - top) / abs(right - left)
+    upright = aspect > UPRIGHT
+    thickness = 0.045 * max(aspect, 1) if upright else 0.045 / aspect
+    place = (1 + 0.6 * thickness, 0, thickness, 1) if upright else (0, 1 + thickness, 1, thickness)
+    inset = axes.inset_axes(place)
+    bar = axes.figure.colorbar(
+        image,
+        cax=inset,
+        extend=extend,
+        orientation="vertical" if upright else "horizontal",
+        ticklocation="right" if upright else "top",
+    )
+    bar.set_label(label, fontsize=LABEL)
+    bar.ax.tick_params(labelsize=TICK)
+
+
+def field_colours(**beyond: Any) -> Any:
+    """Return the colours of a field, from the lightest on: it has no ground to drown in."""
+    from matplotlib import colormaps
+
+    return listed(colormaps["inferno_r"](np.linspace(0, 0.63, 256))).with_extremes(**beyond)
+
+
+def listed(colours: Any) -> ListedColormap:
+    """Return a colour map of some colours."""
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(colours)
+
+
+def patch_legend(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
+    """Name colours below a map."""
+    from matplotlib.patches import Patch
+
+    axes.legend(
+        handles=[
+            Patch(facecolor=colour, edgecolor="#777777", linewidth=0.8, label=text)
+            for colour, text in entries
+        ],
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below_label(axes),
+        borderaxespad=0,
+        ncols=len(entries),
+        fontsize=TICK,
+        frameon=False,
+        handlelength=1.2,
+        handleheight=1.2,
+        columnspacing=1.4,
+    )
+
+
+def plain_legend(axes: Axes) -> None:
+    """Name what axes show within them."""
+    axes.legend(fontsize=TICK, frameon=False)
+
+
+def shared_legend(figure: Figure, grid: NDArray[Any], title: str = "") -> None:
+    """Name the lines of all axes once, below the figure, and the figure above it."""
+    entries: dict[str, Any] = {}
+    for axes in grid.ravel():
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=3,
+        fontsize=TICK,
+        frameon=False,
+    )
+    if title:
+        figure.suptitle(title, fontsize=TITLE)
+
+
+def below_label(axes: Axes) -> Transform:
+    """Return the place under the axis label, at a distance that no aspect changes."""
+    from matplotlib.transforms import ScaledTranslation
+
+    figure = axes.get_figure()
+    assert figure is not None
+    return axes.transAxes + ScaledTranslation(0, -0.52, figure.dpi_scale_trans)
+
+
+def legend_below(axes: Axes, columns: int = 1) -> None:
+    """Name what axes show under their label."""
+    axes.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, 0),
+        bbox_transform=below_label(axes),
+        borderaxespad=0,
+        ncols=columns,
+        fontsize=TICK,
+        frameon=False,
+    )
+
+
+def cell_note(figure: Figure, cell: tuple[int, int], shown: str, more: str = "") -> None:
+    """Say below a figure what its cells show; nothing where a cell is a point."""
+    if cell == (1, 1):
+        return
+    text = f"Drawn in cells of {cell[0]} × {cell[1]} points (y × x): a cell shows {shown}."
+    figure.supxlabel(f"{text}\n{more}" if more else text, fontsize=NOTE, color=NEUTRAL)
+
+
+# --- Words that several figures share: load, doubt, names of results ---
+
+
+def result_names(results: Sequence[ContactResult], labels: Sequence[str] | None) -> list[str]:
+    """Return one name a result; `InputError` unless the labels fit."""
+    if not results:
+        raise InputError("is empty: give at least one", argument="results")
+    if labels is None:
+        return [""] if len(results) == 1 else [f"result {i + 1}" for i in range(len(results))]
+    if isinstance(labels, str) or len(labels) != len(results):
+        raise InputError(
+            f"must hold one text a result, got {labels!r} for {len(results)}",
+            argument="labels",
+            value=labels,
+        )
+    return list(labels)
+
+
+def load_text(result: ContactResult) -> str:
+    """Return the load of a result for a title."""
+    return engineering(result.load, result.pair.load_unit, 3)
+
+
+def doubt(result: ContactResult | ElastoplasticResult) -> str:
+    """Return what a title adds where a result is not to be trusted."""
+    return "" if result.converged else " (NOT CONVERGED)"

@@ -1,1 +1,0 @@
-"""Joints of solved contacts: interface law, conductance, leakage, and estimates."""

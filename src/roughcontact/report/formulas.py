@@ -1,0 +1,60 @@
+"""Rows of a contact that formulas give."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from roughcontact.contact.result import ContactResult
+from roughcontact.report.kind import Quantity, Table
+from roughcontact.units import engineering, percent
+
+
+def share(result: Any) -> str:
+    """Return a share with its interval."""
+    return f"{percent(result.value)} ({percent(result.low)} to {percent(result.high)})"
+
+
+def length_of(result: Any) -> str:
+    """Return a length with its interval."""
+    value, low, high = (engineering(v, "m", 3) for v in (result.value, result.low, result.high))
+    return f"{value} ({low} to {high})"
+
+
+def _has_estimate(result: ContactResult) -> bool:
+    return result.estimate is not None
+
+
+def _side(by: float) -> str:
+    return "above" if by > 0 else "below"
+
+
+def _beside_contact(result: ContactResult) -> str:
+    answer = result.estimate
+    assert answer is not None
+    nominal = result.pressure.size * result.pixel_area
+    by = result.perimeter_corrected_area / nominal / answer.contact.value - 1
+    own = f"perimeter-corrected, this one is {percent(abs(by))} {_side(by)} it"
+    return f"{share(answer.contact)}; {own}"
+
+
+def _beside_gap(result: ContactResult) -> str:
+    answer = result.estimate
+    assert answer is not None
+    by = (result.mean_gap - answer.gap.value) / answer.roughness.Sq
+    return f"{length_of(answer.gap)}; this one is {percent(abs(by))} of Sq {_side(by)} it"
+
+
+BESIDE: Table = (
+    Quantity(
+        "estimated_contact", "real contact by formula",
+        meaning="of nominally flat surfaces like it, with the interval of 90 in 100",
+        of=lambda result: result.estimate and result.estimate.contact.value, text=_beside_contact,
+        when=_has_estimate, stored=False, brief=False,
+    ),
+    Quantity(
+        "estimated_gap", "mean gap by formula", unit="m", meaning="the same",
+        of=lambda result: result.estimate and result.estimate.gap.value, text=_beside_gap,
+        when=_has_estimate, stored=False, brief=False,
+    ),
+)  # fmt: skip
+"""For a nominally flat `ContactResult`, compared with the solution."""

@@ -1,1 +1,0 @@
-"""Many contacts: load curve, history, search, comparison, resolution, sampling, uncertainty."""

@@ -1,0 +1,1 @@
+"""Uncertainty of a contact: grids, filters, instruments, intervals."""

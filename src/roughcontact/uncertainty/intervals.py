@@ -1,0 +1,326 @@
+"""Intervals of the main quantities of a contact, and their sources.
+
+The certificate says how exactly the problem as stated is solved. It knows nothing of the grid,
+of the rim of spots and of what the ceiling stands in for, which move the numbers far more; what is
+known of these is gathered here. What the measurement left out of the map is not in it: this
+`measurement.uncertainty` adds, in intervals of the same form.
+
+`uncertainty_intervals`: Grid: where the number lies on ever finer grids of the same heights,
+`resolution_study.limits`. Rim, where there is no such study: pixels that the rim of a spot
+crosses count in full; the lower end is `ContactResult.perimeter_corrected_area`. Edge: the largest
+pressure of an elastic contact has no limit at an edge at which the map ends (r^-1/2, as of a flat
+punch). Shorter waves: contact area and largest pressure of an elastic map that is rough down to
+its pixel, which is where they change by 5 % or more from twice its pixel to its own, have none
+either; how far they would go is not known. Yielding: `ceiling.area_change`, give or take what the
+calibrated ceiling was wrong by on contacts of this kind; known of the contact area alone, no
+cause below first yield or where no strength is known. Tolerance: the certificate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from roughcontact.contact import plausibility
+from roughcontact.contact.ceiling import area_change
+from roughcontact.contact.result import ContactResult, Regime
+from roughcontact.result import Result
+from roughcontact.surface.surface import Surface
+from roughcontact.uncertainty.resolution import STEADY, ResolutionStudy
+
+if TYPE_CHECKING:
+    from roughcontact.surface.instrument import Instrument
+
+# Error of the single-sphere correction itself, in addition to that of the rule.
+_ONE_SPHERE = 0.02
+
+# Factor of safety of two grids of first order (Roache 1994).
+_TWO_GRIDS = 3.0
+
+# Numbers of an elastic contact that each shorter wave moves on, and what tells so.
+_WITHOUT_LIMIT = {"contact_fraction": "corrected_fraction", "max_pressure": "max_pressure"}
+
+# Length below which a gap is closed [m].
+_CLOSED = 1e-12
+
+QUANTITIES = ("max_pressure", "contact_fraction", "saturated_fraction", "mean_gap", "approach")
+"""Names of the numbers that get an interval."""
+
+
+class Cause(StrEnum):
+    """What moves a number away from that of the real contact."""
+
+    RIM = "rim of the spots"
+    GRID = "grid"
+    EDGE = "edge of the map"
+    WAVES = "shorter waves"
+    YIELDING = "ceiling against plasticity of the volume"
+    MAPS = "scatter of the maps"
+    TOLERANCE = "tolerance"
+    RESOLUTION = "resolution"
+    TIP = "tip radius"
+    NOISE = "noise"
+    SHORT_WAVES = "short waves"
+    SHORTEST_WAVE = "shortest wave"
+    OTHER_MAPS = "finer maps"
+    SUMMITS = "roughness of summits"
+    CHANCE = "waves not measured"
+    SAMPLE = "finite sample"
+    CORRECTIONS = "difference of the two corrections"
+    METHOD = "method"
+    YOUNG = "Young's modulus"
+    YIELD = "yield strength"
+
+
+@dataclass(frozen=True)
+class ErrorSource:
+    """How far one cause may move a number."""
+
+    cause: Cause  # The cause
+    low: float  # Relative change, at most 0
+    high: float  # Relative change, at least 0
+
+    @property
+    def known(self) -> bool:
+        """Whether it can be bounded with what there is."""
+        return not math.isnan(self.low)
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number and where it lies as far as is known.
+
+    As measured, each cause moves it as far as it may. Corrected, independent causes add in squares,
+    in logarithms: the interval holds it in 95 of 100 cases.
+    """
+
+    name: str  # One of `QUANTITIES`, or of `measurement.NUMBERS`
+    value: float  # The number, corrected where that as measured is given [SI]
+    doubts: tuple[ErrorSource, ...]  # What moves it
+    measured: float | None = None  # On the map as measured, of a number that is corrected [SI]
+
+    @property
+    def low(self) -> float:
+        """Lower end [SI]."""
+        return self.value * self._moved(d.low for d in self.doubts if d.known)
+
+    @property
+    def high(self) -> float:
+        """Upper end [SI], of a share at most 1; infinite where there is none."""
+        high = self.value * self._moved(d.high for d in self.doubts if d.known)
+        return min(high, 1.0) if self.name.endswith("fraction") and math.isfinite(high) else high
+
+    def _moved(self, changes: Iterable[float]) -> float:
+        factors = [max(1 + change, 0.0) for change in changes]
+        if self.measured is None:
+            return math.prod(factors)
+        logarithms = [math.log(factor) for factor in factors]
+        return math.exp(math.copysign(math.hypot(*logarithms), sum(logarithms)))
+
+    @property
+    def unknown(self) -> tuple[Cause, ...]:
+        """Causes that are not in the interval, since nothing is known of their size."""
+        return tuple(doubt.cause for doubt in self.doubts if not doubt.known)
+
+    @property
+    def budget(self) -> dict[str, float]:
+        """Share of each known cause of the sum of their squares, the largest first."""
+        squares = {
+            str(d.cause): math.log((1 + d.high) / (1 + d.low)) ** 2
+            for d in self.doubts
+            if d.known and d.low > -1 and d.low < d.high < math.inf
+        }
+        ordered = sorted(squares.items(), key=lambda item: -item[1])
+        return {cause: square / sum(squares.values()) for cause, square in ordered}
+
+    def summary(self) -> dict[str, Any]:
+        """Return it ready for JSON: ends, what each cause is known to do, and its share."""
+        return {
+            "value": self.value,
+            "measured": self.value if self.measured is None else self.measured,
+            "low": self.low,
+            "high": self.high,
+            "causes": {str(d.cause): [d.low, d.high] if d.known else None for d in self.doubts},
+            "budget": self.budget,
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class Uncertainty(Result):
+    """Intervals of the numbers of a contact, and what they come from.
+
+    Parameters
+    ----------
+    intervals : tuple of Interval
+        One for each number.
+    closing : dict
+        Sum of the variances of the sources over that of the draws, by number.
+    instrument : Instrument or None
+        What measured the map; without it the intervals hold grid and material alone.
+    shortest_wave : float or None
+        Shortest wave of the surface that was stated [m].
+    resolved : float
+        Shortest wave that the maps show [m].
+    draws, seed : int
+        Number of draws, and their seed.
+    remarks : tuple of str
+        Limits of the intervals, one sentence each.
+    surface : Surface or None
+        The corrected map: one draw of the surface behind it. None when read from a file.
+    """
+
+    intervals: tuple[Interval, ...]
+    closing: Mapping[str, float] = field(hash=False)
+    instrument: Instrument | None
+    shortest_wave: float | None
+    resolved: float
+    draws: int
+    seed: int
+    remarks: tuple[str, ...]
+    surface: Surface | None = field(default=None, compare=False)
+
+    def of(self, name: str) -> Interval | None:
+        """Return the interval of a number; None where there is none."""
+        return next((item for item in self.intervals if item.name == name), None)
+
+
+def from_summary(record: Mapping[str, Any]) -> Uncertainty:
+    """Return the `Uncertainty` of a summary."""
+    from roughcontact.surface.instrument import Instrument
+
+    intervals = tuple(
+        Interval(
+            name,
+            told["value"],
+            tuple(ErrorSource(Cause(cause), *ends) for cause, ends in told["causes"].items()),
+            told["measured"],
+        )
+        for name, told in record["intervals"].items()
+    )
+    tool = record["instrument"]
+    closing = {
+        name: math.nan if ratio is None else ratio for name, ratio in record["closing"].items()
+    }
+    return Uncertainty(
+        intervals, closing, tool and Instrument(**tool), record["shortest_wave"],
+        record["resolved"], record["draws"], record["seed"], tuple(record["remarks"]),
+    )  # fmt: skip
+
+
+def uncertainty_intervals(
+    result: ContactResult, study: ResolutionStudy | None = None
+) -> tuple[Interval, ...]:
+    """Return how sure the headline numbers of a result are, corrected where that is known."""
+    if result.measurement is not None:
+        intervals: tuple[Interval, ...] = result.measurement.intervals
+        return intervals
+    answer = []
+    for name in QUANTITIES:
+        value = float(getattr(result, name))
+        if name == result.control or not (math.isfinite(value) and value):
+            continue
+        if name == "mean_gap" and value < _CLOSED:
+            continue
+        grid = _grid(name, result, study)
+        doubts = [*grid, ErrorSource(Cause.TOLERANCE, -result.certificate, result.certificate)]
+        if (volume := volume_plasticity(name, result)) is not None:
+            doubts.insert(0, volume)
+        if name == "contact_fraction" and not grid[0].known:
+            doubts.insert(0, _rim(result))
+        answer.append(Interval(name, value, tuple(_possible(item, name, value) for item in doubts)))
+    return tuple(answer)
+
+
+def _possible(doubt: ErrorSource, name: str, value: float) -> ErrorSource:
+    """Return an error within what a number can be: none is negative, no share above 1."""
+    high = doubt.high
+    if name.endswith("fraction") and math.isfinite(high):
+        high = min(high, max(1 / value - 1, 0.0))
+    # NaN stays, since it comes first.
+    return replace(doubt, low=max(doubt.low, -1.0), high=high)
+
+
+def of_joint(
+    name: str, value: float, contact: ContactResult, coarser: float, calibrated: tuple[float, float]
+) -> Interval:
+    """Return the interval of what a joint does, from two more solutions of its contact.
+
+    ``coarser`` is its relative change on twice the pixel, ``calibrated`` its own and that of the
+    contact area under the calibrated ceiling; NaN where that is not known. Two grids give three
+    times their difference to either side (Roache 1994). The error of the calibrated ceiling is
+    that of the area, times the change of the number over that of the area.
+    """
+    doubts = [ErrorSource(Cause.GRID, -_TWO_GRIDS * abs(coarser), _TWO_GRIDS * abs(coarser))]
+    if contact.regime not in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN):
+        change, area = calibrated
+        rate = abs(math.log1p(change) / math.log1p(area)) if change > -1 and area else math.nan
+        error = rate * (plausibility.shown_error(contact) + _ONE_SPHERE) * (1 + change)
+        doubts.insert(0, ErrorSource(Cause.YIELDING, *_around(change, error)))
+    return Interval(name, value, tuple(_possible(doubt, name, value) for doubt in doubts))
+
+
+def _rim(result: ContactResult) -> ErrorSource:
+    if result.pair.is_profile:
+        # A segment has up to one point more than its length: 0.35 in the mean under a cylinder.
+        points = result.totals.contact
+        return ErrorSource(Cause.RIM, -min(result.spots().count / points, 1.0), 0.0)
+    return ErrorSource(Cause.RIM, result.perimeter_corrected_area / result.contact_area - 1, 0.0)
+
+
+def volume_plasticity(name: str, result: ContactResult) -> ErrorSource | None:
+    """Return how far plasticity of the volume may move a number; None below first yield."""
+    if result.regime in (Regime.BELOW_FIRST_YIELD, Regime.UNKNOWN) and not (
+        result.pair.is_coated and result.ceiling is not None
+    ):
+        return None
+    other = result.calibrated
+    if other is not None and other.is_of_base and hasattr(other, name):
+        # The ceiling of a coated body is between those of its coating and its base.
+        change = getattr(other, name) / getattr(result, name) - 1
+        return ErrorSource(Cause.YIELDING, min(change, 0.0), max(change, 0.0))
+    advice = plausibility.advice(result) if name == "contact_fraction" else None
+    if advice is None or isinstance(result.ceiling, np.ndarray):
+        return ErrorSource(Cause.YIELDING, math.nan, math.nan)
+    change = area_change(advice, result.ceiling, result.contact_modulus)
+    error = plausibility.shown_error(result) + _ONE_SPHERE
+    # Both NaN where the rule was never tried.
+    low, high = _around(change, error * (1 + change))
+    return ErrorSource(Cause.YIELDING, low, high)
+
+
+def _around(change: float, error: float) -> tuple[float, float]:
+    """Return how far a value may move that changes by so much, give or take an error."""
+    if math.isnan(change + error):
+        return math.nan, math.nan
+    return min(0.0, change - error), max(0.0, change + error)
+
+
+def _grid(name: str, result: ContactResult, study: ResolutionStudy | None) -> list[ErrorSource]:
+    """Return the error bounds of the grid and of scales below it."""
+    value = float(getattr(result, name))
+    elastic = result.ceiling is None
+    at_edge = elastic and result.totals.edge_load is not None
+    if name == "max_pressure" and (at_edge or (study is not None and study.at_edge)):
+        return [ErrorSource(Cause.EDGE, 0.0, math.inf)]
+    if study is None:
+        return [ErrorSource(Cause.GRID, math.nan, math.nan)]
+    low, high = study.limits(name)
+    if name == "max_pressure" and result.ceiling is not None:
+        high = min(high, float(np.max(result.ceiling)))
+    ends = sorted((low / value - 1, high / value - 1))
+    # NaN stays, since it comes first.
+    answer = [ErrorSource(Cause.GRID, min(ends[0], 0.0), max(ends[1], 0.0))]
+    if elastic and name in _WITHOUT_LIMIT and _rough(_WITHOUT_LIMIT[name], study):
+        answer.append(ErrorSource(Cause.WAVES, math.nan, math.nan))
+    return answer
+
+
+def _rough(name: str, study: ResolutionStudy) -> bool:
+    """Return whether a number changes from twice the pixel of the map to its own."""
+    coarser = sum(grid.value > 1 for grid in study.grids)
+    return 0 < coarser < len(study.grids) and abs(study.changes(name)[coarser - 1]) >= STEADY
